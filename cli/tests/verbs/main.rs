@@ -13,6 +13,8 @@ mod identify;
 mod inject;
 mod long_logs;
 mod manners;
+#[path = "../../../tests/common/python.rs"]
+mod python;
 #[cfg(feature = "lab")]
 mod robustness;
 mod trajectories;

@@ -7,6 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
+use crate::python::python;
 
 /// The helicopter's solution in every format, in a directory of this name.
 fn exported(name: &str) -> std::path::PathBuf {
@@ -178,27 +179,6 @@ fn a_solution_can_go_down_a_pipe() {
         succeeds(&["estimate", HELI, "--no-report", "--out", text(&out), "--export", "tum,-"]);
     assert!(tum.lines().all(|line| line.starts_with('#') || line.split(' ').count() == 8));
     assert!(tum.lines().count() > 9_800);
-}
-
-/// A Python with `packages` from the package index; `None`, and said, where it cannot be had.
-fn python(packages: &[&str]) -> Option<std::path::PathBuf> {
-    let name = packages.join("-").replace(['[', ']', '='], "_");
-    let venv = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("venv-{name}"));
-    let python = venv.join("bin/python");
-    let ready = venv.join("ready");
-    if !ready.exists() {
-        let made = Command::new("python3").args(["-m", "venv", text(&venv)]).output().ok()?;
-        let mut install = Command::new(&python);
-        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        let installed = made.status.success()
-            && install.args(packages).output().is_ok_and(|run| run.status.success());
-        if !installed {
-            println!("skipped: {packages:?} cannot be installed in a virtual environment");
-            return None;
-        }
-        fs::write(&ready, "").ok()?;
-    }
-    Some(python)
 }
 
 #[track_caller]

@@ -1,42 +1,25 @@
 //! What is written is read by the programs that it is for: schemas of KML and GPX, evo, MCAP's reader.
 //!
-//! They come from the Python package index, into a virtual environment under `target/`. Where that
-//! cannot be made, the test says so and is skipped.
+//! They come from the Python package index. Where they cannot be had, the test says so and is skipped.
+
+#[path = "../../../tests/common/python.rs"]
+mod python;
 
 use std::fs::{self, File};
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use hovernav_export::{Export, ExportFormat, LAYOUT};
 use hovernav_log::Dataset;
+use python::python;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
-
-/// The interpreter of an environment with those programs.
-fn python() -> Option<PathBuf> {
-    let environment = Path::new(HERE).join("../../target/reading-programs");
-    let python = environment.join("bin/python");
-    let works = |program: &Path, arguments: &[&str]| {
-        let output = Command::new(program).args(arguments).output();
-        output.is_ok_and(|output| output.status.success())
-    };
-    let packages = ["-c", "import evo, fastkml, gpx, jsonschema, lxml, mcap"];
-    let install = ["evo", "fastkml", "gpx", "jsonschema", "lxml", "mcap"];
-    let install = [&["-m", "pip", "install", "--quiet"][..], &install].concat();
-    let is_made = works(&python, &packages)
-        || works(Path::new("python3"), &["-m", "venv", environment.to_str()?])
-            && works(&python, &install)
-            && works(&python, &packages);
-    if !is_made {
-        println!("skipped: no Python environment with evo, fastkml, gpx and mcap can be made");
-    }
-    is_made.then_some(python)
-}
+const PACKAGES: [&str; 6] = ["evo", "fastkml", "gpx", "jsonschema", "lxml", "mcap"];
 
 #[test]
 fn the_programs_that_exports_are_for_read_them() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&PACKAGES) else { return };
     let mut dataset = Dataset::open(&Path::new(HERE).join("../../datasets/heli-hover")).unwrap();
     let config = dataset.settings().unwrap();
     let place = tempfile::tempdir().unwrap();

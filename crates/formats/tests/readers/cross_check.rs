@@ -1,45 +1,23 @@
 //! What the readers read is what the reference readers in Python read, number for number.
 //!
-//! The reference readers come from the Python package index, into a virtual environment under
-//! `target/`. Where that cannot be made, or the logs are not there, a test says so and is skipped.
+//! The reference readers come from the Python package index. Where they cannot be had, or the logs are not there, a
+//! test says so and is skipped.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
 
 use hovernav::imu::Motion;
 use hovernav_formats::{Log, Options};
 
+use crate::python::python;
+
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
 /// The interpreter of an environment with the reference readers.
-fn python() -> Option<&'static Path> {
-    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
-    PYTHON.get_or_init(make_environment).as_deref()
-}
-
-fn make_environment() -> Option<PathBuf> {
-    let environment = Path::new(HERE).join("../../target/reference-readers");
-    let python = environment.join("bin/python");
-    let works = |program: &Path, arguments: &[&str]| {
-        let output = Command::new(program).args(arguments).output();
-        output.is_ok_and(|output| output.status.success())
-    };
-    let packages = ["-c", "import pyulog, pymavlink.DFReader"];
-    if works(&python, &packages) {
-        return Some(python);
-    }
-    let place = environment.to_str()?;
-    let install = ["-m", "pip", "install", "--quiet", "pyulog", "pymavlink"];
-    let is_made = works(Path::new("python3"), &["-m", "venv", place])
-        && works(&python, &install)
-        && works(&python, &packages);
-    if !is_made {
-        println!("skipped: no Python environment with pyulog and pymavlink can be made");
-    }
-    is_made.then_some(python)
+fn reference_readers() -> Option<PathBuf> {
+    python(&["pyulog", "pymavlink"])
 }
 
 fn shared_log(name: &str) -> Option<PathBuf> {
@@ -54,9 +32,9 @@ fn shared_log(name: &str) -> Option<PathBuf> {
 type Samples = BTreeMap<String, Vec<Vec<f64>>>;
 
 /// What the script `oracle` says of `log`; times of a kind made to increase as the readers do.
-fn expected(oracle: &str, log: &Path) -> Option<Samples> {
+fn expected(python: &Path, oracle: &str, log: &Path) -> Samples {
     let script = Path::new(HERE).join("tests/oracles").join(oracle);
-    let output = Command::new(python()?).arg(script).arg(log).output().unwrap();
+    let output = Command::new(python).arg(script).arg(log).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut samples = Samples::new();
     for line in String::from_utf8(output.stdout).unwrap().lines() {
@@ -67,7 +45,7 @@ fn expected(oracle: &str, log: &Path) -> Option<Samples> {
             kind.push(sample);
         }
     }
-    Some(samples)
+    samples
 }
 
 fn found(log: &Log) -> Samples {
@@ -163,36 +141,36 @@ fn compare(name: &str, expected: &Samples, found: &Samples) {
     assert!(compared > 100, "{name}: next to nothing compared");
 }
 
-fn check(oracle: &str, name: &str) {
-    let Some(path) = shared_log(name) else { return };
-    let Some(expected) = expected(oracle, &path) else { return };
-    let log = hovernav_formats::open(&path, &Options::default()).unwrap();
-    compare(name, &expected, &found(&log));
+fn check(oracle: &str, names: &[&str]) {
+    let Some(python) = reference_readers() else { return };
+    for name in names {
+        let Some(path) = shared_log(name) else { continue };
+        let log = hovernav_formats::open(&path, &Options::default()).unwrap();
+        compare(name, &expected(&python, oracle, &path), &found(&log));
+    }
 }
 
 #[test]
 fn px4_logs_hold_what_pyulog_reads() {
-    for name in [
+    let names = [
         "px4-quad-vibration-2025.ulg",
         "px4-quad-motor-failure.ulg",
         "sample_log_small.ulg",
         "sample_appended_multiple.ulg",
         "sample_logging_tagged_and_default_params.ulg",
-    ] {
-        check("ulog.py", name);
-    }
+    ];
+    check("ulog.py", &names);
 }
 
 #[test]
 fn dataflash_logs_hold_what_pymavlink_reads() {
-    for name in ["ardupilot-bench.bin", "ardupilot-short.bin"] {
-        check("dataflash.py", name);
-    }
+    check("dataflash.py", &["ardupilot-bench.bin", "ardupilot-short.bin"]);
 }
 
 #[test]
 fn a_dataflash_log_in_text_holds_what_it_holds_in_bytes() {
-    let (Some(path), Some(python)) = (shared_log("ardupilot-short.bin"), python()) else { return };
+    let Some(path) = shared_log("ardupilot-short.bin") else { return };
+    let Some(python) = reference_readers() else { return };
     let script = "import sys\nfrom pymavlink import DFReader\nlog = DFReader.DFReader_binary(sys.argv[1])\n\
                   rows = []\nnames = {}\n\
                   while True:\n    m = log.recv_msg()\n    if m is None: break\n    \
@@ -211,11 +189,9 @@ fn a_dataflash_log_in_text_holds_what_it_holds_in_bytes() {
 
 #[test]
 fn a_telemetry_log_holds_what_pymavlink_wrote() {
-    if python().is_none() {
-        return;
-    }
+    let Some(python) = reference_readers() else { return };
     let log = tempfile::Builder::new().suffix(".tlog").tempfile().unwrap();
-    let expected = expected("tlog.py", log.path()).unwrap();
+    let expected = expected(&python, "tlog.py", log.path());
     let read = hovernav_formats::open(log.path(), &Options::default()).unwrap();
     compare("telemetry", &expected, &found(&read));
     assert!(

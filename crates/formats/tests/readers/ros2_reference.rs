@@ -1,37 +1,20 @@
 //! The numbers of ROS 2 messages are those that the reference library reads.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use hovernav::imu::Motion;
 use hovernav_formats::{Options, open};
 use hovernav_log::pressure_altitude_m;
 
-const HERE: &str = env!("CARGO_MANIFEST_DIR");
+use crate::python::python;
 
-/// The interpreter of an environment with the reference library, made under `target/`.
-fn python() -> Option<PathBuf> {
-    let environment = Path::new(HERE).join("../../target/reference-mcap");
-    let python = environment.join("bin/python");
-    let works = |program: &Path, arguments: &[&str]| {
-        let output = Command::new(program).args(arguments).output();
-        output.is_ok_and(|output| output.status.success())
-    };
-    let has_packages = || works(&python, &["-c", "import mcap_ros2.writer, zstandard, lz4"]);
-    let made = has_packages()
-        || works(Path::new("python3"), &["-m", "venv", environment.to_str()?])
-            && works(&python, &["-m", "pip", "install", "--quiet", "mcap-ros2-support", "mcap"])
-            && has_packages();
-    if !made {
-        println!("skipped: no Python environment with mcap-ros2-support can be made");
-    }
-    made.then_some(python)
-}
+const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
 #[test]
 fn the_reference_library_reads_the_same_numbers_however_chunks_are_packed() {
-    let Some(python) = python() else { return };
+    let Some(python) = python(&["mcap-ros2-support", "mcap"]) else { return };
     let place = tempfile::tempdir().unwrap();
     for packing in ["none", "lz4", "zstd"] {
         let path = place.path().join(format!("{packing}.mcap"));
