@@ -1,25 +1,30 @@
 //! Solutions in others' formats, and others' trajectories scored.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 
 use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
 use crate::python::python;
 
-/// The helicopter's solution in every format, in a directory of this name.
-fn exported(name: &str) -> std::path::PathBuf {
-    let out = place(name);
-    let mut formats = String::from("kml,gpx,pos,tum,euroc,mcap");
-    if cfg!(feature = "parquet") {
-        formats += ",parquet";
-    }
-    let columns = "covariance,quaternion,local";
-    let arguments = ["estimate", HELI, "--no-report", "--out", text(&out), "--export", &formats];
-    succeeds(&[&arguments[..], &["--columns", columns]].concat());
-    out
+/// Where the helicopter's solution lies in every format: once for all tests, which read it.
+fn exported() -> &'static Path {
+    static EXPORTED: LazyLock<PathBuf> = LazyLock::new(|| {
+        let out = place("exported");
+        let mut formats = String::from("kml,gpx,pos,tum,euroc,mcap");
+        if cfg!(feature = "parquet") {
+            formats += ",parquet";
+        }
+        let columns = "covariance,quaternion,local";
+        let arguments =
+            ["estimate", HELI, "--no-report", "--out", text(&out), "--export", &formats];
+        succeeds(&[&arguments[..], &["--columns", columns]].concat());
+        out
+    });
+    &EXPORTED
 }
 
 fn score(arguments: &[&str]) -> Value {
@@ -32,9 +37,9 @@ fn rmse(score: &Value, axis: &str) -> f64 {
 
 #[test]
 fn what_is_exported_scores_as_the_solution_does() {
-    let out = exported("scored");
+    let out = exported();
     let file = |name: &str| out.join(name);
-    let own = score(&[text(&out), HELI, "--align"]);
+    let own = score(&[text(out), HELI, "--align"]);
     for name in ["solution.tum", "solution.euroc.csv"] {
         let other = score(&[text(&file(name)), HELI, "--align"]);
         for axis in ["north_m", "east_m", "down_m", "roll_deg", "pitch_deg", "yaw_deg"] {
@@ -49,7 +54,7 @@ fn what_is_exported_scores_as_the_solution_does() {
     let origin: Vec<&str> = origin.lines().nth(1).expect("a row").split(',').collect();
     let placed = score(&[text(&file("solution.tum")), HELI, "--origin", &origin[1..4].join(",")]);
     let by_itself = score(&[text(&file("solution.tum")), HELI]);
-    let own = score(&[text(&out), HELI]);
+    let own = score(&[text(out), HELI]);
     for axis in ["north_m", "east_m", "down_m"] {
         for other in [&placed, &by_itself] {
             let difference = rmse(other, axis) - rmse(&own, axis);
@@ -60,8 +65,8 @@ fn what_is_exported_scores_as_the_solution_does() {
 
 #[test]
 fn what_cannot_be_scored_is_refused_with_what_would_help() {
-    let out = exported("not_scored");
-    let euroc = out.join("solution.euroc.csv");
+    let euroc = exported().join("solution.euroc.csv");
+    let out = place("not_scored");
     assert!(refusal(&["score", text(&euroc), HELI]).contains("expected --align, or --origin"));
     let short = out.join("short.tum");
     fs::write(&short, "# t x y z\n1.0 2.0 3.0\n").expect("writable");
@@ -86,23 +91,23 @@ fn what_cannot_be_scored_is_refused_with_what_would_help() {
 
 #[test]
 fn a_dataset_is_scored_from_where_its_own_estimate_is() {
-    let out = exported("scored_again");
-    let summary = common::summary(&out);
-    let own = score(&[text(&out), HELI]);
+    let out = exported();
+    let summary = common::summary(out);
+    let own = score(&[text(out), HELI]);
     for axis in ["north_m", "down_m", "vn_mps", "yaw_deg"] {
         let difference = rmse(&summary, axis) - rmse(&own, axis);
         assert!(difference.abs() < 5e-5, "{axis} differs by {difference}");
     }
     // Whoever says where to begin says it of the solution.
     let from = |score: &Value| score["from_s"].as_f64().expect("a number");
-    let skipped = score(&[text(&out), HELI, "--skip", "40"]);
+    let skipped = score(&[text(out), HELI, "--skip", "40"]);
     assert!((from(&own) - 30.05).abs() < 1e-3, "{own}");
     assert!((from(&skipped) - 42.02).abs() < 0.01, "{skipped}");
 }
 
 #[test]
 fn what_no_vehicle_does_is_not_scored() {
-    let out = exported("scored_absurd");
+    let out = exported();
     let files = ["dataset.toml", "imu.csv", "reference.csv"];
     let dataset = common::changed(HELI, "absurd_reference", &files, |file, content| {
         let mut lines: Vec<String> = content.lines().map(str::to_owned).collect();
@@ -118,9 +123,9 @@ fn what_no_vehicle_does_is_not_scored() {
         Some(lines.join("\n") + "\n")
     });
     let csv = dataset.join("reference.csv");
-    let own = score(&[text(&out), HELI]);
+    let own = score(&[text(out), HELI]);
     for reference in [text(&dataset), text(&csv)] {
-        let found = score(&[text(&out), reference, "--skip", "28.03"]);
+        let found = score(&[text(out), reference, "--skip", "28.03"]);
         for axis in ["north_m", "vn_mps", "u_mps", "yaw_deg"] {
             let difference = rmse(&own, axis) - rmse(&found, axis);
             assert!(difference.abs() < 1e-3, "{axis} differs by {difference}: {found}");
@@ -138,8 +143,8 @@ fn what_no_vehicle_does_is_not_scored() {
 
 #[test]
 fn a_table_with_names_of_its_own_is_scored_by_its_mapping() {
-    let out = exported("mapped");
-    let rows = fs::read_to_string(out.join("solution.csv")).expect("a solution");
+    let solution = exported();
+    let rows = fs::read_to_string(solution.join("solution.csv")).expect("a solution");
     let mut foreign = String::from(
         "Timestamp [ms];Latitude [deg];Longitude [deg];Altitude [m];Vel N [km/h];Vel E [km/h];Vel D [km/h];\
          Roll [rad];Pitch [rad];Yaw [rad]\n",
@@ -156,19 +161,20 @@ fn a_table_with_names_of_its_own_is_scored_by_its_mapping() {
             [time].into_iter().chain(place).chain(velocity).chain(attitude).collect();
         foreign += &(fields.join(";") + "\n");
     }
+    let out = place("mapped");
     let file = out.join("theirs.csv");
     fs::write(&file, foreign).expect("writable");
     assert!(refusal(&["score", text(&file), HELI]).contains("hovernav init"));
     let mapped = out.join("theirs");
     let told = succeeds(&["init", text(&file), "--out", text(&mapped)]);
     assert!(told.contains("next: hovernav score"), "{told}");
-    let (own, theirs) = (score(&[text(&out), HELI]), score(&[text(&mapped), HELI]));
+    let (own, theirs) = (score(&[text(solution), HELI]), score(&[text(&mapped), HELI]));
     for axis in ["north_m", "east_m", "down_m", "vn_mps", "vd_mps", "roll_deg", "yaw_deg"] {
         let difference = rmse(&own, axis) - rmse(&theirs, axis);
         assert!(difference.abs() < 2e-4, "{axis} differs by {difference}");
     }
     let compared = out.join("compared");
-    succeeds(&["compare", text(&out), text(&mapped), "--out", text(&compared)]);
+    succeeds(&["compare", text(solution), text(&mapped), "--out", text(&compared)]);
     assert!(compared.join("report.html").exists());
 }
 
@@ -202,7 +208,7 @@ fn evo_reads_the_trajectories() {
          m = metrics.APE(metrics.PoseRelation.full_transformation)\n\
          m.process_data((a, b))\n\
          print(a.num_poses, m.get_statistic(metrics.StatisticsType.max))",
-        &exported("evo"),
+        exported(),
     );
     let numbers: Vec<f64> = said.split_whitespace().map(|n| n.parse().expect("a number")).collect();
     assert!(numbers[0] > 9_800.0 && numbers[1] < 1e-4, "{said}");
@@ -225,7 +231,7 @@ fn the_mcap_reader_checks_every_message() {
          \x20   assert set(d) == set(w['properties']), channel.topic\n\
          assert n == s.statistics.message_count\n\
          print(n, names['/fix'], names['/pose'], names['/tf'], names['/solution'])",
-        &exported("mcap"),
+        exported(),
     );
     assert!(said.contains("foxglove.LocationFix foxglove.PoseInFrame"), "{said}");
     assert!(said.contains("foxglove.FrameTransform hovernav.Solution"), "{said}");
@@ -234,7 +240,7 @@ fn the_mcap_reader_checks_every_message() {
 #[test]
 fn maps_and_tables_are_what_their_formats_ask_for() {
     let Some(python) = python(&["pyarrow"]) else { return };
-    let out = exported("formats");
+    let out = exported();
     runs(
         &python,
         "import xml.etree.ElementTree as E, csv\n\
@@ -250,7 +256,7 @@ fn maps_and_tables_are_what_their_formats_ask_for() {
          assert all(len(r) == 15 for r in rows) and abs(float(rows[0][2]) - lat) < 1e-7\n\
          c = list(csv.DictReader(open('solution.csv')))\n\
          assert list(c[0])[31] == 'q_w' and list(c[0])[-1] == 'var_yaw_rad2', list(c[0])",
-        &out,
+        out,
     );
     if cfg!(feature = "parquet") {
         runs(
@@ -261,30 +267,30 @@ fn maps_and_tables_are_what_their_formats_ask_for() {
              for k in list(c[0])[:31]:\n\
              \x20   assert len(t[k]) == len(c)\n\
              \x20   assert all(abs(a - float(r[k])) < 6e-5 for a, r in zip(t[k], c)), k",
-            &out,
+            out,
         );
     }
 }
 
 #[test]
 fn solutions_lie_over_each_other() {
-    let out = exported("compared");
-    let to = out.join("compare");
-    let smooth = out.join("smooth");
+    let out = exported();
+    let place = place("compared");
+    let (to, smooth) = (place.join("compare"), place.join("smooth"));
     succeeds(&["estimate", HELI, "--smooth", "--no-report", "--out", text(&smooth)]);
-    succeeds(&["compare", text(&out), text(&smooth), "--out", text(&to)]);
+    succeeds(&["compare", text(out), text(&smooth), "--out", text(&to)]);
     let summary = common::summary(&to);
     let differences = summary["differences"].as_array().expect("pairs");
     let north_m = differences[0]["difference"]["north_m"]["rmse"].as_f64().expect("a number");
     assert!(differences.len() == 1 && north_m > 0.0 && north_m < 2.0, "{summary}");
     assert!(to.join("report.html").exists());
     let (tum, euroc) = (out.join("solution.tum"), out.join("solution.euroc.csv"));
-    succeeds(&["compare", text(&out), text(&tum), "--out", text(&to)]);
+    succeeds(&["compare", text(out), text(&tum), "--out", text(&to)]);
     let by_itself = &common::summary(&to)["differences"][0]["difference"]["down_m"]["max"];
     assert!(by_itself.as_f64().expect("a number") < 1e-3, "{by_itself}");
-    let refused = refusal(&["compare", text(&out), text(&euroc), "--out", text(&to)]);
+    let refused = refusal(&["compare", text(out), text(&euroc), "--out", text(&to)]);
     assert!(refused.contains("expected --align"), "{refused}");
-    let all = ["compare", text(&out), text(&tum), text(&smooth), "--align", "--out", text(&to)];
+    let all = ["compare", text(out), text(&tum), text(&smooth), "--align", "--out", text(&to)];
     succeeds(&all);
     assert_eq!(common::summary(&to)["differences"].as_array().expect("pairs").len(), 3);
 }
