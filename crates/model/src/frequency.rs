@@ -18,9 +18,9 @@ use super::linear::{LinearModel, TimeDomain};
 #[derive(Clone, Debug)]
 pub struct FrequencySweep {
     time: TimeDomain,
-    /// QᵀAQ, row by row, with its rows' first element left of the diagonal; zeros before it.
-    a: DMatrix<f64>,
-    b: DMatrix<f64>,
+    /// −QᵀAQ and QᵀB beside each other, transposed, so that a row of the equations lies in one piece; a row's first
+    /// element is left of the diagonal, with zeros before it.
+    equations: DMatrix<Complex<f64>>,
     c: DMatrix<f64>,
     d: DMatrix<f64>,
 }
@@ -29,12 +29,16 @@ impl LinearModel {
     /// The model made ready for many frequencies.
     #[must_use]
     pub fn sweep(&self) -> FrequencySweep {
-        let Self { time, a, b, c, d } = self.clone();
-        if a.nrows() < 2 {
-            return FrequencySweep { time, a, b, c, d };
+        let Self { time, mut a, mut b, mut c, d } = self.clone();
+        if a.nrows() > 1 {
+            let (q, hessenberg) = a.hessenberg().unpack();
+            (a, b, c) = (hessenberg, q.tr_mul(&b), c * q);
         }
-        let (q, a) = a.hessenberg().unpack();
-        FrequencySweep { time, a, b: q.tr_mul(&b), c: c * q, d }
+        let (n, m) = b.shape();
+        let equations = DMatrix::from_fn(n + m, n, |column, row| {
+            Complex::from(if column < n { -a[(row, column)] } else { b[(row, column - n)] })
+        });
+        FrequencySweep { time, equations, c, d }
     }
 }
 
@@ -47,13 +51,12 @@ impl FrequencySweep {
     #[must_use]
     pub fn at(&self, frequency_radps: f64) -> Option<DMatrix<Complex<f64>>> {
         let z = self.time.variable(frequency_radps);
-        let (n, m) = self.b.shape();
-        // Transposed, so that a row of the equations lies in one piece: zI − A and B beside each other.
-        let mut rows = DMatrix::from_fn(n + m, n, |column, row| match column {
-            _ if column >= n => Complex::from(self.b[(row, column - n)]),
-            _ if column == row => z - self.a[(row, column)],
-            _ => Complex::from(-self.a[(row, column)]),
-        });
+        let n = self.equations.ncols();
+        let m = self.equations.nrows() - n;
+        let mut rows = self.equations.clone();
+        for k in 0..n {
+            rows[(k, k)] += z;
+        }
         // Only the diagonal and what stands left of it can be the pivot.
         for k in 0..n.saturating_sub(1) {
             if rows[(k, k + 1)].norm_sqr() > rows[(k, k)].norm_sqr() {
@@ -64,16 +67,23 @@ impl FrequencySweep {
                 continue;
             }
             let (pivot, mut next) = rows.columns_range_pair_mut(k, k + 1);
-            for (value, above) in next.iter_mut().zip(pivot.iter()).skip(k) {
+            let next = next.as_mut_slice()[k..].iter_mut();
+            for (value, above) in next.zip(&pivot.as_slice()[k..]) {
                 *value -= factor * above;
             }
         }
+        let mut states = DMatrix::<Complex<f64>>::zeros(n, m);
         for k in (0..n).rev() {
-            let own = rows[(k, k)];
-            for column in n..n + m {
-                let known: Complex<f64> =
-                    (k + 1..n).map(|other| rows[(other, k)] * rows[(column, other)]).sum();
-                rows[(column, k)] = (rows[(column, k)] - known) / own;
+            let row = rows.column(k);
+            let (left, right) = row.as_slice().split_at(n);
+            for (mut column, value) in states.column_iter_mut().zip(right) {
+                let column = column.as_mut_slice();
+                let known: Complex<f64> = left[k + 1..]
+                    .iter()
+                    .zip(&column[k + 1..])
+                    .map(|(own, state)| own * state)
+                    .sum();
+                column[k] = (value - known) / left[k];
             }
         }
         let mut response = DMatrix::zeros(self.d.nrows(), m);
@@ -82,7 +92,7 @@ impl FrequencySweep {
             .zip(response.iter_mut())
         {
             let of_states: Complex<f64> =
-                (0..n).map(|state| rows[(n + input, state)] * self.c[(output, state)]).sum();
+                (0..n).map(|state| states[(state, input)] * self.c[(output, state)]).sum();
             *value = of_states + self.d[(output, input)];
         }
         response.iter().all(|value: &Complex<f64>| value.is_finite()).then_some(response)
