@@ -17,6 +17,8 @@ use nalgebra::{Complex, Matrix2, Vector2};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
+use rustfft::algorithm::Radix4;
+use rustfft::{Fft as _, FftDirection};
 
 use crate::record::experiment::Experiment;
 
@@ -224,8 +226,7 @@ fn spectrum(signal: &[f64]) -> Vec<f64> {
     if signal.len() < 2 * SEGMENT {
         return Vec::new();
     }
-    let mut planner = rustfft::FftPlanner::new();
-    let transform = planner.plan_fft_forward(SEGMENT);
+    let transform = Radix4::new(SEGMENT, FftDirection::Forward);
     let mut segments = 0.0;
     for start in (0..=signal.len() - SEGMENT).step_by(SEGMENT / 2) {
         let mut piece: Vec<rustfft::num_complex::Complex<f64>> = (0..SEGMENT)
