@@ -22,6 +22,7 @@ mod lost_heading;
 mod lost_level;
 mod magnetic_after_gap;
 mod midair;
+mod motors;
 mod notch;
 mod recovery;
 mod single_precision;
