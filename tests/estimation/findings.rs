@@ -147,6 +147,39 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
 }
 
 #[test]
+fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_told() {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");
+    for (name, fast_percent) in [
+        ("uav-thor75-1hz", 0.5),
+        ("uav-thor75-1hz", -0.2),
+        ("quad-ardupilot-5hz", -0.2),
+        ("car-rtk", -0.2),
+    ] {
+        let dir = dir.join(name);
+        if !dir.exists() {
+            println!("{} is missing: skipped", dir.display());
+            continue;
+        }
+        let mut dataset = Dataset::open(&dir).unwrap();
+        let start = dataset.imu[0].time;
+        for sample in &mut dataset.imu {
+            let since_s = sample.time - start;
+            sample.time = sample.time.offset_by(0.01 * fast_percent * since_s);
+        }
+        let config = dataset.settings().unwrap();
+        let run = dataset.estimate(&config, |_| {});
+        let found = dataset.findings(&run);
+        let told = found.iter().find(|finding| finding.kind == "clock rate").unwrap();
+        let (_, rate) = told.words.split_once("its clock runs ").unwrap();
+        let (percent, side) = rate.split_once(" % ").unwrap();
+        let off = percent.parse::<f64>().unwrap() - f64::abs(fast_percent);
+        let side_is_right = side.starts_with(if fast_percent > 0.0 { "fast" } else { "slow" });
+        assert!(off.abs() < 0.05 && side_is_right, "{name}, {fast_percent} %: {}", told.words);
+        assert!(found.iter().all(|finding| finding.kind != "time offset"), "{name}");
+    }
+}
+
+#[test]
 fn a_latency_beyond_what_the_filter_remembers_is_as_good_as_none_in_a_log() {
     let error_m = |late_s: f64| {
         let mut dataset = Dataset::open(log_dir()).unwrap();

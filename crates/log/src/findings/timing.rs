@@ -32,6 +32,13 @@ const STEP_S: f64 = 0.04;
 /// fixes led it there, tells no other delay. Fixes further apart are left out.
 const OVER_S: f64 = 1.0;
 const LONGEST_S: f64 = 2.5;
+/// Delays of parts of so many changes that grow by more than this over a flight, s, and by so many times what they are off
+/// a line, are of clocks that do not run alike.
+const PART: usize = 60;
+const DRIFTED_S: f64 = 0.15;
+const OFF_LINE: f64 = 5.0;
+/// That has to explain so much more of all changes than one delay.
+const DRIFT_EXPLAINS: f64 = 0.05;
 /// Longer intervals between samples hide what was felt, s.
 const GAP_S: f64 = 0.3;
 /// So much of a flight is looked at, s.
@@ -50,6 +57,24 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let is_trusted = |offset_s: f64| {
         FOLLOWED_S.contains(&offset_s) && (rejected as f64) < REFUSED * (used + rejected) as f64
     };
+    if let Some(drift) = felt.drift(log) {
+        let percent = 100.0 * drift.abs();
+        let fast = if drift < 0.0 { "fast" } else { "slow" };
+        findings.push(Finding {
+            start_s,
+            end_s,
+            sensor: "inertial unit",
+            kind: "clock rate",
+            severity: Severity::Warning,
+            count: 1,
+            words: format!(
+                "inertial unit: its clock runs {percent:.2} % {fast} against that of the fixes, by when the vehicle accelerates: rates, \
+                 forces and the times of all fixes are off; stamp samples by a clock that is right, not by their number"
+            ),
+        });
+        // A delay that grows is none to be declared.
+        return;
+    }
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
     let far_s = felt.delay_s(log).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
@@ -135,10 +160,42 @@ impl Felt {
         }
     }
 
+    /// By how much a second the delay of the fixes grows, where that is plain of one part of the flight after the other:
+    /// then the clocks of samples and fixes do not run alike.
+    fn drift(&self, log: &Judged<'_>) -> Option<f64> {
+        let told = told_changes(log);
+        let parts: Vec<[f64; 2]> = told
+            .chunks(PART)
+            .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
+            .collect();
+        let count = parts.len() as f64;
+        let [time_s, delay_s] =
+            [0, 1].map(|which| parts.iter().map(|at| at[which]).sum::<f64>() / count);
+        let about = |[at_s, at_delay_s]: [f64; 2]| [at_s - time_s, at_delay_s - delay_s];
+        let sum = |of: &dyn Fn([f64; 2]) -> f64| parts.iter().map(|&at| of(about(at))).sum::<f64>();
+        let drift = sum(&|[t, d]| t * d) / sum(&|[t, _]| t * t);
+        let off_s = (sum(&|[t, d]| (d - drift * t).powi(2)) / count).sqrt();
+        let grown_s = drift.abs() * (parts.last()?[0] - parts.first()?[0]);
+        let along = |at_s: f64| delay_s + drift * (at_s - time_s);
+        let [growing, steady] = [self.explained(&told, along), self.explained(&told, |_| delay_s)]
+            .map(Option::unwrap_or_default);
+        let is_plain =
+            growing > steady + DRIFT_EXPLAINS && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
+        is_plain.then_some(drift)
+    }
+
     /// How much earlier than by the declared latency the fixes hold, s, where that is plain.
     fn delay_s(&self, log: &Judged<'_>) -> Option<f64> {
         let told = told_changes(log);
-        let explained = |delay_s: f64| self.explained(&told, delay_s).unwrap_or(0.0);
+        let (delay_s, explained) = self.plain_delay_s(&told)?;
+        let now = self.explained(&told, |_| 0.0).unwrap_or(0.0);
+        (now <= explained - CLEARLY).then_some(delay_s)
+    }
+
+    /// The delay that explains most of the changes that were `told`, s, and how much, where that is more than at any
+    /// that is not near it.
+    fn plain_delay_s(&self, told: &[Change]) -> Option<(f64, f64)> {
+        let explained = |delay_s: f64| self.explained(told, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
         let tried: Vec<(f64, f64)> = (-steps..=steps)
             .map(|step| COARSE_S * f64::from(step))
@@ -146,23 +203,24 @@ impl Felt {
             .collect();
         let (coarse_s, most) = tried.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let other = tried.iter().filter(|(delay_s, _)| (delay_s - coarse_s).abs() > NEAR_S);
-        let other = other.map(|(_, explained)| *explained).fold(explained(0.0), f64::max);
+        let other = other.map(|(_, explained)| *explained).fold(0.0, f64::max);
         if most < EXPLAINED || other > most - CLEARLY {
             return None;
         }
         let steps = (COARSE_S / FINE_S) as i32;
-        (-steps..=steps)
+        let fine_s = (-steps..=steps)
             .map(|step| coarse_s + FINE_S * f64::from(step))
-            .max_by(|a, b| explained(*a).total_cmp(&explained(*b)))
+            .max_by(|a, b| explained(*a).total_cmp(&explained(*b)))?;
+        Some((fine_s, most))
     }
 
     /// How much of the changes that were `told` those that were felt `delay_s` before explain, turned together by
     /// whatever angle explains them best, 0 to 1.
-    fn explained(&self, told: &[Change], delay_s: f64) -> Option<f64> {
+    fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         let pairs: Vec<_> = told
             .iter()
             .filter_map(|change| {
-                let felt = self.change(change.times_s.map(|time_s| time_s - delay_s))?;
+                let felt = self.change(change.times_s.map(|time_s| time_s - delay_s(time_s)))?;
                 Some((felt, change.north_east_mps))
             })
             .collect();
@@ -211,6 +269,17 @@ impl Felt {
 struct Change {
     times_s: [f64; 3],
     north_east_mps: [f64; 2],
+}
+
+/// When most of these changes came, s.
+fn centre_s(changes: &[Change]) -> f64 {
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for Change { times_s: [_, time_s, _], north_east_mps: [north, east] } in changes {
+        let weight = north * north + east * east;
+        sum += weight * time_s;
+        weights += weight;
+    }
+    sum / weights
 }
 
 fn second_difference([start, middle, end]: [[f64; 2]; 3]) -> [f64; 2] {
