@@ -161,10 +161,11 @@ mod tests {
     use super::*;
 
     /// The instructions that each work of [`Work::ALL`] may take: 5 % above what it took when this was written, in a
-    /// build of the tests, which takes up to 70 % more than what is shipped.
+    /// build of the tests, which takes up to 70 % more than what is shipped. The steps and the fix of 15 states have up to
+    /// 2 % more: what it takes to see vibration come and go.
     const MOST: [u64; Work::ALL.len()] = [
-        5_070, 28_670, 10_100, 5_410, 6_190, 6_780, 5_530, 640, 2_280, 8_530, 47_650, 4_500,
-        17_280, 1_710, 4_510, 23_180,
+        5_160, 28_670, 10_100, 5_410, 6_190, 6_780, 5_530, 640, 2_280, 8_530, 47_650, 4_590,
+        17_450, 1_710, 4_510, 23_180,
     ];
 
     const COUNTED: &str = "instructions::tests::the_work_that_is_counted";
