@@ -36,23 +36,21 @@ impl Rectification {
     /// Takes in the `vibration` of late, variance per axis, (m/s²)², over a step; biases are assumed to be off by
     /// `assumed_mps2`, one-sigma.
     pub fn push<T: Scalar>(&mut self, vibration: [T; 3], interval_s: T, assumed_mps2: f64) {
-        let interval_s = interval_s.wide() as f32;
-        let now = vibration.map(|variance| variance.wide() as f32);
-        let most = (assumed_mps2 * assumed_mps2) as f32;
-        let axes = self.before.iter_mut().zip(now);
+        let axes = self.before.iter_mut().zip(vibration);
         for ((before, now), (left_s, opening)) in
             axes.zip(self.left_s.iter_mut().zip(&mut self.opening))
         {
-            let (less, more) = if now < *before { (now, *before) } else { (*before, now) };
+            let now = now.wide() as f32;
             if *left_s > 0.0 {
-                *left_s -= interval_s;
+                *left_s -= interval_s.wide() as f32;
                 if *left_s <= 0.0 {
                     *before = now;
                     *opening = 0.0;
-                    continue;
+                } else {
+                    let most = (assumed_mps2 * assumed_mps2) as f32;
+                    *opening = (SHARE * SHARE * (now - *before).abs()).min(most) / SPREAD_S;
                 }
-                *opening = (SHARE * SHARE * (more - less)).min(most) / SPREAD_S;
-            } else if more > LEAST && more > COMES * less {
+            } else if (now > COMES * *before || *before > COMES * now) && now.max(*before) > LEAST {
                 *left_s = SPREAD_S;
             }
         }
