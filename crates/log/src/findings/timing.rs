@@ -8,6 +8,7 @@ use hovernav::frames::Vector;
 use super::Judged;
 use crate::comparisons::FixTally;
 use crate::finding::{Finding, Severity};
+use crate::plausibility::Scale;
 use crate::rates::Rates;
 
 /// A time offset of the fixes beyond this, s, is worth declaring.
@@ -57,7 +58,8 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let is_trusted = |offset_s: f64| {
         FOLLOWED_S.contains(&offset_s) && (rejected as f64) < REFUSED * (used + rejected) as f64
     };
-    if let Some(drift) = felt.drift(log) {
+    let told = told_changes(log);
+    if let Some(drift) = felt.drift(&told) {
         let percent = 100.0 * drift.abs();
         let fast = if drift < 0.0 { "fast" } else { "slow" };
         findings.push(Finding {
@@ -76,7 +78,7 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         return;
     }
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
-    let far_s = felt.delay_s(log).filter(|far_s| {
+    let far_s = felt.delay_s(&told).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
     });
     let side = |offset_s: f64| {
@@ -162,8 +164,7 @@ impl Felt {
 
     /// By how much a second the delay of the fixes grows, where that is plain of one part of the flight after the other:
     /// then the clocks of samples and fixes do not run alike.
-    fn drift(&self, log: &Judged<'_>) -> Option<f64> {
-        let told = told_changes(log);
+    fn drift(&self, told: &[Change]) -> Option<f64> {
         let parts: Vec<[f64; 2]> = told
             .chunks(PART)
             .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
@@ -171,13 +172,14 @@ impl Felt {
         let count = parts.len() as f64;
         let [time_s, delay_s] =
             [0, 1].map(|which| parts.iter().map(|at| at[which]).sum::<f64>() / count);
-        let about = |[at_s, at_delay_s]: [f64; 2]| [at_s - time_s, at_delay_s - delay_s];
-        let sum = |of: &dyn Fn([f64; 2]) -> f64| parts.iter().map(|&at| of(about(at))).sum::<f64>();
-        let drift = sum(&|[t, d]| t * d) / sum(&|[t, _]| t * t);
-        let off_s = (sum(&|[t, d]| (d - drift * t).powi(2)) / count).sqrt();
+        let about: Vec<(f64, f64)> =
+            parts.iter().map(|[at_s, at_delay_s]| (at_s - time_s, at_delay_s - delay_s)).collect();
+        let drift = Scale::of(&about)?.scale;
+        let off_s =
+            (about.iter().map(|(t, d)| (d - drift * t).powi(2)).sum::<f64>() / count).sqrt();
         let grown_s = drift.abs() * (parts.last()?[0] - parts.first()?[0]);
         let along = |at_s: f64| delay_s + drift * (at_s - time_s);
-        let [growing, steady] = [self.explained(&told, along), self.explained(&told, |_| delay_s)]
+        let [growing, steady] = [self.explained(told, along), self.explained(told, |_| delay_s)]
             .map(Option::unwrap_or_default);
         let is_plain =
             growing > steady + DRIFT_EXPLAINS && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
@@ -185,10 +187,9 @@ impl Felt {
     }
 
     /// How much earlier than by the declared latency the fixes hold, s, where that is plain.
-    fn delay_s(&self, log: &Judged<'_>) -> Option<f64> {
-        let told = told_changes(log);
-        let (delay_s, explained) = self.plain_delay_s(&told)?;
-        let now = self.explained(&told, |_| 0.0).unwrap_or(0.0);
+    fn delay_s(&self, told: &[Change]) -> Option<f64> {
+        let (delay_s, explained) = self.plain_delay_s(told)?;
+        let now = self.explained(told, |_| 0.0).unwrap_or(0.0);
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 

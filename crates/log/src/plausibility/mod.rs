@@ -30,6 +30,7 @@ use hovernav::time::Time;
 use magnetic::Field;
 
 pub use alternatives::{alternative, denied_aid};
+pub(crate) use regression::Scale;
 
 impl Dataset {
     /// What of this log's set-up cannot be, the certain first: see [`SetupFinding`]. Reads no

@@ -90,7 +90,7 @@ impl<const D: usize> Regression<D> {
 
 /// What one number is of another, through the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     /// `y / x`, and its one-sigma.
     pub scale: f64,
     pub sigma: f64,
