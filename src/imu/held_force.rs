@@ -13,6 +13,9 @@ const BEFORE_S: f64 = 0.3;
 const WEIGHED_S: f64 = 0.3;
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
+/// Where readings are cut off, none counts as further from the force that is believed than so many one-sigmas of the
+/// shaking: close to a median, which a tone that is cut off on one side alone does not move.
+const FURTHEST_SIGMAS: f64 = 0.5;
 /// Share of shocks in which the readings were right, as of a catapult.
 const PUSHES: f64 = 0.2;
 /// Memory of the strongest shaking, s, and the least of it that a sample leaves: a tone between its peaks
@@ -29,8 +32,10 @@ const LEAST_LEFT: f64 = 0.3;
 pub(super) struct HeldForce<T> {
     /// Force that is believed.
     force_mps2: Vector<Body, T>,
-    /// The last two readings, the earlier first.
-    readings_mps2: [Vector<Body, T>; 2],
+    /// The last two readings, the earlier first, and whether they are in the mean.
+    readings_mps2: [(Vector<Body, T>, bool); 2],
+    /// For how long readings have been left out of the mean, s.
+    left_out_s: T,
     shock: Shock<T>,
 }
 
@@ -54,6 +59,8 @@ pub(super) struct Shaking<T> {
     pub variance: T,
     /// Whether the last reading is a blow, and may begin a shock.
     pub struck: bool,
+    /// Whether full scale has cut off readings of late.
+    pub cut_off: bool,
 }
 
 /// When a reading came, and what it is.
@@ -79,8 +86,12 @@ pub(super) struct Held<T> {
 
 impl<T: Scalar> HeldForce<T> {
     /// Nothing felt yet.
-    pub(super) const NONE: Self =
-        Self { force_mps2: Vector::ZERO, readings_mps2: [Vector::ZERO; 2], shock: Shock::NONE };
+    pub(super) const NONE: Self = Self {
+        force_mps2: Vector::ZERO,
+        readings_mps2: [(Vector::ZERO, true); 2],
+        left_out_s: T::ZERO,
+        shock: Shock::NONE,
+    };
 
     /// Takes in the mean or momentary force of a sample, and how the unit shakes, if more than usual.
     ///
@@ -94,7 +105,9 @@ impl<T: Scalar> HeldForce<T> {
     ) -> Held<T> {
         let Sampling { interval_s, momentary, even } = *sampling;
         let [second, first] = self.readings_mps2;
-        self.readings_mps2 = [first, reading_mps2];
+        // What shakes may be the first of a shock.
+        let left_out = shaking.is_some() && self.left_out_s < T::of(BEFORE_S);
+        self.readings_mps2 = [first, (reading_mps2, !left_out)];
         let share = (interval_s * T::of(1.0 / BEFORE_S)).min(T::ONE);
         let lasts = self.shock.lasted_s > T::ZERO;
         let begins = |shaking: &Shaking<T>| {
@@ -102,12 +115,20 @@ impl<T: Scalar> HeldForce<T> {
             shaking.struck && costs && even && share < T::of(0.5)
         };
         // What was not believed of the reading before.
-        let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
+        let before = if lasts { first.0 - self.force_mps2 } else { Vector::ZERO };
+        let shakes = shaking.is_some();
         let Some(shaking) = shaking.filter(|shaking| lasts || begins(shaking)) else {
             if lasts {
                 self.shock = Shock::NONE;
             }
-            self.force_mps2 += (reading_mps2 - self.force_mps2) * share;
+            if left_out {
+                self.left_out_s += interval_s;
+            } else {
+                self.force_mps2 += (reading_mps2 - self.force_mps2) * share;
+            }
+            if !shakes {
+                self.left_out_s = T::ZERO;
+            }
             let left = if momentary { before * T::of(0.5) } else { Vector::ZERO };
             return Held { withheld_mps2: left, variance: None };
         };
@@ -115,17 +136,18 @@ impl<T: Scalar> HeldForce<T> {
         if !lasts {
             // A blow shows by its second or third reading: the two before are taken out of the mean, and
             // back whole, though they were in the intervals before.
-            for reading in [first, second] {
+            for (reading, _) in [first, second].into_iter().filter(|(_, in_mean)| *in_mean) {
                 let without = self.force_mps2 - reading * share;
                 self.force_mps2 = without * (T::ONE / (T::ONE - share));
             }
-            taken_back = (first - self.force_mps2) + (second - self.force_mps2);
-            self.shock.begin(shaking.variance);
+            taken_back = (first.0 - self.force_mps2) + (second.0 - self.force_mps2);
+            self.shock.begin(shaking.variance, self.left_out_s);
         }
         let weight = self.shock.weigh(shaking.variance, interval_s);
         let off = reading_mps2 - self.force_mps2;
-        self.force_mps2 += off * weight;
-        let now = off * (T::ONE - weight);
+        let believed = if shaking.cut_off { self.shock.limited(off) } else { off } * weight;
+        self.force_mps2 += believed;
+        let now = off - believed;
         let in_interval = if momentary { (before + now) * T::of(0.5) } else { now };
         let withheld_mps2 = taken_back + in_interval;
         Held { withheld_mps2, variance: Some(self.shock.leaves(withheld_mps2, interval_s)) }
@@ -146,8 +168,8 @@ impl<T: Scalar> Shock<T> {
         greatest_withheld: T::ZERO,
     };
 
-    fn begin(&mut self, shaking: T) {
-        self.variance = T::of(AGILITY_MPS2 * AGILITY_MPS2 * BEFORE_S);
+    fn begin(&mut self, shaking: T, left_out_s: T) {
+        self.variance = T::of(AGILITY_MPS2 * AGILITY_MPS2) * (T::of(BEFORE_S) + left_out_s);
         self.shaking = shaking;
     }
 
@@ -159,6 +181,12 @@ impl<T: Scalar> Shock<T> {
         let weight = self.variance / (self.variance + self.shaking);
         self.variance = self.variance * (T::ONE - weight);
         weight
+    }
+
+    /// Of how far a reading is off, what counts.
+    fn limited(&self, off_mps2: Vector<Body, T>) -> Vector<Body, T> {
+        let furthest = T::of(FURTHEST_SIGMAS) * self.shaking.sqrt();
+        off_mps2.to_array().map(|off| off.max(-furthest).min(furthest)).into()
     }
 
     /// What an interval leaves in the integral of each axis, (m/s)²: the force wrong by the same all through
@@ -179,51 +207,64 @@ mod tests {
     use super::*;
 
     const QUIET: f64 = 0.25;
+    const FULL_SCALE: f64 = 29.4;
 
-    /// A unit at rest that feels `felt` for so many samples, the shaking as its second differences have it:
-    /// by how much the integral of what is believed is off that of what was `moved`, m/s, and the
-    /// one-sigma of it.
-    fn error(
+    /// A unit that is sampled at this interval, and feels this force when at ease, m/s².
+    struct Unit {
         interval_s: f64,
         momentary: bool,
-        felt: &[f64],
-        moved: impl Fn(usize) -> f64,
-    ) -> (f64, f64) {
-        let (mut held, mut error_mps, mut variance) = (HeldForce::<f64>::NONE, 0.0, 0.0);
-        let (mut last, mut strengths) = ([0.0; 2], Vec::new());
-        for step in 0..300 + felt.len() {
-            let place = step.checked_sub(200).filter(|place| *place < felt.len());
-            let reading = place.map_or(0.0, |place| felt[place]);
-            let [before_that, before] = last;
-            let bend: f64 = reading - 2.0 * before + before_that;
-            last = [before, reading];
-            strengths.push(bend * bend / 6.0);
-            let recent = strengths.iter().rev().take(5).sum::<f64>() / 5.0;
-            let (strength, struck) = (bend * bend / 6.0, bend * bend / 6.0 > 50.0 * QUIET);
-            let shaking = Shaking { variance: strength.max(QUIET), struck };
-            let shaking = (recent > 8.0 * QUIET).then_some(shaking);
-            let force = Vector::new(reading, 0.0, -9.8);
-            let sampling = Sampling { interval_s, momentary, even: true };
-            let found = held.push(force, shaking, &sampling);
-            let mean = if momentary { 0.5 * (before + reading) } else { reading };
-            let [withheld, _, _] = found.withheld_mps2.to_array();
-            error_mps += (mean - withheld - place.map_or(0.0, &moved)) * interval_s;
-            variance += found.variance.unwrap_or_default();
-        }
-        (error_mps, variance.sqrt())
+        steady: f64,
+        full_scale: f64,
     }
 
-    #[test]
-    fn a_tone_that_ends_at_full_scale_moves_little_and_within_three_sigmas() {
+    impl Unit {
+        /// The unit feels `felt` for so many samples, as far as full scale goes, the shaking as its second differences
+        /// have it: by how much the integral of what is believed is off that of what was `moved`, m/s, and the
+        /// one-sigma of it.
+        fn error(&self, felt: &[f64], moved: impl Fn(usize) -> f64) -> (f64, f64) {
+            let Self { interval_s, momentary, steady, full_scale } = *self;
+            let (mut held, mut error_mps, mut variance) = (HeldForce::<f64>::NONE, 0.0, 0.0);
+            let (mut last, mut strengths, mut clipped) = ([steady; 2], Vec::new(), Vec::new());
+            for step in 0..300 + felt.len() {
+                let place = step.checked_sub(200).filter(|place| *place < felt.len());
+                let true_reading = place.map_or(steady, |place| felt[place]);
+                let reading = true_reading.clamp(-full_scale, full_scale);
+                let [before_that, before] = last;
+                let bend: f64 = reading - 2.0 * before + before_that;
+                last = [before, reading];
+                strengths.push(bend * bend / 6.0);
+                let recent = strengths.iter().rev().take(5).sum::<f64>() / 5.0;
+                let is_tone = recent > 0.04 * full_scale * full_scale;
+                clipped.push(reading.abs() == full_scale && is_tone);
+                // As equation (S13) has it.
+                let cut_off = clipped.iter().rev().take(5).any(|clipped| *clipped);
+                let (strength, struck) = (bend * bend / 6.0, bend * bend / 6.0 > 50.0 * QUIET);
+                let shaking = Shaking { variance: strength.max(QUIET), struck, cut_off };
+                let shaking = (cut_off || recent > 8.0 * QUIET).then_some(shaking);
+                let force = Vector::new(reading, 0.0, -9.8);
+                let sampling = Sampling { interval_s, momentary, even: true };
+                let found = held.push(force, shaking, &sampling);
+                let mean = if momentary { 0.5 * (before + reading) } else { reading };
+                let [withheld, _, _] = found.withheld_mps2.to_array();
+                error_mps += (mean - withheld - place.map_or(steady, &moved)) * interval_s;
+                variance += found.variance.unwrap_or_default();
+            }
+            (error_mps, variance.sqrt())
+        }
+    }
+
+    /// Root mean square of what tones of 35 m/s² about this force for so many samples leave behind, m/s; each is within
+    /// three of its one-sigmas.
+    fn left_by_tones(steady: f64, samples: u32) -> f64 {
         let mut squares = Vec::new();
         for (momentary, turn_rad) in
             [true, false].into_iter().flat_map(|m| [(m, 1.3), (m, 2.0), (m, 2.8)])
         {
+            let unit = Unit { interval_s: 0.03, momentary, steady, full_scale: FULL_SCALE };
             for phase in 0..20 {
-                let tone =
-                    |k: u32| 35.0 * (0.314 * f64::from(phase) + turn_rad * f64::from(k)).sin();
-                let felt: Vec<f64> = (0..10).map(|k| tone(k).clamp(-29.4, 29.4)).collect();
-                let (error_mps, sigma_mps) = error(0.03, momentary, &felt, |_| 0.0);
+                let tone = |k: u32| (0.314 * f64::from(phase) + turn_rad * f64::from(k)).sin();
+                let felt: Vec<f64> = (0..samples).map(|k| steady + 35.0 * tone(k)).collect();
+                let (error_mps, sigma_mps) = unit.error(&felt, |_| steady);
                 assert!(
                     error_mps.abs() < 3.0 * sigma_mps,
                     "{phase} {turn_rad}: {error_mps} of {sigma_mps} m/s"
@@ -231,21 +272,37 @@ mod tests {
                 squares.push(error_mps * error_mps);
             }
         }
-        let rms_mps = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        assert!(rms_mps < 0.2, "{rms_mps} m/s");
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn a_tone_that_ends_at_full_scale_moves_little_and_within_three_sigmas() {
+        let rms_mps = left_by_tones(0.0, 10);
+        assert!(rms_mps < 0.1, "{rms_mps} m/s");
+    }
+
+    #[test]
+    fn a_tone_that_is_cut_off_on_one_side_for_seconds_moves_little() {
+        // Their readings are 3.5 m/s² low in the mean.
+        let rms_mps = left_by_tones(9.8, 100);
+        assert!(rms_mps < 0.4, "{rms_mps} m/s");
     }
 
     #[test]
     fn a_push_that_is_taken_for_a_shock_is_within_three_sigmas() {
-        for momentary in [true, false] {
+        for (momentary, full_scale) in
+            [true, false].into_iter().flat_map(|m| [(m, FULL_SCALE), (m, f64::INFINITY)])
+        {
+            let unit = Unit { interval_s: 0.03, momentary, steady: 0.0, full_scale };
             for lasts in [1, 2, 4, 10, 30] {
                 let felt = vec![40.0; lasts];
-                let (error_mps, sigma_mps) = error(0.03, momentary, &felt, |_| 40.0);
+                let (error_mps, sigma_mps) = unit.error(&felt, |_| full_scale.min(40.0));
                 assert!(
                     error_mps.abs() < 3.0 * sigma_mps,
                     "{lasts}: {error_mps} of {sigma_mps} m/s"
                 );
-                assert!(error_mps.abs() < 7.0, "{lasts}: {error_mps} m/s");
+                let most_mps = if full_scale < 40.0 { 10.0 } else { 7.0 };
+                assert!(error_mps.abs() < most_mps, "{lasts}: {error_mps} m/s");
             }
         }
     }
@@ -253,6 +310,7 @@ mod tests {
     #[test]
     fn bumps_of_a_unit_that_is_sampled_fast_are_believed() {
         let felt = [3.0, 9.0, 4.0, -6.0, 2.0];
-        assert_eq!(error(0.01, true, &felt, |place| felt[place]).1, 0.0);
+        let unit = Unit { interval_s: 0.01, momentary: true, steady: 0.0, full_scale: FULL_SCALE };
+        assert_eq!(unit.error(&felt, |place| felt[place]).1, 0.0);
     }
 }

@@ -132,6 +132,8 @@ const SHOCK: f64 = 8.0;
 const BLOW: f64 = 50.0;
 const LEAST_GYRO_BLOW: f64 = 3.0;
 const LEAST_ACCEL_BLOW: f64 = 20.0;
+/// A reading at full scale is the top of a tone, and no push, where the shaking now is more than this share of it.
+const CUT_OFF_SHARE: f64 = 0.2;
 /// Least usual shaking: below it any touch would be a shock, rad/s and m/s².
 const LEAST_GYRO_SHAKING: f64 = 0.03;
 const LEAST_ACCEL_SHAKING: f64 = 0.3;
@@ -187,6 +189,8 @@ struct Triad<T> {
     repeats: [u32; 3],
     /// For how long each has been clipped of late, s.
     clipped_s: [T; 3],
+    /// For how long a shock in which any was clipped goes on without, s.
+    goes_on_s: T,
     repetition: Repetition<T>,
 }
 
@@ -208,6 +212,7 @@ impl<T: Scalar> Triad<T> {
         largest: [T::ZERO; 3],
         repeats: [0; 3],
         clipped_s: [T::ZERO; 3],
+        goes_on_s: T::ZERO,
         repetition: Repetition::NONE,
     };
 }
@@ -400,14 +405,22 @@ impl<T: Scalar> Triad<T> {
             weights.usual_is_known && now[axis] > number(SHOCK) * quiet[axis]
         });
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
-        if any(shocked) {
+        // What is usual rises with a tone that lasts, and what full scale cuts off of it does not become right by that.
+        let least_tone = square(number(CUT_OFF_SHARE));
+        let tone: [bool; 3] = core::array::from_fn(|axis| {
+            clipped[axis] && now[axis] > least_tone * square(values[axis])
+        });
+        self.goes_on_s =
+            if any(tone) { number(NOW_S) } else { (self.goes_on_s - interval_s).max(T::ZERO) };
+        if any(shocked) || self.goes_on_s > T::ZERO {
             let (mut struck, least_blow) = (false, square(number(least_blow)));
             for axis in 0..3 {
                 let blow = number(BLOW) * quiet[axis];
                 struck |= shocked[axis] && noise[axis] > blow;
                 shaken |= now[axis] > blow && now[axis] > least_blow;
             }
-            shock = Some(Shaking { variance: greatest(noise, self.usual), struck });
+            let cut_off = self.goes_on_s > T::ZERO;
+            shock = Some(Shaking { variance: greatest(noise, self.usual), struck, cut_off });
         }
         if shock.is_some() || any(clipped) {
             hidden = self.hidden(values, limit, clipped, shocked, interval_s);
