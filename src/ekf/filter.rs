@@ -149,7 +149,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gates: Gates::NONE,
             attitude_used: None,
             attitude_watch: AttitudeWatch::NONE,
-            heading_wander: (config.attitude.heading_wander_rad, config.attitude.wander_time_s),
+            heading_wander: usual_heading_wander(&config),
             heading_doubt_rad: 0.0,
             field_watch: FieldWatch::NONE,
             heading_distrusted: None,
@@ -183,6 +183,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.clear();
         self.attitude_used = None;
         self.attitude_watch = AttitudeWatch::NONE;
+        self.heading_wander = usual_heading_wander(&self.config);
         self.heading_doubt_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
         self.heading_distrusted = None;
@@ -493,8 +494,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// A start whose velocity is less sure than this, m/s, had none from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
+/// [`Ekf::heading_wander`] before anything gave the heading.
+const fn usual_heading_wander(config: &EkfConfig) -> (f64, f64) {
+    (config.attitude.heading_wander_rad, config.attitude.wander_time_s)
+}
+
 /// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that
 /// the first reading ties it to the height and tells nothing of that.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
 /// A gap longer than this, s, is not bridged: what happened in it nobody knows.
 const LONGEST_BRIDGE_S: f64 = 60.0;
+
+#[cfg(test)]
+mod tests;

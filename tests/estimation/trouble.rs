@@ -79,15 +79,21 @@ fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
 }
 
 #[test]
-fn a_shock_at_full_scale_moves_the_velocity_by_less_than_a_metre_a_second() {
-    for (flight, most_mps) in [(heli_hover(), 0.7), (Flight::Simulated, 1.0)] {
-        let outcomes = outcomes(flight, "clip-burst=3");
-        // By up to 2.6 m/s, 1.6 in the median, where the readings were believed.
+fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
+    for (flight, fault, most_mps) in [
+        (heli_hover(), "clip-burst=3", 0.7),
+        (Flight::Simulated, "clip-burst=3", 1.0),
+        (heli_hover(), "clip-burst=3@:3", 1.2),
+        (Flight::Simulated, "clip-burst=3@:3", 2.0),
+    ] {
+        let outcomes = outcomes(flight, fault);
+        // By up to 2.6 m/s, 1.6 in the median, where the readings were believed; of 3 s by up to 5 m/s, 3.7 in the
+        // median, where they were held for as long only as they shook more than usual.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
         assert!(worst(&outcomes, pulled_mps) < most_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
         pulled.sort_by(f64::total_cmp);
-        assert!(pulled[pulled.len() / 2] < 0.55, "{pulled:.2?}");
+        assert!(pulled[pulled.len() / 2] < 0.5 * most_mps.max(1.1), "{pulled:.2?}");
     }
 }
 
