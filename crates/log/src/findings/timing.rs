@@ -35,7 +35,8 @@ const OVER_S: f64 = 1.0;
 const LONGEST_S: f64 = 2.5;
 /// Delays of parts of so many changes that grow by more than this over a flight, s, and by so many times what they are off
 /// a line, are of clocks that do not run alike.
-const PART: usize = 60;
+const PART: usize = 40;
+const LEAST_PARTS: usize = 3;
 const DRIFTED_S: f64 = 0.15;
 const OFF_LINE: f64 = 5.0;
 /// That has to explain so much more of all changes than one delay.
@@ -169,20 +170,25 @@ impl Felt {
             .chunks(PART)
             .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
             .collect();
+        if parts.len() < LEAST_PARTS {
+            return None;
+        }
         let count = parts.len() as f64;
         let [time_s, delay_s] =
             [0, 1].map(|which| parts.iter().map(|at| at[which]).sum::<f64>() / count);
         let about: Vec<(f64, f64)> =
             parts.iter().map(|[at_s, at_delay_s]| (at_s - time_s, at_delay_s - delay_s)).collect();
         let drift = Scale::of(&about)?.scale;
-        let off_s =
-            (about.iter().map(|(t, d)| (d - drift * t).powi(2)).sum::<f64>() / count).sqrt();
+        // A line takes two of them.
+        let off_s = (about.iter().map(|(t, d)| (d - drift * t).powi(2)).sum::<f64>()
+            / (count - 2.0))
+            .sqrt();
         let grown_s = drift.abs() * (parts.last()?[0] - parts.first()?[0]);
         let along = |at_s: f64| delay_s + drift * (at_s - time_s);
         let [growing, steady] = [self.explained(told, along), self.explained(told, |_| delay_s)]
             .map(Option::unwrap_or_default);
-        let is_plain =
-            growing > steady + DRIFT_EXPLAINS && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
+        let is_plain = growing > EXPLAINED.max(steady + DRIFT_EXPLAINS)
+            && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
         is_plain.then_some(drift)
     }
 
