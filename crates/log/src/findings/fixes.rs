@@ -51,7 +51,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             continue;
         }
         // Whoever read the log has said of these that they have none.
-        let is_known = fixes[first + 1..=last].iter().all(|fix| fix.two_dimensional);
+        let known = fixes[first + 1..=last].iter().filter(|fix| fix.two_dimensional).count();
+        let is_known = 2 * known > last - first;
         let (when, count) = (when(start_s, end_s), last - first);
         findings.push(Finding {
             start_s,

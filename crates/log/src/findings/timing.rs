@@ -51,6 +51,11 @@ const LEAST_MPS: f64 = 0.5;
 /// So much of the changes has to be explained at the best delay, and so much less at none and at any that is not near it.
 const EXPLAINED: f64 = 0.5;
 const CLEARLY: f64 = 0.1;
+/// An offset at which the accelerations explain less than this of the changes is none.
+const DENIED: f64 = 0.1;
+/// No latency is longer, s; GPS time is so far ahead of UTC, s.
+const LONGEST_LATENCY_S: f64 = 10.0;
+const LEAP_SECONDS: f64 = 18.0;
 
 pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let Some((start_s, end_s)) = log.span_s() else { return };
@@ -78,6 +83,10 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         // A delay that grows is none to be declared.
         return;
     }
+    // Where accelerations tell nothing, they deny nothing.
+    let is_denied =
+        |offset_s: f64| felt.explained(&told, |_| offset_s).is_some_and(|share| share < DENIED);
+    let is_trusted = |offset_s: f64| is_trusted(offset_s) && !is_denied(offset_s);
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
     let far_s = felt.delay_s(&told).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
@@ -88,7 +97,15 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         format!("{:.3} s {side} than their time stamps say", found_s.abs())
     };
     let declared = format!("declared latency {declared_s:.3} s");
-    let mend = |offset_s: f64| format!("; set [gps] latency_s = {:.2}", declared_s + offset_s);
+    let mend = |offset_s: f64| {
+        let latency_s = declared_s + offset_s;
+        if latency_s.abs() < LONGEST_LATENCY_S {
+            return format!("; set [gps] latency_s = {latency_s:.2}");
+        }
+        let is_utc = (latency_s.abs() - LEAP_SECONDS).abs() < 1.0;
+        let cause = if is_utc { ": GPS time is 18 s ahead of UTC" } else { "" };
+        format!("; stamp fixes and samples by one clock{cause}")
+    };
     let (is_off, what) = if let Some(far_s) = far_s {
         let how = "by when the vehicle accelerates";
         (true, format!("fixes hold {} ({how}), {declared}{}", side(far_s), mend(far_s)))

@@ -48,6 +48,8 @@ const STARTING_S: f64 = 1.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let starting_s = log.span_s().map_or(f64::NEG_INFINITY, |(first_s, _)| first_s + STARTING_S);
+    let last_sample = log.dataset.sample_span().map(|(_, last)| last.seconds());
+    let ended_s = last_sample.unwrap_or(f64::INFINITY);
     let disturbed_s: Vec<f64> = (log.run.notices.iter())
         .filter_map(|notice| match notice {
             Notice::FieldDisturbed { time, .. } => Some(time.seconds()),
@@ -87,6 +89,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 if known || (reason == Unusable::TooOld && span.end_s < starting_s) {
                     continue;
                 }
+                let samples_ended = reason == Unusable::AheadOfImu && span.start_s >= ended_s;
                 findings.push(Finding {
                     start_s: span.start_s,
                     end_s: span.end_s,
@@ -98,7 +101,9 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,
                         when(span.start_s, span.end_s),
-                        if of_gaps {
+                        if samples_ended {
+                            "the inertial samples had ended"
+                        } else if of_gaps {
                             "the inertial samples were missing, and these too old when they came again"
                         } else {
                             in_words(reason)

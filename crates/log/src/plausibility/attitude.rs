@@ -1,5 +1,7 @@
 //! The gyros against the unit's own attitude, and against gravity where it has none.
 
+use std::f64::consts::TAU;
+
 use hovernav::frames::{EulerAngles, Rotation};
 
 use super::regression::Regression;
@@ -10,27 +12,37 @@ use crate::rates::Rates;
 /// Over how long rotations are compared, s: longer than an attitude lags, shorter than a turn.
 const OVER_S: f64 = 0.5;
 /// Gyros that move less than this, rad/s rms, tell nothing.
-const LEAST_RADPS: f64 = 0.02;
+const LEAST_RADPS: f64 = 0.008;
 /// So much of the attitude's motion has to be explained before anything is concluded.
 const EXPLAINED: f64 = 0.5;
+/// Scales of gyros outside of these are wrong, the second where so much is explained.
+const SCALES: std::ops::Range<f64> = 0.6..1.6;
+const NEAR_SCALES: std::ops::Range<f64> = 0.77..1.3;
+const WELL_EXPLAINED: f64 = 0.8;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Mean rates beside the turning of the attitude.
 pub(super) struct Turning {
     regression: Regression<3>,
+    /// The largest angle of the attitude, rad.
+    largest_rad: f64,
     /// The samples of the part under way.
     part: Vec<(Rates, Option<EulerAngles>)>,
 }
 
 impl Default for Turning {
     fn default() -> Self {
-        Self { regression: Regression::NONE, part: Vec::new() }
+        Self { regression: Regression::NONE, largest_rad: 0.0, part: Vec::new() }
     }
 }
 
 impl Turning {
     /// Takes in the next sample, with the unit's own attitude.
     pub fn push(&mut self, at: &Rates, attitude: Option<EulerAngles>) {
+        if let Some(EulerAngles { roll_rad, pitch_rad, yaw_rad }) = attitude {
+            let angles = [roll_rad, pitch_rad, yaw_rad];
+            self.largest_rad = angles.into_iter().fold(self.largest_rad, |a, b| a.max(b.abs()));
+        }
         let is_end = self.part.first().is_some_and(|(start, _)| at.time - start.time >= OVER_S);
         self.part.push((*at, attitude));
         if is_end {
@@ -66,18 +78,39 @@ impl Turning {
 
     /// Judges the gyros by the attitude; false where there is none to compare with.
     pub fn check(&self, found: &mut Vec<SetupFinding>) -> bool {
-        with_attitude(&self.regression, found)
+        with_attitude(&self.regression, self.largest_rad, found)
     }
 }
 
-fn with_attitude(regression: &Regression<3>, found: &mut Vec<SetupFinding>) -> bool {
+/// Judges the gyros by an attitude whose angles are no larger than this, rad.
+fn with_attitude(
+    regression: &Regression<3>,
+    largest_rad: f64,
+    found: &mut Vec<SetupFinding>,
+) -> bool {
     let Some(fit) = regression.fit(LEAST_RADPS) else { return false };
     if fit.explained.iter().any(|&explained| explained < EXPLAINED) {
         return false;
     }
     let diagonal = [0, 1, 2].map(|axis| fit.matrix[axis][axis]);
     let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
-    if diagonal.iter().all(|scale| (0.012..0.025).contains(scale)) {
+    let is_slow = diagonal.iter().all(|scale| (0.012..0.025).contains(scale));
+    // A full circle in radians, read as degrees.
+    if is_slow && largest_rad <= TAU.to_radians() {
+        found.push(SetupFinding {
+            sensor: "unit's own attitude",
+            is_certain: true,
+            found: format!(
+                "it turns {:.0} times as slowly as the gyros, and no angle is larger than {:.1}°",
+                3.0 / diagonal.iter().sum::<f64>(),
+                largest_rad.to_degrees()
+            ),
+            cause: "roll, pitch and yaw in radians, expected degrees".into(),
+            mend: "multiply the three columns by 57.29578".into(),
+        });
+        return true;
+    }
+    if is_slow {
         found.push(SetupFinding {
             sensor: "inertial unit",
             is_certain: true,
@@ -108,9 +141,15 @@ fn with_attitude(regression: &Regression<3>, found: &mut Vec<SetupFinding>) -> b
             cause: if all_but_x {
                 "axes forward, left, up, or gyros of the wrong sign".into()
             } else {
-                "gyros of the wrong sign".into()
+                "these gyros, or these angles of the attitude, of the wrong sign".into()
             },
-            mend: if all_but_x { key("axes = \"flu\"") } else { "turn the sign of these columns".into() },
+            mend: if all_but_x {
+                key("axes = \"flu\"")
+            } else {
+                "turn the sign of the one that is not positive to the right (z, yaw), nose up (y, pitch) or right side down \
+                 (x, roll)"
+                    .into()
+            },
         });
         return true;
     }
@@ -131,7 +170,9 @@ fn with_attitude(regression: &Regression<3>, found: &mut Vec<SetupFinding>) -> b
             return true;
         }
     }
-    let off = diagonal.iter().find(|scale| !(0.6..1.6).contains(*scale));
+    let is_well_explained = fit.explained.iter().all(|&explained| explained > WELL_EXPLAINED);
+    let right = if is_well_explained { NEAR_SCALES } else { SCALES };
+    let off = diagonal.iter().find(|scale| !right.contains(scale));
     if let Some(scale) = off {
         found.push(SetupFinding {
             sensor: "inertial unit",

@@ -29,10 +29,11 @@ const ALIKE_RAD: f64 = 0.2;
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
 
 /// Velocity units by their size in m/s.
-const UNITS: [(f64, &str); 5] = [
+const UNITS: [(f64, &str); 6] = [
     (0.5144, "knots"),
-    (0.2778, "km/h"),
+    (0.4470, "miles per hour"),
     (0.3048, "feet per second"),
+    (0.2778, "km/h"),
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
@@ -220,7 +221,9 @@ fn near(value: f64, expected: f64) -> bool {
 fn unit_of(scales: &[f64], explained: f64) -> Option<&'static str> {
     let largest = scales.iter().copied().fold(f64::MIN, f64::max);
     let of_size = |(size, _): &&(f64, _)| scales.iter().all(|&scale| near(scale, *size));
-    let (_, unit) = UNITS.iter().find(of_size)?;
+    let off = |size: f64| scales.iter().map(|scale| (scale / size).ln().abs()).sum::<f64>();
+    let (_, unit) =
+        UNITS.iter().filter(of_size).min_by(|(a, _), (b, _)| off(*a).total_cmp(&off(*b)))?;
     (largest < SMALLER * explained).then_some(*unit)
 }
 
@@ -401,7 +404,13 @@ mod tests {
             check(&on_a_line(1.0, seed), &mut found);
             assert!(found.is_empty(), "seed {seed}: {found:?}");
         }
-        for (scale, unit) in [(1.0 / 0.5144, "knots"), (3.6, "km/h"), (100.0, "cm/s")] {
+        for (scale, unit) in [
+            (1.0 / 0.5144, "knots"),
+            (3.6, "km/h"),
+            (1.0 / 0.3048, "feet per second"),
+            (1.0 / 0.4470, "miles per hour"),
+            (100.0, "cm/s"),
+        ] {
             let mut found = Vec::new();
             check(&on_a_line(scale, 1), &mut found);
             assert_eq!(found.len(), 1, "{found:?}");

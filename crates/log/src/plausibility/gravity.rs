@@ -1,5 +1,7 @@
 //! Gravity: how large the mean specific force is, and where it points.
 
+use hovernav::gps::Fix;
+
 use super::{G, Means, Second, norm};
 use crate::distribution::Distribution;
 use crate::finding::SetupFinding;
@@ -10,6 +12,12 @@ const MEAN_S: f64 = 1.0;
 /// What the median of the means may be in m/s² in any flight: the first is sure, the second likely.
 const POSSIBLE: (f64, f64) = (0.75, 1.6);
 const USUAL: (f64, f64) = (0.85, 1.35);
+/// Where the fixes' velocity changes by less than this, m/s², over so long, s, and less than twice it, for so many seconds,
+/// the specific force is gravity, but for this share: a larger error is no bias of a sound unit, nor of one that is shaken.
+const STEADY_MPS2: f64 = 0.3;
+const STEADY_OVER_S: f64 = 2.0;
+const LEAST_STEADY: usize = 20;
+const SCALE_OFF: f64 = 0.05;
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
 
@@ -25,6 +33,8 @@ const ASKEW_STEADY: f64 = 0.97;
 pub(super) struct Gravity {
     means: Means,
     sizes: Distribution,
+    /// The middle of each second, s, and the size.
+    seconds: Vec<(f64, f64)>,
     /// Of the directions of the means, and how many.
     directions: [f64; 3],
     count: usize,
@@ -37,6 +47,7 @@ impl Default for Gravity {
         Self {
             means: Means::over(MEAN_S),
             sizes: Distribution::default(),
+            seconds: Vec::new(),
             directions: [0.0; 3],
             count: 0,
             sum: [0.0; 3],
@@ -48,6 +59,9 @@ impl Gravity {
     pub fn push(&mut self, at: &Rates) {
         self.sum = [0, 1, 2].map(|axis| self.sum[axis] + at.force_mps2[axis]);
         let mean = self.means.push(at);
+        if let Some(mean) = &mean {
+            self.seconds.push((at.time.seconds() - 0.5 * MEAN_S, norm(mean.force_mps2)));
+        }
         self.add(mean);
     }
 
@@ -68,12 +82,59 @@ impl Gravity {
         is_steady.then(|| self.sum.map(|component| component / norm(self.sum).max(1e-12)))
     }
 
-    pub fn check(mut self, found: &mut Vec<SetupFinding>) {
+    pub fn check(mut self, fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         let last = self.means.finish();
         self.add(last);
         let Some(size_mps2) = self.sizes.quantile(0.5) else { return };
+        let known = found.len();
         size(size_mps2, found);
+        if found.len() == known {
+            scale(&self.seconds, fixes, found);
+        }
         direction(self.directions, self.count, found);
+    }
+}
+
+/// How large the specific force is in the `seconds` in which the fixes say that nothing accelerates.
+fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
+    let velocity = |fix: &Fix| {
+        let [north, east] = fix.horizontal_velocity_mps?;
+        Some([north, east, fix.down_velocity_mps?])
+    };
+    let near = |time_s: f64| {
+        let after = fixes.partition_point(|fix| fix.time.seconds() < time_s);
+        fixes.get(after).filter(|fix| fix.time.seconds() < time_s + STEADY_OVER_S)
+    };
+    let is_steady = |time_s: f64| {
+        let ends = [near(time_s - 0.5 * STEADY_OVER_S), near(time_s + 0.5 * STEADY_OVER_S)];
+        let [Some(from), Some(to)] = ends else { return false };
+        let (Some(before), Some(after)) = (velocity(from), velocity(to)) else { return false };
+        let over_s = to.time - from.time;
+        let change_mps = norm([0, 1, 2].map(|axis| after[axis] - before[axis]));
+        over_s >= 0.5 * STEADY_OVER_S && change_mps < STEADY_MPS2 * over_s
+    };
+    let mut steady = Distribution::default();
+    let mut count = 0;
+    for &(_, size) in seconds.iter().filter(|(time_s, _)| is_steady(*time_s)) {
+        steady.push(size);
+        count += 1;
+    }
+    let Some(size) = steady.quantile(0.5).filter(|_| count >= LEAST_STEADY) else { return };
+    let in_g = size / G;
+    if (in_g - 1.0).abs() > SCALE_OFF {
+        found.push(SetupFinding {
+            sensor: "inertial unit",
+            is_certain: false,
+            found: format!(
+                "specific force is {size:.2} m/s² in {count} s in which the fixes say that nothing accelerates, expected \
+                 gravity, 9.81 m/s²"
+            ),
+            cause: format!(
+                "accelerometers of a scale that is {in_g:.2} times the right one, or a bias of {:.1} m/s²",
+                size - G
+            ),
+            mend: "calibrate the accelerometers, or correct the range with which the counts were converted".into(),
+        });
     }
 }
 
@@ -150,7 +211,7 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
              force)"
                 .to_owned(),
             "write axes = \"flu\" under [imu] in dataset.toml, or accel_is_gravity = true where the gyros \
-             are right already"
+             are right already; where x and y are right too, turn the sign of accelerometer z"
                 .to_owned(),
         ),
         _ => {
@@ -205,5 +266,47 @@ fn askew(up: [f64; 3]) -> SetupFinding {
              what may be written there, the third being the unit's heading in the vehicle, which gravity \
              does not tell"
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hovernav::earth::Geodetic;
+    use hovernav::time::Time;
+
+    use super::*;
+
+    /// What a unit whose accelerometers are so many times too large makes of a vehicle that stands, then goes round in
+    /// circles in which it feels a third more than gravity.
+    fn found(scale_by: f64) -> Vec<SetupFinding> {
+        let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let (mut seconds, mut fixes, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        for second in 0..120 {
+            let circles = second >= 40;
+            let angle_rad = 0.4 * f64::from(second);
+            let speed_mps = if circles { 22.0 } else { 0.0 };
+            let force = if circles { 1.34 * G } else { G };
+            seconds.push((f64::from(second) + 0.5, scale_by * force));
+            fixes.push(Fix {
+                horizontal_velocity_mps: Some([
+                    speed_mps * angle_rad.cos(),
+                    speed_mps * angle_rad.sin(),
+                ]),
+                down_velocity_mps: Some(0.0),
+                ..Fix::at(Time::ZERO + f64::from(second), place)
+            });
+        }
+        scale(&seconds, &fixes, &mut found);
+        found
+    }
+
+    #[test]
+    fn a_scale_is_told_by_what_is_felt_while_nothing_accelerates() {
+        assert!(found(1.0).is_empty() && found(1.03).is_empty());
+        for scale_by in [0.9, 1.1, 1.3] {
+            let [finding] = &found(scale_by)[..] else { panic!("{scale_by}") };
+            assert!(!finding.is_certain);
+            assert!(finding.cause.contains(&format!("{scale_by:.2} times the right one")));
+        }
     }
 }

@@ -78,7 +78,7 @@ impl SetupLook {
         let up = self.gravity.up();
         let mut found = Vec::new();
         clocks::check(dataset, &mut found);
-        self.gravity.check(&mut found);
+        self.gravity.check(&dataset.fixes, &mut found);
         if !self.turning.check(&mut found) {
             self.tilting.check(&mut found);
         }
