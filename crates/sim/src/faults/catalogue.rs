@@ -88,7 +88,8 @@ pub struct Entry {
     pub lasts: Lasts,
     /// What it does.
     pub does: &'static str,
-    /// Words of which a warning that names this fault holds one, in lower case.
+    /// Words of which a warning that names this fault holds one, in lower case; all of those that a + joins. They say
+    /// what is wrong with which sensor: that something is wrong names nothing.
     pub named_by: &'static [&'static str],
 }
 
@@ -109,12 +110,16 @@ use Values::{Number, Words};
 const STUCK: &[&str] = &["all", "gyro", "accel", "gx", "gy", "gz", "ax", "ay", "az"];
 const SIGNS: &[&str] = &["xyz", "x", "y", "z", "xy", "yz", "xz"];
 const PAIRS: &[&str] = &["xy", "yz", "xz"];
-const SETUP: &[&str] = &["sign", "axis", "axes", "gravity", "mount"];
-const GLITCH: &[&str] = &["glitch", "jump", "position", "gps", "fix"];
+const CLIPPED: &[&str] = &["full scale", "saturat", "clipp"];
+const GYRO_SIGN: &[&str] = &["gyro+wrong sign", "axes forward, left, up"];
+const ACCEL_SIGN: &[&str] =
+    &["accelerometer+wrong sign", "axes forward, left, up", "specific force points"];
+const AXES: &[&str] = &["swapped", "specific force points", "axes right, forward, up"];
+const GLITCH: &[&str] = &["gps+glitch", "gps+jump"];
 const RANGE: &[&str] = &["rangefinder"];
 const ANTENNAS: &[&str] = &["second antenna"];
 const ATTITUDE: &[&str] = &["attitude"];
-const MAGNETIC: &[&str] = &["magnet", "heading", "yaw", "field"];
+const MAGNETIC: &[&str] = &["magnet", "unit's own heading"];
 
 /// All kinds of faults.
 #[rustfmt::skip]
@@ -122,13 +127,13 @@ pub const CATALOGUE: [Entry; 41] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
         "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
-        "accelerometers end at this range", &["clip", "range", "saturat"]),
+        "accelerometers end at this range", CLIPPED),
     entry(Kind::ClipGyro, "clip-gyro", (Number(1.0, 100.0, 5000.0), "°/s"), Throughout,
-        "gyros end at this range", &["clip", "range", "saturat"]),
+        "gyros end at this range", CLIPPED),
     entry(Kind::ClipBurst, "clip-burst", (Number(0.1, 3.0, 100.0), "g"), For(0.3),
-        "a tone of 1.2 times this range shakes every accelerometer, which ends at the range", &["clip", "range", "saturat", "shock"]),
+        "a tone of 1.2 times this range shakes every accelerometer, which ends at the range", &["full scale", "saturat", "clipp", "shak", "blow"]),
     entry(Kind::Stuck, "stuck", (Words(STUCK), ""), For(1.0),
-        "the unit, a triad or an axis repeats its last value", &["stuck", "frozen", "repeat"]),
+        "the unit, a triad or an axis repeats its last value", &["stuck", "repeat"]),
     entry(Kind::Gap, "gap", (Number(0.01, 2.0, 600.0), "s"), ItsValue,
         "no inertial samples", &["gap"]),
     entry(Kind::Interpolated, "interpolated", (Number(0.01, 1.5, 600.0), "s"), ItsValue,
@@ -136,25 +141,25 @@ pub const CATALOGUE: [Entry; 41] = [
     entry(Kind::PacketLoss, "packet-loss", (Number(0.0, 25.0, 95.0), "%"), Throughout,
         "this share of the inertial samples is lost at random", &["gap", "lost", "missing"]),
     entry(Kind::Jitter, "jitter", (Number(0.0, 3.0, 1000.0), "ms"), Throughout,
-        "time stamps of inertial samples scatter by this, one-sigma, and stay in order", &["jitter", "time stamp", "clock"]),
+        "time stamps of inertial samples scatter by this, one-sigma, and stay in order", &["jitter", "time stamps"]),
     entry(Kind::GyroBias, "gyro-bias", (Number(0.0, 0.5, 100.0), "°/s"), Onwards,
-        "gyro bias jumps by this, in any direction", &["gyro bias", "bias"]),
+        "gyro bias jumps by this, in any direction", &["bias+gyro"]),
     entry(Kind::AccelBias, "accel-bias", (Number(0.0, 0.3, 50.0), "m/s²"), Onwards,
-        "accelerometer bias jumps by this, in any direction", &["accelerometer bias", "bias"]),
+        "accelerometer bias jumps by this, in any direction", &["bias+accelerometer"]),
     entry(Kind::AccelScale, "accel-scale", (Number(0.1, 0.5, 10.0), "×"), Throughout,
-        "accelerometers read so many times as much, as with a wrong range", &["gravity", "scale", "range", "unit"]),
+        "accelerometers read so many times as much, as with a wrong range", &["specific force is"]),
     entry(Kind::AccelSign, "accel-sign", (Words(SIGNS), ""), Throughout,
-        "accelerometers of wrong sign", SETUP),
+        "accelerometers of wrong sign", ACCEL_SIGN),
     entry(Kind::GyroSign, "gyro-sign", (Words(SIGNS), ""), Throughout,
-        "gyros of wrong sign", SETUP),
+        "gyros of wrong sign", GYRO_SIGN),
     entry(Kind::SwapAxes, "swap-axes", (Words(PAIRS), ""), Throughout,
-        "two axes of the unit swapped, gyros and accelerometers", SETUP),
+        "two axes of the unit swapped, gyros and accelerometers", AXES),
     entry(Kind::Unit, "unit", (Words(&["g", "degps"]), ""), Throughout,
-        "accelerations in g, or rates in °/s", &["unit", "gravity", "degree", "beyond any"]),
+        "accelerations in g, or rates in °/s", &["accelerations in g", "in °/s", "beyond any"]),
     entry(Kind::GpsTime, "gps-time", (Number(-5.0, 0.15, 5.0), "s"), Throughout,
-        "fixes are stamped this much late, early where negative", &["time offset", "latency", "delay", "late", "early"]),
+        "fixes are stamped this much late, early where negative", &["time offset", "latency"]),
     entry(Kind::Outage, "outage", (Number(0.1, 30.0, 3600.0), "s"), ItsValue,
-        "no fixes", &["outage", "no gps", "without gps", "no fix", "dead reckoning", "dead-reckoning"]),
+        "no fixes", &["outage"]),
     entry(Kind::GlitchStep, "glitch-step", (Number(0.0, 60.0, 1e5), "m"), For(15.0),
         "position displaced horizontally, in any direction; velocity as it was", GLITCH),
     entry(Kind::GlitchRamp, "glitch-ramp", (Number(0.0, 1.0, 1e3), "m/s"), For(30.0),
@@ -162,17 +167,17 @@ pub const CATALOGUE: [Entry; 41] = [
     entry(Kind::GlitchFollow, "glitch-follow", (Number(0.0, 5.0, 1e3), "m/s"), For(12.0),
         "position runs away horizontally and back, and the velocity says so too", GLITCH),
     entry(Kind::FrozenFix, "frozen-fix", (Values::None, ""), For(20.0),
-        "position and velocity repeat the last fix", &["frozen", "repeat", "stuck"]),
+        "position and velocity repeat the last fix", &["gps+frozen"]),
     entry(Kind::NoVelocity, "no-velocity", (Values::None, ""), Throughout,
-        "fixes have no velocity", &["velocity"]),
+        "fixes have no velocity", &["velocity absent"]),
     entry(Kind::HeightHeld, "height-held", (Values::None, ""), For(60.0),
-        "height repeats, as of a 2-D fix", &["height", "2-d"]),
+        "height repeats, as of a 2-D fix", &["height held"]),
     entry(Kind::HeightEmpty, "height-empty", (Values::None, ""), For(60.0),
-        "fixes have no height", &["height", "coordinate is missing"]),
+        "fixes have no height", &["without a height", "coordinate is missing"]),
     entry(Kind::SwapLatLon, "swap-latlon", (Values::None, ""), Throughout,
-        "latitude and longitude swapped", &["swap", "latitude", "longitude", "no place"]),
+        "latitude and longitude swapped", &["swapped"]),
     entry(Kind::Radians, "radians", (Values::None, ""), Throughout,
-        "latitude and longitude in radians", &["radian", "latitude", "longitude"]),
+        "latitude and longitude in radians", &["radians"]),
     entry(Kind::MagHeading, "mag-heading", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
         "magnetic heading is off by this: the field is turned, and the unit's own yaw", MAGNETIC),
     entry(Kind::MagHeadingOnly, "mag-heading-only", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
@@ -182,9 +187,9 @@ pub const CATALOGUE: [Entry; 41] = [
     entry(Kind::MagVectorOnly, "mag-vector-only", (Number(0.0, 0.2, 10.0), "gauss"), For(60.0),
         "as mag-vector, the unit's own yaw as it was", MAGNETIC),
     entry(Kind::LeverArm, "lever-arm", (Number(0.0, 1.0, 50.0), "m"), Throughout,
-        "dataset.toml has the antenna displaced by this, in any horizontal body direction", &["lever arm", "antenna"]),
+        "dataset.toml has the antenna displaced by this, in any horizontal body direction", &["lever arm"]),
     entry(Kind::LeverSign, "lever-sign", (Values::None, ""), Throughout,
-        "dataset.toml has the antenna's lever arm with the wrong sign", &["lever arm", "antenna"]),
+        "dataset.toml has the antenna's lever arm with the wrong sign", &["lever arm"]),
     entry(Kind::RangeStuck, "range-stuck", (Values::None, ""), For(20.0),
         "the rangefinder repeats its last distance", RANGE),
     entry(Kind::RangeOutliers, "range-outliers", (Number(0.0, 20.0, 100.0), "%"), For(60.0),

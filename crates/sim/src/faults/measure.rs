@@ -228,10 +228,10 @@ impl Measures {
     }
 }
 
-/// Whether a sentence holds one of the words that name a fault.
+/// Whether a sentence holds one of the words that name a fault, or all of those that a + joins.
 pub(super) fn names(sentence: &str, named_by: &[&str]) -> bool {
     let sentence = sentence.to_lowercase();
-    named_by.iter().any(|name| sentence.contains(name))
+    named_by.iter().any(|name| name.split('+').all(|part| sentence.contains(part)))
 }
 
 /// From `end_s` until the velocity is inside 3 sigma and stays there for a second.
