@@ -17,7 +17,7 @@ const MOST: f64 = 25.0;
 /// For so long, s, what was opened excuses whatever disagrees.
 const OPENED_S: f64 = 2.0;
 /// An alternative is the right one where it is so many times better.
-const BETTER: f64 = 3.0;
+const BETTER: f64 = 1.7;
 /// No right one is worse than this.
 const GOOD: f64 = 2.0;
 
