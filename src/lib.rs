@@ -1,11 +1,20 @@
 // The README's links lead to files beside it. The first definition of a link counts, so that these
 // hold in the documentation.
+#![doc = "[aids]: https://github.com/hovernav/hovernav/blob/main/docs/aids.md"]
 #![doc = "[architecture]: https://github.com/hovernav/hovernav/blob/main/docs/architecture.md"]
 #![doc = "[dependencies]: https://github.com/hovernav/hovernav/blob/main/docs/dependencies.md"]
+#![doc = "[embedded]: https://github.com/hovernav/hovernav/blob/main/docs/embedded.md"]
 #![doc = "[equations]: https://github.com/hovernav/hovernav/blob/main/docs/equations.md"]
+#![doc = "[ffi]: https://github.com/hovernav/hovernav/blob/main/ffi/README.md"]
 #![doc = "[flying]: https://github.com/hovernav/hovernav/blob/main/docs/flying.md"]
-#![doc = "[validation]: https://github.com/hovernav/hovernav/blob/main/docs/validation.md"]
+#![doc = "[foreign]: https://github.com/hovernav/hovernav/blob/main/docs/foreign-logs.md"]
+#![doc = "[formats]: https://github.com/hovernav/hovernav/blob/main/docs/formats.md"]
+#![doc = "[gallery]: https://github.com/hovernav/hovernav/blob/main/docs/gallery.md"]
+#![doc = "[ground]: https://github.com/hovernav/hovernav/blob/main/docs/ground.md"]
+#![doc = "[ground plots]: https://raw.githubusercontent.com/hovernav/hovernav/main/docs/ground-plots.png"]
 #![doc = "[report]: https://raw.githubusercontent.com/hovernav/hovernav/main/docs/report.png"]
+#![doc = "[timing]: https://github.com/hovernav/hovernav/blob/main/docs/timing.md"]
+#![doc = "[validation]: https://github.com/hovernav/hovernav/blob/main/docs/validation.md"]
 #![doc = ""]
 #![doc = include_str!("../README.md")]
 //!

@@ -251,6 +251,37 @@ fn every_file_that_the_documentation_names_exists() {
     }
 }
 
+/// The documentation is served from where the README's files are not: each link to one has a definition in
+/// `src/lib.rs`, in which a link leads to the same file in the repository.
+#[test]
+fn every_relative_link_of_the_readme_leads_somewhere_from_the_documentation() {
+    let readme = fs::read_to_string(format!("{ROOT}/README.md")).unwrap();
+    let lib = fs::read_to_string(format!("{ROOT}/src/lib.rs")).unwrap();
+    let mut fenced = false;
+    let mut count = 0;
+    for line in readme.lines() {
+        fenced ^= line.starts_with("```");
+        if fenced {
+            continue;
+        }
+        for target in line.split("](").skip(1).filter_map(|part| part.split(')').next()) {
+            let leads_elsewhere = target.contains("://") || target.starts_with('#');
+            assert!(leads_elsewhere, "write a reference and its definition for {target}");
+        }
+        let definition = line.strip_prefix('[').and_then(|rest| rest.split_once("]: "));
+        if let Some((label, target)) = definition.filter(|(_, target)| !target.contains("://")) {
+            assert!(Path::new(ROOT).join(target).exists(), "[{label}] leads to no file: {target}");
+            let begins = format!("#![doc = \"[{label}]: https://");
+            let ends = format!("/main/{target}\"]");
+            let is_defined =
+                lib.lines().any(|line| line.starts_with(&begins) && line.ends_with(&ends));
+            assert!(is_defined, "src/lib.rs does not define [{label}] as {target}");
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count}");
+}
+
 #[test]
 fn every_direct_dependency_has_its_line() {
     let page = fs::read_to_string(format!("{ROOT}/docs/dependencies.md")).unwrap();
