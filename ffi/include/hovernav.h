@@ -323,6 +323,12 @@ enum {
     HOVERNAV_UNUSED_REASON_TURNS_OTHERWISE = 16,
     // A magnetic field off what it was in one reading alone so far.
     HOVERNAV_UNUSED_REASON_OUTLIER = 17,
+    // A magnetic field with hardly a level part, vertical or none at all.
+    HOVERNAV_UNUSED_REASON_FIELD_TOO_STEEP = 18,
+    // After a gap roll and pitch are not yet known well enough to level a magnetic field; no fault.
+    HOVERNAV_UNUSED_REASON_NOT_LEVELLED = 19,
+    // The barometer's reading before again; no fault.
+    HOVERNAV_UNUSED_REASON_NOTHING_NEW = 20,
 };
 
 // What an axis of an update compared.

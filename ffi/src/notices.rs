@@ -116,6 +116,12 @@ pub enum UnusedReason {
     TurnsOtherwise = 16,
     /// A magnetic field off what it was in one reading alone so far.
     Outlier = 17,
+    /// A magnetic field with hardly a level part, vertical or none at all.
+    FieldTooSteep = 18,
+    /// After a gap roll and pitch are not yet known well enough to level a magnetic field; no fault.
+    NotLevelled = 19,
+    /// The barometer's reading before again; no fault.
+    NothingNew = 20,
 }
 
 /// What an axis of an update compared.
@@ -278,6 +284,9 @@ const fn unusable(reason: Unusable) -> UnusedReason {
         Unusable::Reversed => UnusedReason::Reversed,
         Unusable::TurnsOtherwise => UnusedReason::TurnsOtherwise,
         Unusable::Outlier => UnusedReason::Outlier,
+        Unusable::FieldTooSteep => UnusedReason::FieldTooSteep,
+        Unusable::NotLevelled => UnusedReason::NotLevelled,
+        Unusable::NothingNew => UnusedReason::NothingNew,
         Unusable::TooSoon => UnusedReason::TooSoon,
         Unusable::NoState => UnusedReason::NoState,
         Unusable::HeadingUnknown => UnusedReason::HeadingUnknown,

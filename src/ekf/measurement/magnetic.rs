@@ -16,6 +16,9 @@ use crate::time::Time;
 /// Less is no field of the Earth, which has 0.22 gauss and more, but of a magnetometer that does not work yet.
 const LEAST_GAUSS: f32 = 0.05;
 
+/// A field whose level part is no more than this share of it tells no heading.
+const LEAST_LEVEL_SHARE: f64 = 0.02;
+
 /// A heading that a gap has hidden is not taken from a field that tells it no better than this, rad.
 const MOST_UNLEVELLED_RAD: f64 = 0.1;
 
@@ -96,8 +99,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<Report, Unusable> {
         let field = self.state.body_to_ned * field_gauss.cast();
         let horizontal = field.x().hypot(field.y());
-        if !(field.is_finite() && horizontal > T::of(0.02) * field.norm()) {
+        let strength = field.norm();
+        // Of what is too large the strength is infinite.
+        if !(field.is_finite() && strength.is_finite()) {
             return Err(Unusable::NotFinite);
+        }
+        if horizontal <= T::of(LEAST_LEVEL_SHARE) * strength {
+            return Err(Unusable::FieldTooSteep);
         }
         self.samples.rest.field(field_gauss);
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
@@ -111,8 +119,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // After a gap the fixes have to level it first.
         let had_gap = self.gates.doubts_filter(time);
         let may_lean = had_gap || self.attitude_lost.is_some();
-        let unlevelled = may_lean && usual_rad > MOST_UNLEVELLED_RAD;
-        if unlevelled || elapsed_s < model.interval_s {
+        if may_lean && usual_rad > MOST_UNLEVELLED_RAD {
+            return Err(Unusable::NotLevelled);
+        }
+        if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);

@@ -99,8 +99,7 @@ pub enum Unusable {
     AheadOfImu,
     /// The same place and velocity as the fix before, though moving: the receiver repeats itself.
     Repeated,
-    /// Sooner after the last use than the reference's own noise allows to be worth anything, or after a gap than the
-    /// level is known that a magnetic heading needs.
+    /// Sooner after the last use than the reference's own noise allows to be worth anything.
     TooSoon,
     /// The layout has no state for it.
     NoState,
@@ -120,19 +119,26 @@ pub enum Unusable {
     TurnsOtherwise,
     /// A magnetic field off what it was in this one reading alone so far: a spike, or the first of a disturbance.
     Outlier,
+    /// A magnetic field with hardly a level part, vertical or none at all: it tells no heading.
+    FieldTooSteep,
+    /// After a gap roll and pitch are not yet known well enough to level a magnetic field.
+    NotLevelled,
+    /// The barometer's reading before again: a logger writes more often than the barometer measures.
+    NothingNew,
 }
 
 impl Unusable {
     /// Whether it says that something is wrong. A reading that comes too soon, before there is a
-    /// heading, from out of a rangefinder's reach, or for which the filter has no state, is left out by design.
+    /// heading or a level, from out of a rangefinder's reach, for which the filter has no state, or that a logger has
+    /// written twice, is left out by design.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         match self {
             Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
             Self::Stuck | Self::WrongBaseline | Self::Reversed | Self::TurnsOtherwise => true,
-            Self::Outlier => true,
+            Self::Outlier | Self::FieldTooSteep => true,
             Self::TooSoon | Self::NoState | Self::HeadingUnknown => false,
-            Self::OutOfRange | Self::TooTilted => false,
+            Self::OutOfRange | Self::TooTilted | Self::NotLevelled | Self::NothingNew => false,
         }
     }
 }
@@ -185,6 +191,9 @@ impl fmt::Display for Unusable {
             Self::Reversed => "the other way round, as with antennas exchanged",
             Self::TurnsOtherwise => "it turns otherwise than the gyros",
             Self::Outlier => "off what the others are",
+            Self::FieldTooSteep => "a field without a level part tells no heading",
+            Self::NotLevelled => "roll and pitch are not known yet after a gap",
+            Self::NothingNew => "the reading before again",
         })
     }
 }

@@ -293,6 +293,47 @@ fn a_magnetometer_leaves_the_heading_as_unsure_as_its_own_slow_error() {
 }
 
 #[test]
+fn a_field_without_a_level_part_is_refused_as_too_steep() {
+    let mut filter = filter(&[0.0; N], None);
+    let (time, to_body) = (filter.state.time, filter.state.body_to_ned.inverse());
+    for field in [Vector::new(0.0, 0.0, 0.5), Vector::new(0.009, 0.0, -0.5), Vector::ZERO] {
+        let told = filter.update_magnetic_heading(time, to_body * field, 0.0, &mut ());
+        assert_eq!(told, Err(Unusable::FieldTooSteep));
+    }
+    let told = filter.update_magnetic_heading(time, Vector::new(1e200, 0.0, 0.0), 0.0, &mut ());
+    assert_eq!(told, Err(Unusable::NotFinite));
+}
+
+#[test]
+fn a_heading_is_refused_as_not_levelled_after_a_gap_until_the_tilt_is_known() {
+    let mut filter = filter(&[0.0; N], None);
+    let time = filter.state.time;
+    let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
+    filter.gates.doubt_filter(time);
+    filter.covariance.set_variance(ATTITUDE, 0.1);
+    let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
+    assert_eq!(told, Err(Unusable::NotLevelled));
+    filter.covariance.set_variance(ATTITUDE, 1e-6);
+    filter.update_magnetic_heading(time, field, 0.0, &mut ()).unwrap();
+    let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
+    assert_eq!(told, Err(Unusable::TooSoon));
+}
+
+#[test]
+fn a_barometric_height_that_repeats_the_one_before_tells_nothing_new() {
+    let mut filter = filter(&[0.0; N], None);
+    let time = filter.state.time;
+    // The first one only sets the level.
+    for height_m in [500.0, 500.1] {
+        filter.update_baro(time, height_m, &mut ()).unwrap();
+    }
+    let told = filter.update_baro(time + 0.1, 500.1, &mut ());
+    assert_eq!(told, Err(Unusable::NothingNew));
+    assert!(!Unusable::NothingNew.is_fault());
+    filter.update_baro(time + 0.2, 500.2, &mut ()).unwrap();
+}
+
+#[test]
 fn a_distance_to_the_ground_sees_height_tilt_and_the_ground() {
     // Steep beams and a long arm: what tilts the vehicle moves the spot along the ground.
     for beam in [Vector::new(0.0, 0.0, 1.0), Vector::new(0.3, -0.2, 0.9)] {

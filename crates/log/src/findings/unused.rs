@@ -26,7 +26,7 @@ const AIDS: [(Aid, &str); 6] = [
 ];
 
 /// Reasons, and whether the readings came while the inertial samples were missing.
-const REASONS: [(Unusable, bool); 11] = [
+const REASONS: [(Unusable, bool); 12] = [
     (Unusable::NotFinite, false),
     (Unusable::TooOld, false),
     (Unusable::TooOld, true),
@@ -38,6 +38,7 @@ const REASONS: [(Unusable, bool); 11] = [
     (Unusable::Reversed, false),
     (Unusable::TurnsOtherwise, false),
     (Unusable::Outlier, false),
+    (Unusable::FieldTooSteep, false),
 ];
 
 /// A gap also leaves what came so long, s, before it, and was not taken in at once, behind.
@@ -152,6 +153,7 @@ const fn in_words(reason: Unusable) -> &'static str {
         }
         Unusable::Reversed => "pointing backwards, as with the two antennas exchanged",
         Unusable::Outlier => "each off what the field was before and after, as a spike is",
+        Unusable::FieldTooSteep => "without a level part, and so without a heading",
         Unusable::TurnsOtherwise => {
             "they turn otherwise than the gyros, as where they are frozen, late, smoothed or led astray by accelerations"
         }
