@@ -13,7 +13,7 @@ use super::config::AntennaHeadingModel;
 use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
 use super::gate::NEVER;
-use super::heading_search::{BetterHeading, FoundHeading, HeadingMethod, HeadingSearch};
+use super::heading_search::{BetterHeading, HeadingMethod, HeadingSearch};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::Prediction;
@@ -316,7 +316,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.suspected = time;
         }
         if self.phase == Phase::Searching {
-            self.end_search(notify);
+            self.end_search(None, notify);
         }
         self.take_held(self.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
@@ -419,22 +419,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         self.filter.gates.set_heading_borne_out(self.search.bears_out());
         self.mind_level(fix, &report, trace, notify);
-    }
-
-    /// Goes on with the filter whose heading the search has found, if it has.
-    #[inline(never)]
-    fn end_search(&mut self, notify: &mut dyn FnMut(Notice)) {
-        let Some(FoundHeading { filter, sector, sigma_rad, wander }) = self.search.found() else {
-            return;
-        };
-        let time = filter.state.time;
-        self.filter.continue_from(filter);
-        self.filter.open_unknown_wander(wander);
-        self.filter.open_heading(FOUND_SIGMA_RAD);
-        self.filter.gates.doubt_heading(time);
-        self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned);
-        notify(Notice::HeadingFound { time, sector, sigma_rad });
     }
 
     #[inline(never)]

@@ -1,7 +1,7 @@
 //! What the estimator makes of what measures beside the inertial unit and the receiver.
 
 use super::super::field_watch::{FieldChange, Turn};
-use super::super::heading_search::{FoundHeading, HeadingMethod};
+use super::super::heading_search::HeadingMethod;
 use super::super::layout::Layout;
 use super::super::measurement::{Aid, Report, Unusable};
 use super::super::scalar::Scalar;
@@ -126,16 +126,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let (baseline_m, model) = (self.aligner.config().baseline_m, self.antenna_heading);
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
-            if let Some(FoundHeading { filter, sector, sigma_rad, wander }) =
-                self.search.found_at(baseline, reading.heading_rad)
-            {
-                self.filter.continue_from(filter);
-                self.filter.open_unknown_wander(wander);
-                self.filter.open_heading(sigma_rad);
-                self.phase = Phase::Navigating;
-                self.search.watch(self.filter.state.body_to_ned);
-                notify(Notice::HeadingFound { time: reading.time, sector, sigma_rad });
-            }
+            self.end_search(Some((baseline, reading)), notify);
         }
         let result = self
             .navigating()
