@@ -273,7 +273,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                     self.go_on_searching(sample, trace, notify);
                 } else if self.phase == Phase::Navigating {
                     if self.filter.samples.suspicion.hides_motion() {
-                        self.search.watch(self.filter.state.body_to_ned);
+                        self.search.stop_and_monitor(self.filter.state.body_to_ned);
                     } else {
                         self.feel(sample, time.seconds_since(before));
                     }
@@ -450,7 +450,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.watch(filter.state.body_to_ned);
+        self.search.stop_and_monitor(filter.state.body_to_ned);
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }
@@ -458,7 +458,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Begins anew to watch the heading where the attitude was opened for a measured one.
     fn watch_from(&mut self, report: &Report) {
         if report.any_reopened() {
-            self.search.watch(self.filter.state.body_to_ned);
+            self.search.stop_and_monitor(self.filter.state.body_to_ned);
         }
     }
 

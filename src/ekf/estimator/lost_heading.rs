@@ -33,7 +33,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// looks whether the filter is upright.
     #[inline(never)]
     pub(super) fn search_anew(&mut self, time: Time, length_s: f64) {
-        self.search.watch(self.filter.state.body_to_ned);
+        self.search.stop_and_monitor(self.filter.state.body_to_ned);
         let is_lost = self.filter.attitude_lost.is_some();
         if is_lost {
             self.doubt_level();
@@ -93,7 +93,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace.reset(0..N);
         trace.turned(Vector::new(0.0, 0.0, turned_rad.wide()));
         self.wheels = WheelWatch::UNSEEN;
-        self.search.watch(self.filter.state.body_to_ned);
+        self.search.stop_and_monitor(self.filter.state.body_to_ned);
         Some((sector, sigma_rad))
     }
 }

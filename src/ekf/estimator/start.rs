@@ -105,7 +105,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             found_at
         };
         self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned);
+        self.search.stop_and_monitor(self.filter.state.body_to_ned);
         notify(Notice::HeadingFound { time, sector, sigma_rad });
     }
 
@@ -115,6 +115,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.filter.restart(start);
         self.wheels = WheelWatch::UNSEEN;
         self.phase = Phase::Navigating;
-        self.search.watch(self.filter.state.body_to_ned);
+        self.search.stop_and_monitor(self.filter.state.body_to_ned);
     }
 }

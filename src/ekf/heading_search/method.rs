@@ -52,8 +52,8 @@ pub(in super::super) mod sealed {
         fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>, sigma_rad: f64);
         /// Whether headings are being searched.
         fn is_open(&self) -> bool;
-        /// Begins anew to watch the heading of a filter, from its level, and searches no more.
-        fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>);
+        /// Ends the search and drops its filters; from now on monitors the heading of another filter, by its level.
+        fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>);
         /// What the filter felt over a sample's interval, less bias.
         fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T);
         /// A better heading than that of the filter, of this one-sigma, where the fixes bear out another one.
@@ -110,8 +110,8 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn is_open(&self) -> bool {
         self.is_open()
     }
-    fn watch(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.close(body_to_ned);
+    fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+        self.stop_and_monitor(body_to_ned);
     }
     fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T) {
         self.monitor.feel(rate_radps, force_mps2, interval_s);
@@ -163,7 +163,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn is_open(&self) -> bool {
         false
     }
-    fn watch(&mut self, _: Rotation<Body, Ned, T>) {}
+    fn stop_and_monitor(&mut self, _: Rotation<Body, Ned, T>) {}
     fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: T) {}
     fn better(
         &mut self,

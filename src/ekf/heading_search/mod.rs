@@ -204,8 +204,8 @@ impl<T: Scalar> HeadingSearch<T> {
         self.sectors.iter().any(Option::is_some)
     }
 
-    /// Begins anew to watch the heading of a filter, from its level, and searches no more.
-    pub(super) fn close(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+    /// Ends the search and drops its filters; from now on monitors the heading of another filter, by its level.
+    pub(super) fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.sectors.fill_with(|| None);
         self.waiting = None;
         self.monitor.restart(body_to_ned);
