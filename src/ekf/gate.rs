@@ -80,15 +80,15 @@ pub(super) struct Gates {
     /// fixes; how far the height was off when its refusal began, m.
     height_taken_s: f32,
     place_taken_s: f32,
-    height_off_m: i16,
+    height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
     /// Whether the barometer's last reading denied the filter's height.
     baro_denies: bool,
     /// Whether the fixes have borne out the filter's heading of late.
     heading_borne_out: bool,
-    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, dm, at most 255.
-    wind_dm: u8,
+    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
+    wind_m: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -167,6 +167,8 @@ const JUMP_MPS: f64 = 10.0;
 const GROWN: f32 = 2.0;
 /// A barometer may be off by so many one-sigmas of the wind.
 const WIND_SIGMAS: f64 = 3.0;
+/// No more wind than this counts, one-sigma, m.
+const MOST_WIND_M: f64 = 25.5;
 /// It says nothing of a vertical velocity where it feels more wind than this, one-sigma, m.
 const LEAST_WIND_M: f64 = 0.3;
 /// A heading that is refused for this long, s, is believed in the end.
@@ -185,11 +187,11 @@ impl Gates {
         unproven_until: NEVER,
         height_taken_s: 0.0,
         place_taken_s: 0.0,
-        height_off_m: 0,
+        height_off_m: 0.0,
         astray: false,
         baro_denies: false,
         heading_borne_out: false,
-        wind_dm: 0,
+        wind_m: 0.0,
     };
 
     /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
@@ -201,11 +203,11 @@ impl Gates {
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
         self.place_taken_s = 0.0;
-        self.height_off_m = 0;
+        self.height_off_m = 0.0;
         self.astray = false;
         self.baro_denies = false;
         self.heading_borne_out = false;
-        self.wind_dm = 0;
+        self.wind_m = 0.0;
     }
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
@@ -233,7 +235,7 @@ impl Gates {
         time < self.lost_until
     }
 
-    /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
+    /// Notes whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn set_astray(&mut self, astray: bool) {
         self.astray = astray;
     }
@@ -257,7 +259,7 @@ impl Gates {
 
     /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
     pub fn set_wind(&mut self, wind_m: f64) {
-        self.wind_dm = (10.0 * wind_m) as u8;
+        self.wind_m = wind_m.clamp(0.0, MOST_WIND_M) as f32;
     }
 
     /// Notes whether a reading of the barometer denies the filter's height.
@@ -268,14 +270,14 @@ impl Gates {
     /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
     /// the filter: the wind of the vehicle's own speed may have led that as far.
     fn may_be_wind(&self, group: Group, off_m: f64) -> bool {
-        let wind_m = 0.1 * f64::from(self.wind_dm);
+        let wind_m = f64::from(self.wind_m);
         match group {
             Group::VerticalPosition => off_m.abs() <= WIND_SIGMAS * wind_m,
             _ => wind_m > LEAST_WIND_M,
         }
     }
 
-    /// Whether it has.
+    /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
     pub fn are_astray(&self) -> bool {
         self.astray
     }
@@ -484,7 +486,7 @@ impl Gates {
         let moved_m = off_m - f64::from(self.height_off_m);
         let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
         if gate.refusals == 0 || !is_steady {
-            self.height_off_m = off_m as i16;
+            self.height_off_m = off_m as f32;
             gate.since = time;
         }
         is_steady && !moves
