@@ -152,15 +152,16 @@ const UNPROVEN_S: f64 = 60.0;
 const DIVERGING: f32 = 4.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Innovations that lean by more one-sigmas than this are no chance; one of them counts no more than so
-/// many.
+/// Innovations whose mean is more one-sigmas than this lean to one side, and not by chance.
 const LEANING: f32 = 1.5;
-/// Memory of the lean, s, of what comes often.
-const LEANING_S: f64 = 2.0;
-/// What leans by less agrees.
-const UPRIGHT: f32 = 0.75;
+/// No single innovation counts for more one-sigmas than this in that mean.
 const MOST_LEAN: f32 = 5.0;
-/// No trouble of a filter whose velocity is right leads its place further off between two fixes, m and m/s.
+/// Memory of that mean, s, where innovations come often.
+const LEANING_S: f64 = 2.0;
+/// Innovations whose mean is less than this lean to no side.
+const UPRIGHT: f32 = 0.75;
+/// Where the filter's velocity is right, a place is off by no more than this, m, and this for each second since the last
+/// fix, m/s: one that is further off has jumped.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
 /// A place whose receiver tells no velocity runs away when it is so many times as far off as at first.

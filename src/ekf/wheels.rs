@@ -143,6 +143,7 @@ impl Track {
     }
 }
 
+/// What is known of slope and arm before the first reading, as inverse variances; of the arm in 1/m².
 const SLOPE_INFORMATION: f32 = 1.0 / (SLOPE_PRIOR * SLOPE_PRIOR);
 const ARM_INFORMATION: f32 = 1.0 / (ARM_PRIOR_M * ARM_PRIOR_M);
 

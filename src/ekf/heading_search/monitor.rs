@@ -22,7 +22,8 @@ use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::time::Time;
 
-/// Velocity north and east, direction of the level axes, error of the level as an acceleration in them.
+/// States: velocity north and east, direction of the level axes, error of the level as an acceleration in them; and
+/// where the last two begin.
 const STATES: usize = 5;
 const DIRECTION: usize = 2;
 const LEVEL: usize = 3;

@@ -245,5 +245,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 const UNKNOWN: f64 = 2.0;
 /// A position that was not taken in for less than this, s, tells a velocity no better.
 const LEAST_LOST_S: f64 = 1.0;
+/// One-sigmas by which tilt (3°) and heading (17°) are opened with a level velocity, rad: a velocity that is far off
+/// came through the attitude.
 const REOPENED_TILT_RAD: f64 = 0.05;
 const REOPENED_HEADING_RAD: f64 = 0.3;
