@@ -1,29 +1,30 @@
-//! Gates, and who is to blame when one stays shut: the sensor or the filter.
+//! Gates, and which is at fault when one stays shut: the sensor or the filter.
 //!
 //! A gate keeps a bad fix out. A filter that has gone wrong keeps *every* fix out, and drifts for
 //! ever. How the refusals began tells the two apart:
 //!
-//! - Positions that agreed until one jumped away from the inertial path, while velocity goes on
-//!   agreeing, leaning to no side: the sensor is at fault, for no vehicle and no filter moves like that, whatever trouble
-//!   the inertial samples had. They are refused for as long as [`GateConfig::fault_s`](super::GateConfig::fault_s), or
-//!   as the place that they deny has been told, where that began after an absence.
-//! - Fixes that disagree after an absence, after trouble with the inertial samples, or after a series
-//!   of innovations that were too large already: the filter is lost. It is reopened as soon as
-//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three were refused.
-//! - Velocities that changed as no vehicle with the accelerations felt can: the sensor is at fault, and
-//!   nothing is believed of it until they have come back, for up to 15 s.
-//! - Heights that lean to one side for seconds, of the receiver while a barometer agrees or of a barometer
-//!   while the receiver does: what leans drifts, and is refused although each innovation for itself lies
-//!   within the gate.
-//! - Distances to the ground that jumped: a roof, a tree or a false reading. Refused for as long as
+//! - Positions agreed until one jumped away from the inertial path, and the velocity goes on agreeing and leans to no
+//!   side: the sensor is at fault, even if the inertial samples had trouble, for no vehicle and no filter moves like
+//!   that. Positions are refused for [`GateConfig::fault_s`](super::GateConfig::fault_s). Where the filter knew nothing
+//!   of the place before its last series of fixes, they are refused for no longer than that series has lasted.
+//! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of
+//!   innovations that were too large already: the filter is lost. It is reopened as soon as
+//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three fixes were refused.
+//! - Velocities changed as no vehicle with the accelerations felt can: the sensor is at fault. Nothing of it reopens
+//!   the filter until the velocities have come back, for at most 15 s.
+//! - The innovations of a height lean to one side for seconds: those of the receiver while a barometer agrees with the
+//!   filter, or those of a barometer while the receiver agrees. The sensor that leans drifts. It is refused although
+//!   each single innovation lies within the gate.
+//! - A distance to the ground jumped: a roof, a tree or a false reading. It is refused for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
-//! - Else nobody knows, and after [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals
-//!   the filter gives way. A height is not believed while a barometer denies it, and a heading only
-//!   after two minutes in which neither the fixes nor another sensor bore out the filter's own.
-//! - A height that a barometer denies by always as much, while they agree about each change of it: the barometer's
-//!   level came from this receiver, and either was wrong. The height that was told for longer is believed.
+//! - A barometer denies a height by always the same amount, while both agree about each change of it: the barometer's
+//!   level came from this receiver, and one of the two heights was wrong. The one that was told for longer is believed.
+//! - In all other cases nobody knows, and the filter gives way after
+//!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals. A height is not believed while a barometer
+//!   denies it. A heading is believed only after two minutes in which neither the fixes nor another sensor bore out the
+//!   filter's own.
 //!
-//! Reopening widens the covariance by the size of the innovation, correlations kept, so that both
+//! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
 //! answers lie within it; the fix is then taken. That is reported as
 //! [`Verdict::Reopened`](super::Verdict::Reopened), never silent.
 
@@ -70,16 +71,17 @@ pub(super) enum Reopening {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// Until when the inertial samples' trouble puts the filter itself in doubt.
+    /// Until when trouble with the inertial samples puts the filter itself in doubt.
     doubted_until: Time,
-    /// Until when a velocity that had to be reopened does.
+    /// Until when a velocity that had to be reopened puts the filter in doubt.
     lost_until: Time,
     /// Until when a heading that was found or replaced has yet to prove itself.
     unproven_until: Time,
-    /// For how long the receiver's height has been taken in, s, and its place, where all that is known of it came of these
-    /// fixes; how far the height was off when its refusal began, m.
+    /// For how long the receiver's height has been taken in, s.
     height_taken_s: f32,
+    /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
+    /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
     astray: bool,
@@ -99,13 +101,14 @@ struct Gate {
     since: Time,
     /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
     spread: f32,
-    /// Mean of the normalised innovations of late: to which side they lean. Of one axis alone; of a place that is
-    /// refused, how far it was off at first, m.
+    /// Of a height: the mean of the normalised innovations of late, and so to which side they lean. Of a horizontal
+    /// position that is refused: how far it was off at first, m.
     lean: f32,
-    /// Refusals without a break; none while the gate is open.
+    /// Refusals in a row; zero while the gate is open.
     refusals: u8,
     /// Whether these refusals are the filter's own fault.
     filter_is_lost: bool,
+    /// Whether it was ever open.
     was_open: bool,
 }
 
@@ -164,7 +167,7 @@ const UPRIGHT: f32 = 0.75;
 /// fix, m/s: one that is further off has jumped.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
-/// A place whose receiver tells no velocity runs away when it is so many times as far off as at first.
+/// Where the receiver tells no velocity, the filter is lost when a place is so many times as far off as at first.
 const GROWN: f32 = 2.0;
 /// A barometer may be off by so many one-sigmas of the wind.
 const WIND_SIGMAS: f64 = 3.0;
@@ -174,9 +177,10 @@ const MOST_WIND_M: f64 = 25.5;
 const LEAST_WIND_M: f64 = 0.3;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
-/// So is a height that a barometer denies by always as much, if it was not believed for as long before.
+/// A height that a barometer denies by always the same amount is believed after this long, s, at most: sooner where the
+/// height before was believed for less.
 const LEVEL_S: f64 = 120.0;
-/// Heights further apart, s, were taken in for no longer than this.
+/// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
 const MOST_BETWEEN_S: f32 = 3.0;
 
 impl Gates {
@@ -195,8 +199,8 @@ impl Gates {
         wind_m: 0.0,
     };
 
-    /// Has seen nothing any more. Part by part, for [`NONE`](Self::NONE) as a whole would be a constant beside the
-    /// program.
+    /// Forgets everything that the gates have seen. Field by field: [`NONE`](Self::NONE) as a whole would be stored as
+    /// a constant beside the program.
     pub fn clear(&mut self) {
         self.gates = [Gate::NONE; Group::COUNT];
         self.doubted_until = NEVER;
@@ -226,7 +230,7 @@ impl Gates {
         time < self.doubted_until
     }
 
-    /// Whether they have had trouble since `time`.
+    /// Whether the inertial samples have had trouble since `time`.
     pub fn doubted_after(&self, time: Time) -> bool {
         self.doubted_until - time > DOUBT_S
     }
@@ -246,8 +250,8 @@ impl Gates {
         self.heading_borne_out = borne_out;
     }
 
-    /// Whether something else bears out the filter's heading that a heading disagrees with: the fixes, or the other kind
-    /// of heading.
+    /// Whether the filter's heading, with which a heading disagrees, is borne out by something else: by the fixes, or
+    /// by the other kind of heading.
     fn is_heading_borne_out(&self, group: Group, time: Time) -> bool {
         let other = match group {
             Group::Heading => Group::BaselineHeading,
@@ -269,7 +273,7 @@ impl Gates {
     }
 
     /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
-    /// the filter: the wind of the vehicle's own speed may have led that as far.
+    /// the filter: the wind of the vehicle's own speed may have moved the barometer's height by as much.
     fn may_be_wind(&self, group: Group, off_m: f64) -> bool {
         let wind_m = f64::from(self.wind_m);
         match group {
@@ -300,9 +304,9 @@ impl Gates {
         }
     }
 
-    /// Notes to which side an innovation of a [height](Group::is_height) lies. Gives whether they lean so
-    /// far that they cannot be chance, while what else tells the height agrees with the filter: of
-    /// receiver and barometer the one that leans first drifts.
+    /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Gives whether such innovations lean to
+    /// one side by more than chance makes them, while the other sensor of height agrees with the filter: of receiver
+    /// and barometer the one that leans first drifts.
     pub fn leans(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
         let normalised = off / sigma;
         let may_be_wind = self.may_be_wind(group, off);
@@ -344,7 +348,7 @@ impl Gates {
         }
     }
 
-    /// What is known of the place comes of the fix that is about to be taken in.
+    /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.
     pub fn forget_place(&mut self) {
         self.place_taken_s = 0.0;
     }
@@ -375,8 +379,8 @@ impl Gates {
         self.agrees(Group::Baro, time)
     }
 
-    /// Notes a refusal; `off` are the size of the innovation and its one-sigma, the latter of a
-    /// [height](Group::is_height) alone. Gives what has to be reopened, if anything.
+    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
+    /// Gives what has to be reopened, if anything.
     pub fn refused(
         &mut self,
         group: Group,
@@ -474,8 +478,8 @@ impl Gates {
             .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
     }
 
-    /// Whether a height that a barometer denies is off by what it was when its refusal began, so that only the level
-    /// is in dispute which the barometer was given, and no motion. Where it is not, the refusal begins anew.
+    /// Whether a height that a barometer denies is still off by as much as when its refusal began. Then only the
+    /// barometer's level is in dispute, and no motion. Where it is off by another amount, the refusal begins anew.
     fn is_level_disputed(
         &mut self,
         time: Time,

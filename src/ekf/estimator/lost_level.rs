@@ -1,9 +1,9 @@
 //! Roll and pitch that were lost, and are aligned anew in flight.
 //!
-//! What a gap hides of a vehicle that rolls is any attitude, and a filter linearised about the wrong one soon is sure
-//! of it. So after a gap, and where a velocity is refused soon after samples that hid the motion, an alignment of its own is
-//! made from the next samples and fixes, at the cost of an alignment's samples: which way the force points that the unit
-//! feels, the fixes say, whatever the filter makes of it.
+//! After a gap, a vehicle that rolls may have any attitude, and a filter that is linearised about a wrong one is soon
+//! sure of it. So a second alignment is made beside the filter, from the next samples and fixes: after a gap, and where
+//! a velocity is refused soon after samples that hid the motion. It takes as many samples as any alignment. The fixes
+//! tell in which direction the force acts that the unit feels, whatever the filter makes of it.
 
 use super::super::heading_search::HeadingMethod;
 use super::super::innovation::{Channel, Verdict};
@@ -22,24 +22,25 @@ use crate::ins::{Alignment, HeadingSource, Start};
 pub(super) enum Level {
     /// Nothing speaks against it.
     Believed,
-    /// An alignment beside the filter is on its way.
+    /// An alignment beside the filter is under way.
     Doubted,
-    /// It was not, and is searched with the heading.
+    /// Roll and pitch were wrong, and are searched together with the heading.
     Lost,
 }
 
-/// A filter further off upright than this, rad (15°), comes back by itself slowly or not at all.
+/// A filter whose roll and pitch are off by more than this, rad (15°), recovers by itself slowly or not at all.
 const LOST_RAD: f64 = 0.26;
-/// An alignment less sure than this, rad, tells nothing against a filter; nor does one of less than so many one-sigmas.
+/// An alignment whose one-sigma is more than this, rad, tells nothing against a filter.
 const SURE_RAD: f64 = 0.2;
+/// Nor does one that differs from the filter by less than so many one-sigmas.
 const SIGMAS: f64 = 3.0;
-/// A fix further from the last sample than this, s, is of another motion.
+/// A fix whose time differs from that of the last sample by more than this, s, tells of another motion.
 const FRESH_S: f64 = 0.5;
-/// A heading does not tell the attitude about an axis that is further from down than this, by the cosine (25°).
+/// A heading does not tell the rotation about an axis that is further from straight down than this, as a cosine (25°).
 const STEEP: f64 = 0.9;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Begins to look whether the filter is upright, from the next samples on.
+    /// Begins to check whether the filter is upright, from the next samples on.
     pub(super) fn doubt_level(&mut self) {
         if H::SEARCHES {
             self.aligner.restart();
@@ -52,8 +53,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.level == Level::Lost && self.is_searching_anew()
     }
 
-    /// After a fix: looks whether the filter is upright where that is in doubt, and begins to where a velocity is refused
-    /// not long after samples that hid the motion.
+    /// After a fix: checks whether the filter is upright where that is in doubt. Where it is not, begins a check if a
+    /// velocity is refused soon after samples that hid the motion.
     pub(super) fn mind_level(
         &mut self,
         fix: &Fix,
@@ -61,7 +62,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        // Of the fixes that a gap kept waiting none tells what the samples after it feel.
+        // A fix that waited through a gap does not tell what the samples after it feel.
         let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
         if !(H::SEARCHES && is_fresh && self.phase == Phase::Navigating) {
             return;
@@ -74,7 +75,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Takes a fix into the alignment beside the filter, and goes over to it where it denies that the filter is upright.
+    /// Takes a fix into the alignment beside the filter. Where the alignment shows that the filter is not upright, the
+    /// filter goes on from it.
     ///
     /// # Source
     /// Equation (H7) of docs/equations.md.
@@ -109,14 +111,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// How far apart the solution and an alignment have what the body feels, rad.
+    /// The angle between the force that the body feels by the solution and by an alignment, rad.
     fn off_upright_rad(&self, alignment: &Alignment) -> Option<f64> {
         let felt = alignment.start.state.body_to_ned.inverse() * alignment.axis;
         let by_solution = self.solution()?.body_to_ned.cast() * felt;
         Some(libm::acos(by_solution.dot(alignment.axis).clamp(-1.0, 1.0)))
     }
 
-    /// Goes on from an alignment, with what is known of the gyros; searches the heading where nothing gave it.
+    /// Goes on from an alignment and keeps what is known of the gyros; searches the heading where nothing gave it.
     fn align_anew(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
         let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
         let variance = (0..3)
@@ -136,7 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// Whether a velocity of a fix was refused: a place may have jumped while the filter is right.
+/// Whether a velocity of a fix was refused. A place does not count: it may have jumped while the filter is right.
 fn refuses_velocity(report: &Report) -> bool {
     report.innovations().any(|axis| {
         let is_velocity = matches!(

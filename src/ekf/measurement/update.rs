@@ -22,7 +22,7 @@ pub(super) struct ScalarMeasurement<T> {
     pub sensitivity: Sensitivity<T>,
 }
 
-/// The same but for the sensitivity.
+/// A scalar measurement without its sensitivity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compared<T> {
     pub channel: Channel,
@@ -39,7 +39,7 @@ impl<T: Scalar> ScalarMeasurement<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// [`compare`](Self::compare)s measurements that have a sensitivity each.
+    /// Takes in measurements that each have a sensitivity: see [`compare`](Self::compare).
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
@@ -55,8 +55,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.compare(time, &compared, Sensitivities::Each(sensitivities), report, trace);
     }
 
-    /// Compares, gates, corrects: axis after axis, each group refused or taken as a whole. What became of
-    /// them goes into the empty `report`, where it is wanted: it is large, and a copy takes its time.
+    /// Compares one axis after the other, gates it and corrects the state. Each group is refused or taken as a whole.
+    /// The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
@@ -92,7 +92,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             while end < axes.len() && groups[end] == groups[first] {
                 end += 1;
             }
-            // No less: said where optimising for size would not find out.
+            // `end` is never more: the minimum tells an optimiser for size, which does not find out.
             let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
@@ -154,8 +154,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Notes that a place is about to be taken in of which so little was known, variance in m² beside the `noise` of the fix,
-    /// that all that is known comes of it.
+    /// Before a place is taken in: tells the gates if the place first becomes known by this fix, for its `variance` is
+    /// large beside the `noise` of the fix, both in m².
     fn judge_place(&mut self, variance: f64, noise: f64) {
         let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level);
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
@@ -163,8 +163,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens the velocity along the axis of a position of which the receiver tells no velocity: what is off now became
-    /// so over `lost_s`.
+    /// Opens the velocity along the axis of a position whose receiver tells no velocity: the position came to be off
+    /// by its innovation within `lost_s`.
     #[inline(never)]
     fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
         let opened = square(axis.innovation.wide() / lost_s.max(LEAST_LOST_S));
@@ -175,7 +175,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens a component of the level velocity by a variance.
+    /// Opens a component of the level velocity by the variance `opened`, (m/s)², and the attitude with it.
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
         // A velocity this far off came through the attitude.
@@ -184,7 +184,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
-    /// Opens the states an axis speaks of by the size of its innovation.
+    /// Opens the states that an axis measures by the size of its innovation.
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
@@ -241,9 +241,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Of a place that is less sure by so many times than a fix of it nothing is known but by that.
+/// A place becomes known by a fix where its one-sigma before is more than so many times that of the fix.
 const UNKNOWN: f64 = 2.0;
-/// A position that was not taken in for less than this, s, tells a velocity no better.
+/// A position counts as not taken in for at least this long, s, where it opens a velocity.
 const LEAST_LOST_S: f64 = 1.0;
 /// One-sigmas by which tilt (3°) and heading (17°) are opened with a level velocity, rad: a velocity that is far off
 /// came through the attitude.
