@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use hovernav_log::record::{Cycle, Record, Reproduction, StickReproduction};
+use hovernav_log::statistics::quantile;
 use hovernav_log::{Dataset, FixTally};
 use serde::Serialize;
 
@@ -73,8 +74,8 @@ impl RecordSummary {
     ) -> Self {
         let modes = spans(record);
         let flown = || modes.iter().filter(|span| !["manual", "neutral"].contains(&span.mode));
-        let work = sorted(record, |cycle| cycle.work_s);
-        let turnaround = sorted(record, |cycle| cycle.turnaround_s);
+        let mut work = values(record, |cycle| cycle.work_s);
+        let mut turnaround = values(record, |cycle| cycle.turnaround_s);
         let events = record.events.iter().map(|event| EventSummary {
             time_s: event.time.seconds(),
             level: event.level.name(),
@@ -109,12 +110,12 @@ impl RecordSummary {
             cycles: record.cycles.len(),
             autopilot_s,
             engagements,
-            work_p50_s: quantile(&work, 0.5),
-            work_p99_s: quantile(&work, 0.99),
-            work_max_s: quantile(&work, 1.0),
-            turnaround_p50_s: quantile(&turnaround, 0.5),
-            turnaround_p99_9_s: quantile(&turnaround, 0.999),
-            turnaround_max_s: quantile(&turnaround, 1.0),
+            work_p50_s: quantile(&mut work, 0.5),
+            work_p99_s: quantile(&mut work, 0.99),
+            work_max_s: quantile(&mut work, 1.0),
+            turnaround_p50_s: quantile(&mut turnaround, 0.5),
+            turnaround_p99_9_s: quantile(&mut turnaround, 0.999),
+            turnaround_max_s: quantile(&mut turnaround, 1.0),
             events: events.collect(),
             warnings: record.warnings.clone(),
             modes,
@@ -172,17 +173,9 @@ impl RecordSummary {
     }
 }
 
-/// What `of` says of the cycles, in rising order.
-fn sorted(record: &Record, of: impl Fn(&Cycle) -> Option<f64>) -> Vec<f64> {
-    let mut values: Vec<f64> =
-        record.cycles.iter().filter_map(|recorded| of(&recorded.cycle)).collect();
-    values.sort_by(f64::total_cmp);
-    values
-}
-
-/// The value that the given share of `sorted` does not exceed.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    sorted.get(((sorted.len().max(1) - 1) as f64 * share).round() as usize).copied()
+/// What `of` says of the cycles.
+fn values(record: &Record, of: impl Fn(&Cycle) -> Option<f64>) -> Vec<f64> {
+    record.cycles.iter().filter_map(|recorded| of(&recorded.cycle)).collect()
 }
 
 /// The modes one after the other.

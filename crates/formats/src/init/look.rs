@@ -6,6 +6,7 @@ use crate::format::Format;
 use crate::recognise::{format_of, head_of, is_text, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_log::LogError;
+use hovernav_log::statistics::quantile;
 
 /// Rows that units are judged by.
 const ROWS: usize = 20_000;
@@ -214,6 +215,5 @@ fn highest_before(values: &[f64]) -> impl Iterator<Item = &f64> {
 
 /// The median of `values`; NaN of none.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    quantile(&mut values, 0.5).unwrap_or(f64::NAN)
 }

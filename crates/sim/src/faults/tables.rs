@@ -30,7 +30,8 @@ fn cells(outcomes: &[Outcome]) -> Vec<(&str, Vec<(&str, Cell<'_>)>)> {
     flights
 }
 
-/// The `fraction`-quantile of what is known of a measure, the nearest rank; NaN of nothing.
+/// The `fraction`-quantile of what is known of a measure, the nearest rank; NaN of nothing. Not interpolated: a measure
+/// may be infinite, and between two such values interpolation gives no number.
 fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f64 {
     let mut values: Vec<f64> =
         cell.iter().map(|measures| of(measures)).filter(|value| !value.is_nan()).collect();
