@@ -8,7 +8,7 @@
 
 use std::f64::consts::TAU;
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, Local, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
 use hovernav::frames::{Body, Vector};
@@ -38,7 +38,6 @@ fn forward_right_down([x, y, z]: [f64; 3]) -> Vector<Body> {
     Vector::new(x, -y, -z)
 }
 
-const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 const GAUSS_PER_MICROTESLA: f64 = 0.01;
 
 fn imu_event(time: Time, reading: &UnitReading) -> Event {

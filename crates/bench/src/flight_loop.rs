@@ -8,6 +8,7 @@ use std::time::Instant;
 use hovernav::autopilot::{Gains, HoverConfig};
 use hovernav::controls::Channels;
 use hovernav::dmu::{AnglePacket, Calibration, Command, Flow, Mode};
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::ekf::layout::WithoutHeightAids;
 use hovernav::ekf::{Estimator, Notice, Solution, SteplessSolution};
 use hovernav::event::Event;
@@ -202,7 +203,7 @@ fn packet(sample: &ImuSample, timer: u16) -> AnglePacket {
         packet.angular_rate = rates.map(|rate| count(rate.to_degrees(), 200.0));
         // The unit's accelerometers count against the axis.
         packet.acceleration =
-            specific_force_mps2.to_array().map(|force| count(-force / 9.806_65, 4.0));
+            specific_force_mps2.to_array().map(|force| count(-force / STANDARD_GRAVITY_MPS2, 4.0));
     }
     if let Some(angles) = sample.attitude {
         packet.attitude = [angle(angles.roll_rad), angle(angles.pitch_rad), angle(angles.yaw_rad)];

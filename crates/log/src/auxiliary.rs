@@ -7,6 +7,7 @@ use crate::error::LogError;
 use crate::imu::{MAGNETIC, field_fault};
 use crate::remarks::Remarks;
 use crate::table::Table;
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
@@ -29,7 +30,7 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
     const SEA_LEVEL_PRESSURE_PA: f64 = 101_325.0;
     const SEA_LEVEL_TEMPERATURE_K: f64 = 288.15;
     const LAPSE_RATE_KPM: f64 = 0.0065;
-    const EXPONENT: f64 = 287.052_87 * LAPSE_RATE_KPM / 9.806_65;
+    const EXPONENT: f64 = 287.052_87 * LAPSE_RATE_KPM / STANDARD_GRAVITY_MPS2;
     (22_632.0..=127_774.0).contains(&pressure_pa).then(|| {
         let ratio = libm::pow(pressure_pa / SEA_LEVEL_PRESSURE_PA, EXPONENT);
         SEA_LEVEL_TEMPERATURE_K / LAPSE_RATE_KPM * (1.0 - ratio)

@@ -1,5 +1,6 @@
 //! Simulated sensors as a dataset tells of them.
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav_log::Manifest;
 
 use super::dmu::DmuConfig;
@@ -24,7 +25,7 @@ pub fn sensor_manifest(vehicle: String, dmu: &DmuConfig, gps: &GpsConfig) -> Man
     imu.gyro_bias_sigma_degps = Some(dmu.gyro.turn_on_bias_sigma_degps);
     imu.accel_bias_sigma_mps2 = Some(dmu.accelerometer.turn_on_bias_sigma_mps2);
     imu.gyro_range_degps = Some(dmu.gyro.range_degps);
-    imu.accel_range_g = Some(dmu.accelerometer.range_mps2 / 9.806_65);
+    imu.accel_range_g = Some(dmu.accelerometer.range_mps2 / STANDARD_GRAVITY_MPS2);
     // To whole degrees, as a chart tells it.
     let declination_deg = dmu.magnetometer.map_or(0.0, |field| field.declination_deg().round());
     imu.magnetic_declination_deg = Some(declination_deg);

@@ -2,6 +2,7 @@
 
 use core::f64::consts::TAU;
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::glam::DVec3;
 
 use super::check::{Checked, positive, size};
@@ -101,8 +102,8 @@ impl Default for AccelerometerConfig {
             wandering_bias_time_s: 200.0,
             velocity_random_walk_mps_per_sqrt_h: 0.45,
             scale_factor_sigma: 0.005,
-            resolution_mps2: 4.0 * 9.806_65 * 1.5 / 32_768.0,
-            range_mps2: 4.0 * 9.806_65,
+            resolution_mps2: 4.0 * STANDARD_GRAVITY_MPS2 * 1.5 / 32_768.0,
+            range_mps2: 4.0 * STANDARD_GRAVITY_MPS2,
             bandwidth_hz: 75.0,
         }
     }

@@ -1,5 +1,6 @@
 //! What messages say, as values of channels.
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::telemetry::StatusFlags;
 use mavlink::dialects::common::{
@@ -14,8 +15,6 @@ use crate::channel::Id::{self, *};
 use crate::frames::Values;
 use crate::store::TextLevel;
 
-/// Standard gravity, m/s²; accelerations of SCALED_IMU are in mG of it.
-const G_MPS2: f64 = 9.806_65;
 /// Characters of one STATUSTEXT; a longer text comes in several.
 const TEXT: usize = 50;
 /// A text of more characters is cut.
@@ -338,7 +337,7 @@ impl Translator {
 fn highres(m: &HIGHRES_IMU_DATA) -> Values {
     use HighresImuUpdatedFlags as F;
     let has = |flag, value: f32| finite(value).filter(|_| m.fields_updated.contains(flag));
-    let g = |flag, value| has(flag, value).map(|value| value / G_MPS2);
+    let g = |flag, value| has(flag, value).map(|value| value / STANDARD_GRAVITY_MPS2);
     vec![
         (AccelX, g(F::HIGHRES_IMU_UPDATED_XACC, m.xacc)),
         (AccelY, g(F::HIGHRES_IMU_UPDATED_YACC, m.yacc)),

@@ -3,6 +3,8 @@
 //! # Source
 //! MAVLink, `common.xml`; fields stand in the order of their size, as MAVLink sends them.
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+
 /// A message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Message {
@@ -39,7 +41,7 @@ pub(super) enum Kind {
 use Kind::{F32, I16, I32, U8, U16, U32, U64};
 
 /// Standard gravity in thousandths of its unit, m/s².
-const MILLI_G: f64 = 9.806_65e-3;
+const MILLI_G: f64 = 1e-3 * STANDARD_GRAVITY_MPS2;
 const MILLI: f64 = 1e-3;
 const CENTI: f64 = 1e-2;
 const MICRO: f64 = 1e-6;

@@ -5,6 +5,7 @@ use super::unit::{AXES, UNIT, component};
 use super::{Judged, when};
 use crate::finding::{Finding, Severity};
 use crate::rates::Rates;
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 /// Clipped samples closer than this, s, are one event.
 const APART_S: f64 = 10.0;
@@ -97,7 +98,10 @@ impl Ends {
                 } else if axis < 3 {
                     format!("its full scale of {:.0} °/s", largest.to_degrees())
                 } else {
-                    format!("its full scale of {largest:.1} m/s² ({:.2} g)", largest / 9.806_65)
+                    format!(
+                        "its full scale of {largest:.1} m/s² ({:.2} g)",
+                        largest / STANDARD_GRAVITY_MPS2
+                    )
                 };
                 findings.push(Finding {
                     start_s,

@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+
 use super::catalogue::Kind;
 use super::fault::Fault;
 use super::shaking::Vibration;
@@ -22,9 +24,6 @@ const INCREMENTS: [&str; 6] =
 
 const GYRO: [usize; 3] = [0, 1, 2];
 const ACCEL: [usize; 3] = [3, 4, 5];
-
-/// Standard gravity, m/s² (ISO 80000-3).
-const G_MPS2: f64 = 9.806_65;
 
 /// `imu.csv` with its axes found.
 pub(super) struct Inertial<'a> {
@@ -63,9 +62,9 @@ impl<'a> Inertial<'a> {
         let number = fault.number;
         match fault.kind {
             Kind::Vibration => self.vibrate(&rows, number, noise),
-            Kind::ClipAccel => self.clip(&rows, ACCEL, number * G_MPS2),
+            Kind::ClipAccel => self.clip(&rows, ACCEL, number * STANDARD_GRAVITY_MPS2),
             Kind::ClipGyro => self.clip(&rows, GYRO, number.to_radians()),
-            Kind::ClipBurst => self.burst(&rows, number * G_MPS2, noise),
+            Kind::ClipBurst => self.burst(&rows, number * STANDARD_GRAVITY_MPS2, noise),
             Kind::Stuck => self.stick(&rows, fault.word),
             Kind::Gap => rows.iter().for_each(|row| self.table.drop_row(*row)),
             Kind::Interpolated => self.interpolate(&rows),
@@ -83,7 +82,9 @@ impl<'a> Inertial<'a> {
             Kind::AccelSign => self.scale(&rows, ACCEL, signs(fault.word)),
             Kind::GyroSign => self.scale(&rows, GYRO, signs(fault.word)),
             Kind::SwapAxes => self.swap(&rows, fault.word),
-            Kind::Unit if fault.word == "g" => self.scale(&rows, ACCEL, [1.0 / G_MPS2; 3]),
+            Kind::Unit if fault.word == "g" => {
+                self.scale(&rows, ACCEL, [1.0 / STANDARD_GRAVITY_MPS2; 3]);
+            }
             Kind::Unit => self.scale(&rows, GYRO, [180.0 / PI; 3]),
             _ => return false,
         }

@@ -10,6 +10,7 @@
 
 use std::fmt;
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use nalgebra::{DMatrix, DVector};
 
 use crate::record::experiment::{Experiment, ExperimentError};
@@ -102,8 +103,6 @@ const PIECE_S: f64 = 10.0;
 const LONGEST_SKEW_S: f64 = 0.25;
 /// Sides apart by more samples than this have different clocks or filters.
 const MOST_SKEW: usize = 2;
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
 /// Scales of a kinematic relation outside these are wrong.
 const CLOSES: [f64; 2] = [0.85, 1.15];
 /// Less explained than this is no relation.
@@ -154,9 +153,9 @@ pub fn check_kinematics(
     }
     let (Some(roll), Some(pitch)) = (&roll, &pitch) else { return Ok(check.done()) };
     let gravity = [
-        combine(&|k| -GRAVITY * pitch[k].sin()),
-        combine(&|k| GRAVITY * pitch[k].cos() * roll[k].sin()),
-        combine(&|k| GRAVITY * pitch[k].cos() * roll[k].cos()),
+        combine(&|k| -STANDARD_GRAVITY_MPS2 * pitch[k].sin()),
+        combine(&|k| STANDARD_GRAVITY_MPS2 * pitch[k].cos() * roll[k].sin()),
+        combine(&|k| STANDARD_GRAVITY_MPS2 * pitch[k].cos() * roll[k].cos()),
     ];
     match (&force, [&u, &v, &w], [&p, &q, &r]) {
         (Some([x, y, z]), [Some(u), Some(v), Some(w)], [Some(p), Some(q), Some(r)]) => {
