@@ -1,5 +1,7 @@
 //! The filter itself: the state it holds, and its step with the inertial unit.
 
+mod accessors;
+
 use core::marker::PhantomData;
 
 use super::antenna::AntennaOffset;
@@ -15,7 +17,7 @@ use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
-use super::measurement::{AntennaHeadingMemory, BiasShift, Ground, stated_times};
+use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
@@ -25,7 +27,7 @@ use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
-use crate::imu::{ImuErrors, ImuSample, Integrity, Rest, Suspicion};
+use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
 use crate::time::Time;
 
@@ -405,90 +407,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.force_sum.add(Vector::ZERO, false);
         let local = Local::about(&self.state.position);
         Some(local.earth_rate_radps + local.transport_rate(self.state.velocity_mps))
-    }
-
-    /// What is known of the inertial unit's own errors.
-    #[must_use]
-    pub fn imu_errors(&self) -> ImuErrors<T> {
-        ImuErrors {
-            gyro_bias_radps: self.block(GYRO_BIAS).into(),
-            accel_bias_mps2: self.block(ACCEL_BIAS).into(),
-            gyro_scale: L::GYRO_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
-            accel_scale: L::ACCEL_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
-        }
-    }
-
-    /// The estimates of three consecutive parameters.
-    pub(super) fn block(&self, first: usize) -> [T; 3] {
-        core::array::from_fn(|axis| self.estimate(first + axis))
-    }
-
-    pub(super) fn set_block(&mut self, first: usize, values: [T; 3]) {
-        for (axis, value) in values.into_iter().enumerate() {
-            if let Some(parameter) = self.parameters.get_mut(first + axis) {
-                *parameter = value;
-            }
-        }
-    }
-
-    /// The estimate of one parameter: a bias, a scale factor, a latency. Zero for a state that is
-    /// none or is not there.
-    #[must_use]
-    pub fn parameter(&self, state: usize) -> f64 {
-        self.estimate(state).wide()
-    }
-
-    /// [`parameter`](Self::parameter), in the filter's own numbers.
-    pub(super) fn estimate(&self, state: usize) -> T {
-        self.parameters.get(state).copied().unwrap_or(T::ZERO)
-    }
-
-    /// The state of the inertial unit.
-    #[must_use]
-    pub const fn state(&self) -> &NavState<T> {
-        &self.state
-    }
-
-    /// The covariance of the error state, of up to `covariance_interval_s` ago.
-    #[must_use]
-    pub const fn covariance(&self) -> &Covariance<T, N> {
-        &self.covariance
-    }
-
-    /// By how many times the variance of the inertial unit's noise exceeds what is assumed, as learned
-    /// from innovations that are alike: 1 to 10. Much of it may be a wrong axis or sign.
-    #[must_use]
-    pub fn noise_excess(&self) -> f64 {
-        self.excess.factor()
-    }
-
-    /// How many times the one-sigmas that fixes state the filter takes their places and level velocities for: 1 to 2.6.
-    ///
-    /// # Source
-    /// Equation (M7) of docs/equations.md.
-    #[must_use]
-    pub fn stated_times(&self) -> [f64; 2] {
-        let [position, level, _] = self.gps_learned;
-        [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
-    }
-
-    /// The settings.
-    #[must_use]
-    pub const fn config(&self) -> &EkfConfig {
-        &self.config
-    }
-
-    /// Whether state and covariance are finite and in range. It stays so for any input that the
-    /// filter accepts; a flight computer checks it all the same.
-    #[must_use]
-    pub fn is_healthy(&self) -> bool {
-        self.state.is_valid() && self.covariance.is_valid()
-    }
-
-    /// Gravity at the present place, m/s², for whoever wants to level by it.
-    #[must_use]
-    pub fn gravity_mps2(&self) -> f64 {
-        Local::<T>::about(&self.state.position).gravity_mps2.wide()
     }
 }
 
