@@ -9,7 +9,7 @@ use clap::error::ErrorKind;
 use hovernav_formats::Options;
 use hovernav_sim::faults::{
     self, Campaign, Fault, Flight, Log, Outcome, csv, goals_markdown, markdown, standard_cells,
-    verdicts,
+    svg, verdicts,
 };
 
 use crate::memory;
@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Estimate many faulty copies, each fault by itself and all that there are unless some are named,
-    /// and tell what each did: writes table.md, results.csv and summary.json to out/injection or --out
+    /// and tell what each did: writes table.md, runs.svg, results.csv and summary.json to out/injection or --out
     #[arg(long)]
     campaign: bool,
     /// With --campaign: seeds, where anything is drawn
@@ -121,6 +121,7 @@ fn campaign(arguments: &Arguments, asked: &[Fault]) -> anyhow::Result<()> {
     let write = |file: &str, text: String| crate::output::write(&out.join(file), text);
     write("table.md", format!("{goals}{}", markdown(&outcomes)))?;
     write("results.csv", csv(&outcomes))?;
+    write("runs.svg", svg(&outcomes))?;
     let wall_s = started.elapsed().as_secs_f64();
     let summary = summary(arguments, &outcomes, wall_s);
     crate::output::write_json(&summary, &out.join("summary.json"))?;

@@ -70,5 +70,5 @@ fn a_campaign_writes_its_tables() {
     let summary = std::fs::read_to_string(out.path().join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["tool"], "hovernav");
-    assert!(out.path().join("table.md").exists());
+    assert!(out.path().join("table.md").exists() && out.path().join("runs.svg").exists());
 }

@@ -9,10 +9,10 @@ use super::campaign::Outcome;
 use super::measure::{AXES, Measures};
 
 /// The runs of one flight and one set of faults.
-type Cell<'a> = Vec<&'a Measures>;
+pub(super) type Cell<'a> = Vec<&'a Measures>;
 
 /// Outcomes by flight and faults, in the order in which they first appear.
-fn cells(outcomes: &[Outcome]) -> Vec<(&str, Vec<(&str, Cell<'_>)>)> {
+pub(super) fn cells(outcomes: &[Outcome]) -> Vec<(&str, Vec<(&str, Cell<'_>)>)> {
     let mut flights: Vec<(&str, Vec<(&str, Cell<'_>)>)> = Vec::new();
     let mut places: BTreeMap<(&str, &str), (usize, usize)> = BTreeMap::new();
     for Outcome { flight, faults, measures, .. } in outcomes {

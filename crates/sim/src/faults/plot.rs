@@ -1,0 +1,146 @@
+//! The outcomes of a campaign as a picture.
+
+use std::fmt::Write as _;
+
+use super::campaign::Outcome;
+use super::measure::Measures;
+use super::tables::cells;
+
+/// Heights, of a row and above each flight's rows, and widths, of the names and of a plot, px.
+const ROW: f64 = 16.0;
+const HEAD: f64 = 46.0;
+const NAMES: f64 = 190.0;
+const PLOT: f64 = 330.0;
+const GAP: f64 = 40.0;
+const WIDTH: f64 = NAMES + 2.0 * PLOT + 2.0 * GAP;
+
+/// One plot: where a run stands in it, 0 to 1, and what is written below.
+struct Plot {
+    title: &'static str,
+    place: fn(&Measures) -> f64,
+    /// Where the ends, the goal and what is between them stand.
+    ticks: [(f64, &'static str); 4],
+    goal: f64,
+}
+
+/// Shares inside 3 sigma from 80 % on, and costs from 0.8 to 80 times, by their logarithm.
+const PLOTS: [Plot; 2] = [
+    Plot {
+        title: "velocity and attitude inside 3σ, % of all samples",
+        place: |measures| (measures.inside_motion - 0.8) / 0.2,
+        ticks: [(0.0, "80"), (0.5, "90"), (0.85, "97"), (1.0, "100")],
+        goal: 0.85,
+    },
+    Plot {
+        title: "largest cost of velocity, position, tilt and yaw; orange: not named",
+        place: |measures| (measures.largest_cost() / 0.8).log10() / 2.0,
+        ticks: [(0.048, "1"), (0.199, "2"), (0.548, "10"), (1.0, "80")],
+        goal: 0.088,
+    },
+];
+
+/// An SVG of all runs, a row a fault: what share of the samples was inside 3 sigma, and what the fault cost, orange where
+/// no warning named it. What lies beyond an end stands on it. Runs without a solution are left out.
+#[must_use]
+pub fn svg(outcomes: &[Outcome]) -> String {
+    let flights = cells(outcomes);
+    let height: f64 = flights.iter().map(|(_, rows)| HEAD + 30.0 + ROW * rows.len() as f64).sum();
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+         height=\"{height}\" font-family=\"sans-serif\" font-size=\"11\">\n<style>.goal{{stroke:#c33;stroke-dasharray:3 3}}\
+         .end{{stroke:#ccc}}.run,.unnamed{{stroke-linecap:round;stroke-width:5;stroke:#247;stroke-opacity:.45}}\
+         .unnamed{{stroke:#e80;stroke-opacity:.8}}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+    );
+    let mut top = 0.0;
+    for (flight, rows) in flights {
+        let (first, last) = (top + HEAD, top + HEAD + ROW * rows.len() as f64);
+        let _ = writeln!(
+            text,
+            "<text x=\"4\" y=\"{:.0}\" font-weight=\"bold\">{flight}</text>",
+            top + 18.0
+        );
+        for (row, (faults, _)) in rows.iter().enumerate() {
+            let name = if faults.is_empty() { "none" } else { faults };
+            let (x, y) = (NAMES - 8.0, first + ROW * (row as f64 + 0.75));
+            let _ =
+                writeln!(text, "<text x=\"{x}\" y=\"{y:.0}\" text-anchor=\"end\">{name}</text>");
+        }
+        for (number, plot) in PLOTS.iter().enumerate() {
+            let left = NAMES + number as f64 * (PLOT + GAP);
+            let _ =
+                writeln!(text, "<text x=\"{left}\" y=\"{:.0}\">{}</text>", top + 36.0, plot.title);
+            for (place, label) in plot.ticks {
+                let (x, y) = (left + PLOT * place, last + 14.0);
+                let _ = writeln!(
+                    text,
+                    "<path class=\"end\" d=\"M{x:.0} {first:.0}V{last:.0}\"/>\
+                     <text x=\"{x:.0}\" y=\"{y:.0}\" text-anchor=\"middle\">{label}</text>"
+                );
+            }
+            let goal = left + PLOT * plot.goal;
+            let _ = writeln!(text, "<path class=\"goal\" d=\"M{goal:.0} {first:.0}V{last:.0}\"/>");
+            let mut dots = [String::new(), String::new()];
+            for (row, (faults, cell)) in rows.iter().enumerate() {
+                let y = first + ROW * (row as f64 + 0.5);
+                for measures in cell.iter().filter(|measures| measures.samples > 0) {
+                    let place = (plot.place)(measures);
+                    let is_against_itself = number == 1 && faults.is_empty();
+                    if place.is_nan() || is_against_itself {
+                        continue;
+                    }
+                    let x = left + PLOT * place.clamp(0.0, 1.0);
+                    let is_unnamed = number == 1 && !measures.named && place > plot.goal;
+                    let _ = write!(dots[usize::from(is_unnamed)], "M{x:.0} {y:.0}h0");
+                }
+            }
+            for (dots, class) in dots.iter().zip(["run", "unnamed"]) {
+                let _ = writeln!(text, "<path class=\"{class}\" d=\"{dots}\"/>");
+            }
+        }
+        top = last + 30.0;
+    }
+    text + "</svg>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(faults: &str, inside_motion: f64, cost: f64, named: bool) -> Outcome {
+        let measures = Measures {
+            samples: 100,
+            inside_motion,
+            cost: [cost, f64::NAN, f64::NAN, f64::NAN],
+            named,
+            ..Measures::default()
+        };
+        Outcome {
+            flight: "hover".into(),
+            faults: faults.into(),
+            kinds: Vec::new(),
+            seed: 1,
+            made: Vec::new(),
+            measures,
+        }
+    }
+
+    #[test]
+    fn every_run_has_a_dot_in_each_plot_and_one_that_was_not_named_another_colour() {
+        let picture = svg(&[
+            outcome("", 0.99, 0.0, false),
+            outcome("gap=2", 0.97, 1.1, false),
+            outcome("gap=2", 0.5, 8.0, true),
+            outcome("lever-arm=1", 0.9, 2.0, false),
+        ]);
+        let dots = |class: &str| -> Vec<usize> {
+            let before = format!("class=\"{class}\" d=\"");
+            let paths = picture.split(before.as_str()).skip(1);
+            paths.map(|path| path.split('"').next().unwrap().matches("h0").count()).collect()
+        };
+        assert_eq!((dots("run"), dots("unnamed")), (vec![4, 2], vec![0, 1]));
+        // 97 % stands on the goal, and what is beyond an end on it.
+        let goal = NAMES + 0.85 * PLOT;
+        assert!(picture.contains(&format!("M{goal:.0} 70h0")));
+        assert!(picture.contains(&format!("M{NAMES} 70h0")));
+    }
+}
