@@ -336,8 +336,11 @@ fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     in_range(deserializer, -180.0..=180.0).map(Some)
 }
 
+/// No latency of a log is longer, s.
+pub(crate) const LONGEST_LATENCY_S: f64 = 10.0;
+
 fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    in_range(deserializer, -10.0..=10.0)
+    in_range(deserializer, -LONGEST_LATENCY_S..=LONGEST_LATENCY_S)
 }
 
 fn mounting<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {

@@ -8,6 +8,7 @@ use hovernav::frames::Vector;
 use super::Judged;
 use crate::comparisons::FixTally;
 use crate::finding::{Finding, Severity};
+use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
 
@@ -53,17 +54,13 @@ const EXPLAINED: f64 = 0.5;
 const CLEARLY: f64 = 0.1;
 /// An offset at which the accelerations explain less than this of the changes is none.
 const DENIED: f64 = 0.1;
-/// No latency is longer, s; GPS time is so far ahead of UTC, s.
-const LONGEST_LATENCY_S: f64 = 10.0;
+/// GPS time is so far ahead of UTC, s.
 const LEAP_SECONDS: f64 = 18.0;
 
 pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
     let FixTally { used, rejected } = log.run.fixes_compared;
-    let is_trusted = |offset_s: f64| {
-        FOLLOWED_S.contains(&offset_s) && (rejected as f64) < REFUSED * (used + rejected) as f64
-    };
     let told = told_changes(log);
     if let Some(drift) = felt.drift(&told) {
         let percent = 100.0 * drift.abs();
@@ -86,7 +83,11 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     // Where accelerations tell nothing, they deny nothing.
     let is_denied =
         |offset_s: f64| felt.explained(&told, |_| offset_s).is_some_and(|share| share < DENIED);
-    let is_trusted = |offset_s: f64| is_trusted(offset_s) && !is_denied(offset_s);
+    let is_trusted = |offset_s: f64| {
+        FOLLOWED_S.contains(&offset_s)
+            && (rejected as f64) < REFUSED * (used + rejected) as f64
+            && !is_denied(offset_s)
+    };
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
     let far_s = felt.delay_s(&told).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)

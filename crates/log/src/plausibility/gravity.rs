@@ -3,9 +3,9 @@
 use hovernav::gps::Fix;
 
 use super::{G, Means, Second, norm};
-use crate::distribution::Distribution;
 use crate::finding::SetupFinding;
 use crate::rates::Rates;
+use crate::statistics::quantile;
 
 /// Over so long, s, vibration is gone from a mean.
 const MEAN_S: f64 = 1.0;
@@ -32,12 +32,10 @@ const ASKEW_STEADY: f64 = 0.97;
 /// The mean specific force, second by second.
 pub(super) struct Gravity {
     means: Means,
-    sizes: Distribution,
     /// The middle of each second, s, and the size.
     seconds: Vec<(f64, f64)>,
-    /// Of the directions of the means, and how many.
+    /// Of the directions of the means.
     directions: [f64; 3],
-    count: usize,
     /// Of all samples.
     sum: [f64; 3],
 }
@@ -46,10 +44,8 @@ impl Default for Gravity {
     fn default() -> Self {
         Self {
             means: Means::over(MEAN_S),
-            sizes: Distribution::default(),
             seconds: Vec::new(),
             directions: [0.0; 3],
-            count: 0,
             sum: [0.0; 3],
         }
     }
@@ -59,39 +55,36 @@ impl Gravity {
     pub fn push(&mut self, at: &Rates) {
         self.sum = [0, 1, 2].map(|axis| self.sum[axis] + at.force_mps2[axis]);
         let mean = self.means.push(at);
-        if let Some(mean) = &mean {
-            self.seconds.push((at.time.seconds() - 0.5 * MEAN_S, norm(mean.force_mps2)));
-        }
         self.add(mean);
     }
 
     fn add(&mut self, mean: Option<Second>) {
-        let Some(Second { force_mps2, .. }) = mean else { return };
+        let Some(Second { middle_s, force_mps2, .. }) = mean else { return };
         let size = norm(force_mps2);
-        self.sizes.push(size);
+        self.seconds.push((middle_s, size));
         for (sum, value) in self.directions.iter_mut().zip(force_mps2) {
             *sum += value / size.max(1e-9);
         }
-        self.count += 1;
     }
 
     /// Where up is in the body, on the whole; `None` of a vehicle that flies on its back as well, for whatever it is
     /// there is no such direction.
     pub fn up(&self) -> Option<[f64; 3]> {
-        let is_steady = norm(self.directions) >= STEADY * self.count as f64;
+        let is_steady = norm(self.directions) >= STEADY * self.seconds.len() as f64;
         is_steady.then(|| self.sum.map(|component| component / norm(self.sum).max(1e-12)))
     }
 
     pub fn check(mut self, fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         let last = self.means.finish();
         self.add(last);
-        let Some(size_mps2) = self.sizes.quantile(0.5) else { return };
+        let mut sizes: Vec<f64> = self.seconds.iter().map(|(_, size)| *size).collect();
+        let Some(size_mps2) = quantile(&mut sizes, 0.5) else { return };
         let known = found.len();
         size(size_mps2, found);
         if found.len() == known {
             scale(&self.seconds, fixes, found);
         }
-        direction(self.directions, self.count, found);
+        direction(self.directions, self.seconds.len(), found);
     }
 }
 
@@ -113,13 +106,10 @@ fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         let change_mps = norm([0, 1, 2].map(|axis| after[axis] - before[axis]));
         over_s >= 0.5 * STEADY_OVER_S && change_mps < STEADY_MPS2 * over_s
     };
-    let mut steady = Distribution::default();
-    let mut count = 0;
-    for &(_, size) in seconds.iter().filter(|(time_s, _)| is_steady(*time_s)) {
-        steady.push(size);
-        count += 1;
-    }
-    let Some(size) = steady.quantile(0.5).filter(|_| count >= LEAST_STEADY) else { return };
+    let steady = seconds.iter().filter(|(time_s, _)| is_steady(*time_s));
+    let mut sizes: Vec<f64> = steady.map(|(_, size)| *size).collect();
+    let count = sizes.len();
+    let Some(size) = quantile(&mut sizes, 0.5).filter(|_| count >= LEAST_STEADY) else { return };
     let in_g = size / G;
     if (in_g - 1.0).abs() > SCALE_OFF {
         found.push(SetupFinding {

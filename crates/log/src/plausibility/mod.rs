@@ -111,6 +111,7 @@ impl Dataset {
 
 /// Means over a second or so: vibration is gone, motion is still there.
 struct Second {
+    middle_s: f64,
     turn_radps: [f64; 3],
     force_mps2: [f64; 3],
 }
@@ -120,14 +121,16 @@ struct Means {
     length_s: f64,
     first: Option<Time>,
     part: u64,
-    sum: Second,
+    /// Sums of what is turned and felt, and of how many samples.
+    turn_radps: [f64; 3],
+    force_mps2: [f64; 3],
     count: usize,
 }
 
 impl Means {
     const fn over(length_s: f64) -> Self {
-        let sum = Second { turn_radps: [0.0; 3], force_mps2: [0.0; 3] };
-        Self { length_s, first: None, part: 0, sum, count: 0 }
+        let [turn_radps, force_mps2] = [[0.0; 3]; 2];
+        Self { length_s, first: None, part: 0, turn_radps, force_mps2, count: 0 }
     }
 
     /// Takes in the next sample; the mean of the part before it, if it is the first of another.
@@ -136,19 +139,23 @@ impl Means {
         let done = if part == self.part { None } else { self.finish() };
         self.part = part;
         let add = |sum: &mut [f64; 3], value: [f64; 3]| *sum = [0, 1, 2].map(|i| sum[i] + value[i]);
-        add(&mut self.sum.turn_radps, at.turn_radps);
-        add(&mut self.sum.force_mps2, at.force_mps2);
+        add(&mut self.turn_radps, at.turn_radps);
+        add(&mut self.force_mps2, at.force_mps2);
         self.count += 1;
         done
     }
 
     /// The mean of the part under way.
     fn finish(&mut self) -> Option<Second> {
-        let Self { sum, count, .. } =
-            std::mem::replace(self, Self { first: self.first, ..Self::over(self.length_s) });
+        let emptied = Self { first: self.first, ..Self::over(self.length_s) };
+        let Self { part, turn_radps, force_mps2, count, .. } = std::mem::replace(self, emptied);
         let mean = |sum: [f64; 3]| sum.map(|sum| sum / count as f64);
-        (count >= 3)
-            .then(|| Second { turn_radps: mean(sum.turn_radps), force_mps2: mean(sum.force_mps2) })
+        let middle_s = self.first?.seconds() + (part as f64 + 0.5) * self.length_s;
+        (count >= 3).then(|| Second {
+            middle_s,
+            turn_radps: mean(turn_radps),
+            force_mps2: mean(force_mps2),
+        })
     }
 }
 

@@ -14,11 +14,12 @@ const PLOT: f64 = 330.0;
 const GAP: f64 = 40.0;
 const WIDTH: f64 = NAMES + 2.0 * PLOT + 2.0 * GAP;
 
-/// One plot: where a run stands in it, 0 to 1, and what is written below.
+/// One plot: what of a run it shows, and where such a value stands, 0 to 1.
 struct Plot {
     title: &'static str,
-    place: fn(&Measures) -> f64,
-    /// Where the ends, the goal and what is between them stand.
+    value: fn(&Measures) -> f64,
+    place: fn(f64) -> f64,
+    /// What is written below.
     ticks: [(f64, &'static str); 4],
     goal: f64,
 }
@@ -27,15 +28,17 @@ struct Plot {
 const PLOTS: [Plot; 2] = [
     Plot {
         title: "velocity and attitude inside 3σ, % of all samples",
-        place: |measures| (measures.inside_motion - 0.8) / 0.2,
-        ticks: [(0.0, "80"), (0.5, "90"), (0.85, "97"), (1.0, "100")],
-        goal: 0.85,
+        value: |measures| measures.inside_motion,
+        place: |share| (share - 0.8) / 0.2,
+        ticks: [(0.8, "80"), (0.9, "90"), (0.97, "97"), (1.0, "100")],
+        goal: 0.97,
     },
     Plot {
         title: "largest cost of velocity, position, tilt and yaw; orange: not named",
-        place: |measures| (measures.largest_cost() / 0.8).log10() / 2.0,
-        ticks: [(0.048, "1"), (0.199, "2"), (0.548, "10"), (1.0, "80")],
-        goal: 0.088,
+        value: Measures::largest_cost,
+        place: |cost| (cost / 0.8).log10() / 2.0,
+        ticks: [(1.0, "1"), (2.0, "2"), (10.0, "10"), (80.0, "80")],
+        goal: 1.2,
     },
 ];
 
@@ -69,27 +72,28 @@ pub fn svg(outcomes: &[Outcome]) -> String {
             let left = NAMES + number as f64 * (PLOT + GAP);
             let _ =
                 writeln!(text, "<text x=\"{left}\" y=\"{:.0}\">{}</text>", top + 36.0, plot.title);
-            for (place, label) in plot.ticks {
-                let (x, y) = (left + PLOT * place, last + 14.0);
+            let across = |value: f64| left + PLOT * (plot.place)(value).clamp(0.0, 1.0);
+            for (value, label) in plot.ticks {
+                let (x, y) = (across(value), last + 14.0);
                 let _ = writeln!(
                     text,
                     "<path class=\"end\" d=\"M{x:.0} {first:.0}V{last:.0}\"/>\
                      <text x=\"{x:.0}\" y=\"{y:.0}\" text-anchor=\"middle\">{label}</text>"
                 );
             }
-            let goal = left + PLOT * plot.goal;
+            let goal = across(plot.goal);
             let _ = writeln!(text, "<path class=\"goal\" d=\"M{goal:.0} {first:.0}V{last:.0}\"/>");
             let mut dots = [String::new(), String::new()];
             for (row, (faults, cell)) in rows.iter().enumerate() {
                 let y = first + ROW * (row as f64 + 0.5);
                 for measures in cell.iter().filter(|measures| measures.samples > 0) {
-                    let place = (plot.place)(measures);
+                    let value = (plot.value)(measures);
                     let is_against_itself = number == 1 && faults.is_empty();
-                    if place.is_nan() || is_against_itself {
+                    if value.is_nan() || is_against_itself {
                         continue;
                     }
-                    let x = left + PLOT * place.clamp(0.0, 1.0);
-                    let is_unnamed = number == 1 && !measures.named && place > plot.goal;
+                    let x = across(value);
+                    let is_unnamed = number == 1 && !measures.named && value > plot.goal;
                     let _ = write!(dots[usize::from(is_unnamed)], "M{x:.0} {y:.0}h0");
                 }
             }
