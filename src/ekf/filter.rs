@@ -107,7 +107,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
-    pub(super) gps_wander: Option<[f64; 4]>,
+    pub(super) gps_wander: Option<[f32; 4]>,
     /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
     pub(super) wander_unknown: bool,
     /// The steps that the covariance has not been propagated over yet.
@@ -239,7 +239,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(first) => self.open_block_of_start(first, VELOCITY, shares.1, velocity, from_fix),
             None => [0.0; 3],
         };
-        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v]);
+        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
     /// Opens the slow errors at a share of `sigma`, tied to what came `of` the fix; gives their one-sigma.

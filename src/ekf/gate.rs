@@ -15,6 +15,8 @@
 //! - The innovations of a height lean to one side for seconds: those of the receiver while a barometer agrees with the
 //!   filter, or those of a barometer while the receiver agrees. The sensor that leans drifts. It is refused although
 //!   each single innovation lies within the gate.
+//! - The innovations of a place lean to one side while the receiver's own velocity agrees: its places walk away. They are
+//!   refused as if they had jumped.
 //! - A distance to the ground jumped: a roof, a tree or a false reading. It is refused for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
 //! - A barometer denies a height by always the same amount, while both agree about each change of it: the barometer's
@@ -24,11 +26,15 @@
 //!   denies it. A heading is believed only after two minutes in which neither the fixes nor another sensor bore out the
 //!   filter's own.
 //!
+//! Where a place is believed by its word alone, the one before stays in dispute for as long as it was told: the one-sigma of
+//! the solution reaches back to it, and three fixes that return to it are believed.
+//!
 //! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
 //! answers lie within it; the fix is then taken. That is reported as
 //! [`Verdict::Reopened`](super::Verdict::Reopened), never silent.
 
-use super::config::GateConfig;
+mod refusal;
+
 use crate::time::Time;
 
 /// Kinds of measurement that are refused, and reopened, together.
@@ -81,6 +87,8 @@ pub(super) struct Gates {
     height_taken_s: f32,
     /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
+    /// The mean of a place's normalised innovations of late, north and east.
+    place_lean: [f32; 2],
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
@@ -105,6 +113,11 @@ struct Gate {
     /// Of a height: the mean of the normalised innovations of late, and so to which side they lean. Of a horizontal
     /// position that is refused: how far it was off at first, m.
     lean: f32,
+    /// Of a position that was believed although nothing else speaks for it: how far off, m, the one before may still
+    /// be right; zero where none is in dispute.
+    disputed_m: f32,
+    /// In how many seconds of being taken in that is forgotten: as many as the one before was told for.
+    disputed_s: u8,
     /// Refusals in a row; zero while the gate is open.
     refusals: u8,
     /// Whether these refusals are the filter's own fault.
@@ -119,6 +132,8 @@ impl Gate {
         since: Time::ZERO,
         spread: 0.0,
         lean: 0.0,
+        disputed_m: 0.0,
+        disputed_s: 0,
         refusals: 0,
         filter_is_lost: false,
         was_open: false,
@@ -127,6 +142,16 @@ impl Gate {
     /// Whether it was open within the last [`ABSENCE_S`].
     fn was_open_lately(&self, time: Time) -> bool {
         self.was_open && time - self.accepted <= ABSENCE_S
+    }
+
+    /// Forgets of a dispute what `taken_s` more of being taken in leave of it.
+    fn settle(&mut self, taken_s: f32) {
+        if self.disputed_m > 0.0 {
+            self.disputed_m *= (1.0 - taken_s / f32::from(self.disputed_s)).max(0.0);
+            if self.disputed_m < DISPUTED_LEAST_M {
+                self.disputed_m = 0.0;
+            }
+        }
     }
 }
 
@@ -142,8 +167,6 @@ impl GpsGates {
     pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], lost_until: NEVER };
 }
 
-/// Fewer refusals than this never reopen, however far apart they are.
-const LEAST_REFUSALS: u8 = 3;
 /// Without a measurement for this long, s, the filter may have gone anywhere.
 const ABSENCE_S: f64 = 2.5;
 /// Before every time there is.
@@ -152,12 +175,14 @@ pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
 const DOUBT_S: f64 = 10.0;
 /// A heading that is found has proven itself after this, s.
 const UNPROVEN_S: f64 = 60.0;
-/// A spread beyond this says that the filter was on its way out before the first refusal.
-const DIVERGING: f32 = 4.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
 /// Innovations whose mean is more one-sigmas than this lean to one side, and not by chance.
 const LEANING: f32 = 1.5;
+/// The same of a place, whose errors wander, north and east together.
+const WALKING: f32 = 2.5;
+/// One that leans less than so much of that mean has come back.
+const COMES_BACK: f32 = 0.5;
 /// No single innovation counts for more one-sigmas than this in that mean.
 const MOST_LEAN: f32 = 5.0;
 /// Memory of that mean, s, where innovations come often.
@@ -168,8 +193,6 @@ const UPRIGHT: f32 = 0.75;
 /// fix, m/s: one that is further off has jumped.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
-/// Where the receiver tells no velocity, the filter is lost when a place is so many times as far off as at first.
-const GROWN: f32 = 2.0;
 /// A barometer may be off by so many one-sigmas of the wind.
 const WIND_SIGMAS: f64 = 3.0;
 /// It says nothing of a vertical velocity where it feels more wind than this, one-sigma, m.
@@ -179,6 +202,10 @@ const HEADING_S: f64 = 120.0;
 /// A height that a barometer denies by always the same amount is believed after this long, s, at most: sooner where the
 /// height before was believed for less.
 const LEVEL_S: f64 = 120.0;
+/// A dispute about a position is forgotten within so many seconds at most.
+const DISPUTED_MOST_S: f32 = 200.0;
+/// What is left of a dispute below this, m, is nothing.
+const DISPUTED_LEAST_M: f32 = 0.1;
 /// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
 const MOST_BETWEEN_S: f32 = 3.0;
 
@@ -193,6 +220,7 @@ impl Gates {
         place_taken_s: 0.0,
         height_off_m: 0.0,
         astray: false,
+        place_lean: [0.0; 2],
         baro_denies: false,
         heading_borne_out: false,
         wind_dm: 0,
@@ -209,6 +237,7 @@ impl Gates {
         self.place_taken_s = 0.0;
         self.height_off_m = 0.0;
         self.astray = false;
+        self.place_lean = [0.0; 2];
         self.baro_denies = false;
         self.heading_borne_out = false;
         self.wind_dm = 0;
@@ -325,6 +354,28 @@ impl Gates {
             }
     }
 
+    /// Notes the normalised innovations of a place, north and east. Gives whether such innovations lean to one side by
+    /// more than chance makes them, while the receiver's own velocity agrees with a filter that is in no doubt: the
+    /// places walk away from that velocity.
+    pub fn place_leans(&mut self, time: Time, normalised: [f64; 2]) -> bool {
+        let Some(gate) = self.gates.get(Group::HorizontalPosition as usize) else { return false };
+        let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
+        for (lean, off) in self.place_lean.iter_mut().zip(normalised) {
+            *lean += newest * ((off as f32).clamp(-MOST_LEAN, MOST_LEAN) - *lean);
+        }
+        let doubted =
+            self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
+        let [north, east] = self.place_lean;
+        let squared = north * north + east * east;
+        let [now_north, now_east] = normalised.map(|off| off as f32);
+        // One that has come back is no part of it.
+        let goes_on = north * now_north + east * now_east > COMES_BACK * squared;
+        squared > WALKING * WALKING
+            && goes_on
+            && !doubted
+            && self.is_open(Group::HorizontalVelocity, time)
+    }
+
     /// Whether a group is open and leans to no side.
     fn agrees(&self, group: Group, time: Time) -> bool {
         let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
@@ -343,8 +394,15 @@ impl Gates {
             }
             (gate.accepted, gate.was_open) = (time, true);
             gate.refusals = 0;
+            gate.settle(since_s);
             gate.spread += NEWEST * (spread as f32 - gate.spread);
         }
+    }
+
+    /// How far off, m, the place and the height that were told before lie, where they may still be right.
+    pub fn disputed_m(&self) -> [f32; 2] {
+        [Group::HorizontalPosition, Group::VerticalPosition]
+            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m))
     }
 
     /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.
@@ -377,182 +435,7 @@ impl Gates {
     pub fn barometer_agrees(&self, time: Time) -> bool {
         self.agrees(Group::Baro, time)
     }
-
-    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
-    /// Gives what has to be reopened, if anything.
-    pub fn refused(
-        &mut self,
-        group: Group,
-        time: Time,
-        off: [f64; 2],
-        config: &GateConfig,
-    ) -> Option<Reopening> {
-        // A barometer that agrees with the filter says whose height is wrong.
-        let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.barometer_agrees(time)
-            && !self.may_be_wind(group, off[0]);
-        let level_disputed = witness
-            && group == Group::VerticalPosition
-            && self.is_level_disputed(time, off, config);
-        let was_lost = self.were_reopened(time);
-        let doubted = was_lost || self.doubts_filter(time) || time < self.unproven_until;
-        let velocity_agrees = match group {
-            // One velocity in some that is refused is none that disagrees.
-            Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
-            // One that leans is on its way to where the height is.
-            Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
-            _ => false,
-        };
-        let alone = self.tells_motion_alone(group, time);
-        let borne_out = self.is_heading_borne_out(group, time);
-        let gate = self.gates.get_mut(group as usize)?;
-        let was_open_lately = gate.was_open_lately(time);
-        if borne_out {
-            gate.since = time;
-        }
-        if gate.refusals == 0 {
-            // No trouble of the filter makes a place jump while the velocity agrees.
-            let reach_m = JUMP_M + JUMP_MPS * (time - gate.accepted);
-            let jumped = group == Group::HorizontalPosition
-                && velocity_agrees
-                && was_open_lately
-                && off[0].abs() > reach_m;
-            gate.since = time;
-            if group == Group::HorizontalPosition {
-                gate.lean = off[0] as f32;
-            }
-            let may_be_lost = doubted || !was_open_lately || gate.spread > DIVERGING;
-            gate.filter_is_lost = if jumped { was_lost } else { may_be_lost };
-        }
-        gate.refusals = gate.refusals.saturating_add(1);
-        gate.filter_is_lost |= was_lost || (doubted && !velocity_agrees);
-        let patience_s = match group {
-            Group::Heading | Group::BaselineHeading => HEADING_S,
-            // A distance that jumped and stays is another ground.
-            Group::Range => config.recovery_s,
-            _ if witness => f64::from(self.height_taken_s).min(LEVEL_S).max(config.fault_s),
-            _ if gate.filter_is_lost => config.recovery_s,
-            // A place that jumped is off by always as much; a filter that is lost goes on from it.
-            Group::HorizontalPosition if alone && off[0] > f64::from(GROWN * gate.lean) => {
-                config.recovery_s
-            }
-            // A place that rests on a few fixes is no surer than as many that deny it.
-            Group::HorizontalPosition if velocity_agrees => {
-                config.fault_s.min(f64::from(self.place_taken_s).max(config.recovery_s))
-            }
-            _ if velocity_agrees => config.fault_s,
-            _ => config.lockout_s,
-        };
-        let denied = self.astray && (group as usize) < Group::GPS;
-        let reopens = !((witness && !level_disputed) || denied)
-            && gate.refusals >= LEAST_REFUSALS
-            && time - gate.since >= patience_s;
-        let since = if gate.was_open { gate.accepted } else { gate.since };
-        if reopens {
-            *gate = Gate { accepted: time, was_open: true, ..Gate::NONE };
-            match group {
-                Group::VerticalPosition => self.height_taken_s = 0.0,
-                Group::HorizontalPosition => self.place_taken_s = 0.0,
-                _ => {}
-            }
-            if alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
-                // A filter that was lost in velocity is lost in position too.
-                self.lost_until = time + DOUBT_S;
-            }
-        }
-        reopens.then(|| {
-            if alone { Reopening::Motion { lost_s: time - since } } else { Reopening::State }
-        })
-    }
-
-    /// Whether a group is a position of a receiver that does not tell its velocity.
-    fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
-        let velocity = match group {
-            Group::HorizontalPosition => Group::HorizontalVelocity,
-            Group::VerticalPosition => Group::VerticalVelocity,
-            _ => return false,
-        };
-        self.gates
-            .get(velocity as usize)
-            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
-    }
-
-    /// Whether a height that a barometer denies is still off by as much as when its refusal began. Then only the
-    /// barometer's level is in dispute, and no motion. Where it is off by another amount, the refusal begins anew.
-    fn is_level_disputed(
-        &mut self,
-        time: Time,
-        [off_m, sigma_m]: [f64; 2],
-        config: &GateConfig,
-    ) -> bool {
-        let moves = !self.is_open(Group::VerticalVelocity, time);
-        let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
-        let moved_m = off_m - f64::from(self.height_off_m);
-        let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
-        if gate.refusals == 0 || !is_steady {
-            self.height_off_m = off_m as f32;
-            gate.since = time;
-        }
-        is_steady && !moves
-    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// After how long, s, a height is believed that is off by `off_m` after it was right for `right_s`, while a
-    /// barometer and the receiver's own vertical velocity agree with the filter.
-    fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
-        let (mut gates, config) = (Gates::NONE, GateConfig::default());
-        (0..5 * (right_s + 300)).find_map(|step| {
-            let time = Time::from_nanoseconds(step * 200_000_000);
-            for group in [Group::Baro, Group::VerticalVelocity] {
-                gates.leans(group, time, [0.0, 1.0]);
-                gates.accepted(group, time, 1.0);
-            }
-            let wrong_s = (step - 5 * right_s) as f64 * 0.2;
-            if wrong_s < 0.0 {
-                gates.accepted(Group::VerticalPosition, time, 1.0);
-                return None;
-            }
-            let off = [off_m(wrong_s), 3.0];
-            gates.refused(Group::VerticalPosition, time, off, &config).map(|_| wrong_s)
-        })
-    }
-
-    #[test]
-    fn a_level_in_dispute_is_settled_by_who_was_right_for_longer() {
-        for (right_s, most_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
-            let after_s = believed_after_s(right_s, |_| 50.0).unwrap();
-            assert!((after_s - most_s).abs() < 1.0, "{right_s} s: {after_s}");
-        }
-    }
-
-    #[test]
-    fn a_height_that_drifts_away_from_a_barometer_is_not_believed() {
-        assert_eq!(believed_after_s(40, |wrong_s| 20.0 + wrong_s), None);
-    }
-
-    #[test]
-    fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before() {
-        for (told_s, believed_s) in [(3.0, 3.0), (12.0, 12.0), (100.0, 30.0)] {
-            let (mut gates, config) = (Gates::NONE, GateConfig::default());
-            let after_s = (0..200).find_map(|second| {
-                let time = Time::ZERO + f64::from(second);
-                gates.accepted(Group::HorizontalVelocity, time, 1.0);
-                if second == 0 {
-                    gates.forget_place();
-                }
-                let wrong_s = f64::from(second) - told_s - 1.0;
-                if wrong_s < 0.0 {
-                    gates.accepted(Group::HorizontalPosition, time, 1.0);
-                    return None;
-                }
-                let off = [40.0, 1.0];
-                gates.refused(Group::HorizontalPosition, time, off, &config).map(|_| wrong_s)
-            });
-            assert_eq!(after_s, Some(believed_s));
-        }
-    }
-}
+mod tests;

@@ -50,10 +50,10 @@ impl JointCovariance {
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// The covariance of position, velocity and attitude together, at the point of the
-    /// [`solution`](Self::solution).
+    /// [`solution`](Self::solution), and of its one-sigmas.
     ///
     /// # Source
-    /// Equation (K11) of docs/equations.md.
+    /// Equations (K9) and (K11) of docs/equations.md.
     #[must_use]
     pub fn joint_covariance(&self) -> JointCovariance {
         let lever_arm = self.mounting.solution_from_imu();
@@ -87,6 +87,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     }
                 }
             }
+        }
+        let [level_m, vertical_m] = self.disputed_m().map(f64::from);
+        for (axis, disputed_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
+            joint[axis][axis] += disputed_m * disputed_m;
         }
         JointCovariance(joint)
     }

@@ -105,6 +105,8 @@ struct Sample<const N: usize> {
     state: NavState,
     parameters: [f64; N],
     angular_rate_radps: Vector<Body>,
+    /// What is in dispute of its place, level and vertical, m.
+    disputed_m: [f32; 2],
 }
 
 /// What the log after a moment says of the error state then: nothing, by its default, at the end of the
@@ -164,6 +166,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
             state: filter.state,
             parameters: filter.parameters,
             angular_rate_radps: filter.angular_rate_radps,
+            disputed_m: filter.disputed_m(),
         });
         for state in 0..BASE {
             self.covariances.extend_from_slice(filter.covariance.upper_row(state));
@@ -325,7 +328,8 @@ impl<const N: usize> Adjoint<N> {
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // Nobody holds a heading of the past.
-        Solution { heading_revision_rad: 0.0, ..filter.solution() }
+        let solution = filter.undisputed_solution().widened(sample.disputed_m);
+        Solution { heading_revision_rad: 0.0, ..solution }
     }
 }
 

@@ -80,6 +80,17 @@ impl<T: Scalar> Solution<T> {
         !self.velocity_mps.is_shorter_than(still_mps)
     }
 
+    /// With what else the position may be off by, one-sigmas, level and vertical, m.
+    pub(super) fn widened(mut self, [level_m, vertical_m]: [f32; 2]) -> Self {
+        let [north, east, down] = self.position_sigma_m.to_array();
+        let wider = |sigma: T, by_m: f32| {
+            if by_m > 0.0 { Scalar::hypot(sigma, T::of(f64::from(by_m))) } else { sigma }
+        };
+        self.position_sigma_m =
+            Vector::new(wider(north, level_m), wider(east, level_m), wider(down, vertical_m));
+        self
+    }
+
     /// u, v, w: the point's velocity in body axes, m/s.
     #[must_use]
     pub fn velocity_body_mps(&self) -> Vector<Body, T> {
@@ -109,8 +120,16 @@ impl<T: Scalar> Solution<T> {
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
+    ///
+    /// Where a place that jumped was believed in the end, the one before may still be right: the one-sigma of position
+    /// reaches there (equation K9), further than that of the covariance.
     #[must_use]
     pub fn solution(&self) -> Solution<T> {
+        self.undisputed_solution().widened(self.disputed_m())
+    }
+
+    /// [`solution`](Self::solution), as sure of the place as the covariance is.
+    pub(super) fn undisputed_solution(&self) -> Solution<T> {
         let errors = self.imu_errors();
         let estimate = Estimate {
             state: &self.state,

@@ -53,7 +53,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.state
     }
 
-    /// The covariance of the error state, of up to `covariance_interval_s` ago.
+    /// How far off, level and vertical, m, a place lies that was told before the present one, and may still be right.
+    ///
+    /// # Source
+    /// Equation (K9) of docs/equations.md.
+    pub(in super::super) fn disputed_m(&self) -> [f32; 2] {
+        self.gates.disputed_m()
+    }
+
+    /// The covariance of the error state, of up to `covariance_interval_s` ago. Of a place in dispute it
+    /// knows nothing: see [`solution`](Self::solution).
     #[must_use]
     pub const fn covariance(&self) -> &Covariance<T, N> {
         &self.covariance

@@ -110,8 +110,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             } else {
                 [farthest.wide(), 1.0]
             };
-            let leans = group.is_height() && self.gates.leans(group, time, off);
-            let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
+            let within = largest <= square(T::of(self.config.gate.sigmas));
+            let leans = match group {
+                // A filter without states for what wanders of places takes each for what it says.
+                Group::HorizontalPosition if L::GPS_POSITION.is_some() => {
+                    let normalised = [members.start, members.start + 1].map(|index| {
+                        (joint.innovation(index) / joint.sigma(index, noise[index])).wide()
+                    });
+                    self.gates.place_leans(time, normalised)
+                }
+                _ => group.is_height() && self.gates.leans(group, time, off),
+            };
+            let fits = within && !leans;
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     let at = members.start;
@@ -157,7 +167,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Before a place is taken in: tells the gates if the place first becomes known by this fix, for its `variance` is
     /// large beside the `noise` of the fix, both in m².
     fn judge_place(&mut self, variance: f64, noise: f64) {
-        let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level);
+        let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
             self.gates.forget_place();
         }

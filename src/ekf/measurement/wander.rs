@@ -16,6 +16,8 @@ pub(super) struct GpsNoise {
 
 /// Stated one-sigmas that change by less than this many times are what they were.
 const STEADY: f64 = 1.25;
+/// How much of what was found to wander beyond what is usual is doubted: its one-sigma is no less.
+const DOUBTED: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
@@ -36,7 +38,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let ([velocity_h, velocity_v], velocity_variance) =
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
-        match self.gps_wander {
+        match self.gps_wander.map(|before| before.map(f64::from)) {
             Some(before) if !self.wander_unknown => {
                 // What is found of fixes that state nothing grows with those that are refused.
                 if fix.position_sigma_m.is_some() {
@@ -45,7 +47,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             _ => self.open_wanders(wander),
         }
-        self.gps_wander = Some(wander);
+        self.gps_wander = Some(wander.map(|sigma| sigma as f32));
+        self.doubt_place(wander);
         GpsNoise { position_variance, velocity_variance }
     }
 
@@ -55,7 +58,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in super::super) fn open_unknown_wander(&mut self, wander: [f64; 4]) {
         if self.wander_unknown && wander.iter().any(|&sigma| sigma > 0.0) {
             self.open_wanders(wander);
-            self.gps_wander = Some(wander);
+            self.gps_wander = Some(wander.map(|sigma| sigma as f32));
         }
     }
 
@@ -98,6 +101,28 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.relax(&relaxation);
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
+        }
+    }
+
+    /// Opens how a place is divided into what is right and what wanders, where far more was found to wander than is usual:
+    /// the fixes have walked away from the velocity, and where the vehicle really is nobody knows so well. Both are opened
+    /// against each other, for their sum is what the fixes tell.
+    ///
+    /// # Source
+    /// Equation (M5) of docs/equations.md.
+    #[inline(never)]
+    fn doubt_place(&mut self, [level_m, vertical_m, ..]: [f64; 4]) {
+        let Some(first) = L::GPS_POSITION else { return };
+        for (axis, usual_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
+            let (place, wander) = (POSITION + axis, first + axis);
+            let beyond_m = self.estimate(wander).abs().wide() - usual_m;
+            let opened = square(DOUBTED * beyond_m.max(0.0)) - self.covariance.variance(wander);
+            if opened > 0.0 {
+                self.covariance.add_variance(wander, opened);
+                self.covariance.add_variance(place, opened);
+                let cross = self.covariance.entry(place, wander);
+                self.covariance.set_cross(place, wander, cross - opened);
+            }
         }
     }
 

@@ -101,6 +101,8 @@ const GROUPS: [Group; 9] = [
 struct Compared {
     time_s: f64,
     size: f64,
+    /// The largest of its axes in one-sigmas.
+    normalised: f64,
     verdict: Verdict,
 }
 
@@ -127,6 +129,21 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
+/// A filter that is reopened by a fix has taken it in so long, s, after the fix's time.
+const REOPENED_S: f64 = 1.0;
+
+impl Judged<'_> {
+    /// Whether a position that was `off_m` from where the filter was, and is taken at `time_s`, leaves it in doubt
+    /// between the two.
+    fn disputes(&self, time_s: f64, off_m: f64) -> bool {
+        let after_s = time_s + REOPENED_S;
+        self.solution_at(after_s).is_some_and(|solution| {
+            let [north, east, down] = solution.position_sigma_m.to_array();
+            north.max(east).max(down) > 0.5 * off_m
+        })
+    }
+}
+
 /// Refusals of one sensor, in a sentence.
 fn refusal(
     log: &Judged<'_>,
@@ -138,6 +155,7 @@ fn refusal(
     let first = &GROUPS[sensor.start];
     let (mut parts, mut reopened, mut large, mut is_refused) =
         (Vec::new(), None, false, [false; GROUPS.len()]);
+    let (mut farthest_m, mut walks) = (0.0_f64, true);
     for index in sensor.clone() {
         let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
         let refused: Vec<&Compared> =
@@ -148,6 +166,10 @@ fn refusal(
         }
         is_refused[index] = true;
         large |= largest > group.large;
+        if group.unit == "m" {
+            farthest_m = farthest_m.max(largest);
+            walks &= refused.iter().all(|at| at.normalised <= log.run.config.ekf.gate.sigmas);
+        }
         let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
@@ -181,11 +203,23 @@ fn refusal(
             ),
         };
     }
-    let why = cause(log, first, span.start_s, agrees);
+    let why = match cause(log, first, span.start_s) {
+        Some(why) => why,
+        None if agrees && walks => {
+            "places that walk away from the receiver's own velocity (reflected signals)".into()
+        }
+        None if agrees => "a jump of the receiver (glitch), as its velocity agreed".into(),
+        None => "a glitch of the receiver or an error of the filter".into(),
+    };
     let response = match reopened {
+        Some(time_s) if agrees && log.disputes(time_s, farthest_m) => format!(
+            "; with nothing that tells which is right, the filter took it at {time_s:.1} s, and its one-sigma reaches \
+             back to where it was before{}",
+            log.cost(span.start_s, time_s + REOPENED_S)
+        ),
         Some(time_s) => format!(
             "; the filter had locked itself out, and was reopened and took it at {time_s:.1} s{}",
-            log.cost(span.start_s, time_s)
+            log.cost(span.start_s, time_s + REOPENED_S)
         ),
         None => "; the filter went on without it".into(),
     };
@@ -245,31 +279,32 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
             report.innovations().filter(|axis| group.channels.contains(&axis.channel)).peekable();
         let Some(first) = axes.peek() else { continue };
         let (time_s, mut verdict) = (first.time.seconds(), Verdict::Accepted);
-        let mut square_sum = 0.0;
+        let (mut square_sum, mut normalised) = (0.0, 0.0_f64);
         for axis in axes {
+            normalised = normalised.max(axis.normalised().abs());
             square_sum += axis.innovation * axis.innovation;
             if axis.verdict != Verdict::Accepted {
                 verdict = axis.verdict;
             }
         }
-        all.push(Compared { time_s, size: square_sum.sqrt(), verdict });
+        all.push(Compared { time_s, size: square_sum.sqrt(), normalised, verdict });
     }
     all
 }
 
-/// Why a group was refused from `start_s` on, as far as can be told.
-fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -> String {
+/// Why a group was refused from `start_s` on, as far as the sensor or what went before tells.
+fn cause(log: &Judged<'_>, group: &Group, start_s: f64) -> Option<String> {
     if group.sensor == "second antenna" {
-        return "a wrong ambiguity, a reflection or a wrong heading".into();
+        return Some("a wrong ambiguity, a reflection or a wrong heading".into());
     }
     if group.sensor == "unit's own heading" {
-        return "an error of that or a wrong heading".into();
+        return Some("an error of that or a wrong heading".into());
     }
     if group.name == "heading" {
-        return "a magnetic disturbance or a wrong heading".into();
+        return Some("a magnetic disturbance or a wrong heading".into());
     }
     if group.sensor != "gps" {
-        return "a disturbance of the sensor or an error of the filter".into();
+        return Some("a disturbance of the sensor or an error of the filter".into());
     }
     let recent = |time: &Time| in_aftermath(*time, start_s);
     let fixes = &log.dataset.fixes;
@@ -279,29 +314,26 @@ fn cause(log: &Judged<'_>, group: &Group, start_s: f64, velocity_agrees: bool) -
         _ => 0.0,
     };
     if absence_s > 2.5 {
-        return format!("drift of the filter in {absence_s:.1} s without fixes");
+        return Some(format!("drift of the filter in {absence_s:.1} s without fixes"));
     }
     for notice in &log.run.notices {
         match notice {
             Notice::GapBridged { time, length_s } if recent(time) => {
-                return format!(
+                return Some(format!(
                     "drift of the filter in a gap of {length_s:.2} s in the inertial samples"
-                );
+                ));
             }
             Notice::CovarianceReset { time, .. } if recent(time) => {
-                return "the filter had been reset".into();
+                return Some("the filter had been reset".into());
             }
             Notice::SampleSuspect { time, suspicion } if recent(time) => {
-                return format!("the inertial samples are suspect ({suspicion})");
+                return Some(format!("the inertial samples are suspect ({suspicion})"));
             }
             Notice::HeadingFound { time, .. } if recent(time) => {
-                return "the heading had just been found".into();
+                return Some("the heading had just been found".into());
             }
             _ => {}
         }
     }
-    if velocity_agrees {
-        return "a jump of the receiver (glitch), as its velocity agreed".into();
-    }
-    "a glitch of the receiver or an error of the filter".into()
+    None
 }

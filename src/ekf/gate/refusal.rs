@@ -1,0 +1,224 @@
+//! What a refusal means: whose fault it is, for how long the filter is believed, and what is reopened then.
+
+use super::super::config::GateConfig;
+use super::{DISPUTED_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};
+use crate::time::Time;
+
+/// Fewer refusals than this never reopen, however far apart they are.
+const LEAST_REFUSALS: u8 = 3;
+/// A doubt of the filter after its velocity was reopened lasts this long, s.
+const LOST_S: f64 = super::DOUBT_S;
+/// A spread beyond this says that the filter was on its way out before the first refusal.
+const DIVERGING: f32 = 4.0;
+/// Where the receiver tells no velocity, the filter is lost when a place is so many times as far off as at first.
+const GROWN: f32 = 2.0;
+/// A position in dispute that steps by more than this share of the way to the other has come back there.
+const BACK: f32 = 0.5;
+
+/// What speaks for the filter and against it when a measurement is refused.
+#[derive(Clone, Copy, Debug)]
+struct Evidence {
+    /// A barometer agrees with the filter, and so says whose height is wrong.
+    witness: bool,
+    /// That barometer's level came from this receiver, and the height is off by always as much.
+    level_disputed: bool,
+    /// A velocity was reopened of late.
+    was_lost: bool,
+    /// The samples had trouble, or the heading has yet to prove itself, or a velocity was reopened.
+    doubted: bool,
+    /// Of a position: the receiver's velocity agrees with the filter.
+    velocity_agrees: bool,
+    /// A position of a receiver that does not tell its velocity.
+    alone: bool,
+    /// Of a heading: something else bears out the filter's own.
+    borne_out: bool,
+}
+
+impl Gates {
+    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
+    /// Gives what has to be reopened, if anything.
+    pub fn refused(
+        &mut self,
+        group: Group,
+        time: Time,
+        off: [f64; 2],
+        config: &GateConfig,
+    ) -> Option<Reopening> {
+        let evidence = self.evidence(group, time, off, config);
+        let told_s = match group {
+            Group::HorizontalPosition => self.place_taken_s,
+            Group::VerticalPosition => self.height_taken_s,
+            _ => 0.0,
+        };
+        let denied = (evidence.witness && !evidence.level_disputed)
+            || (self.astray && (group as usize) < Group::GPS);
+        let gate = self.gates.get_mut(group as usize)?;
+        gate.refuse(group, time, off[0], &evidence);
+        let patience_s = gate.patience_s(group, off[0], f64::from(told_s), &evidence, config);
+        let reopens = !denied && gate.refusals >= LEAST_REFUSALS && time - gate.since >= patience_s;
+        if !reopens {
+            return None;
+        }
+        let lost_s = time - if gate.was_open { gate.accepted } else { gate.since };
+        gate.reopen(group, time, off[0], told_s, &evidence, config);
+        match group {
+            Group::VerticalPosition => self.height_taken_s = 0.0,
+            Group::HorizontalPosition => {
+                (self.place_taken_s, self.place_lean) = (0.0, [0.0; 2]);
+            }
+            _ => {}
+        }
+        if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
+            // A filter that was lost in velocity is lost in position too.
+            self.lost_until = time + LOST_S;
+        }
+        Some(if evidence.alone { Reopening::Motion { lost_s } } else { Reopening::State })
+    }
+
+    fn evidence(
+        &mut self,
+        group: Group,
+        time: Time,
+        off: [f64; 2],
+        config: &GateConfig,
+    ) -> Evidence {
+        let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
+            && self.barometer_agrees(time)
+            && !self.may_be_wind(group, off[0]);
+        let was_lost = self.were_reopened(time);
+        Evidence {
+            witness,
+            level_disputed: witness
+                && group == Group::VerticalPosition
+                && self.is_level_disputed(time, off, config),
+            was_lost,
+            doubted: was_lost || self.doubts_filter(time) || time < self.unproven_until,
+            velocity_agrees: match group {
+                // One velocity in some that is refused is none that disagrees.
+                Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
+                // One that leans is on its way to where the height is.
+                Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
+                _ => false,
+            },
+            alone: self.tells_motion_alone(group, time),
+            borne_out: self.is_heading_borne_out(group, time),
+        }
+    }
+
+    /// Whether a group is a position of a receiver that does not tell its velocity.
+    fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
+        let velocity = match group {
+            Group::HorizontalPosition => Group::HorizontalVelocity,
+            Group::VerticalPosition => Group::VerticalVelocity,
+            _ => return false,
+        };
+        self.gates
+            .get(velocity as usize)
+            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
+    }
+
+    /// Whether a height that a barometer denies is still off by as much as when its refusal began. Then only the
+    /// barometer's level is in dispute, and no motion. Where it is off by another amount, the refusal begins anew.
+    fn is_level_disputed(
+        &mut self,
+        time: Time,
+        [off_m, sigma_m]: [f64; 2],
+        config: &GateConfig,
+    ) -> bool {
+        let moves = !self.is_open(Group::VerticalVelocity, time);
+        let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
+        let moved_m = off_m - f64::from(self.height_off_m);
+        let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
+        if gate.refusals == 0 || !is_steady {
+            self.height_off_m = off_m as f32;
+            gate.since = time;
+        }
+        is_steady && !moves
+    }
+}
+
+impl Gate {
+    /// Counts a refusal, and says at the first of them whose fault it is.
+    fn refuse(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
+        if evidence.borne_out {
+            self.since = time;
+        }
+        if self.refusals == 0 {
+            let was_open_lately = self.was_open_lately(time);
+            // No trouble of the filter makes a place jump while the velocity agrees.
+            let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
+            let jumped = group == Group::HorizontalPosition
+                && evidence.velocity_agrees
+                && was_open_lately
+                && off.abs() > reach_m;
+            self.since = time;
+            if group == Group::HorizontalPosition {
+                self.lean = off as f32;
+            }
+            let may_be_lost = evidence.doubted || !was_open_lately || self.spread > DIVERGING;
+            self.filter_is_lost = if jumped { evidence.was_lost } else { may_be_lost };
+        }
+        self.refusals = self.refusals.saturating_add(1);
+        self.filter_is_lost |= evidence.was_lost || (evidence.doubted && !evidence.velocity_agrees);
+    }
+
+    /// For how long, s, the filter is believed against a measurement that is `off` by so much, where what the filter
+    /// holds was told for `told_s`.
+    fn patience_s(
+        &self,
+        group: Group,
+        off: f64,
+        told_s: f64,
+        evidence: &Evidence,
+        config: &GateConfig,
+    ) -> f64 {
+        match group {
+            Group::Heading | Group::BaselineHeading => HEADING_S,
+            // A distance that jumped and stays is another ground.
+            Group::Range => config.recovery_s,
+            _ if self.is_in_dispute(off, config) => config.recovery_s,
+            _ if evidence.witness => told_s.min(LEVEL_S).max(config.fault_s),
+            _ if self.filter_is_lost => config.recovery_s,
+            // A place that jumped is off by always as much; a filter that is lost goes on from it.
+            Group::HorizontalPosition if evidence.alone && off > f64::from(GROWN * self.lean) => {
+                config.recovery_s
+            }
+            // A place that rests on a few fixes is no surer than as many that deny it.
+            Group::HorizontalPosition if evidence.velocity_agrees => {
+                config.fault_s.min(told_s.max(config.recovery_s))
+            }
+            _ if evidence.velocity_agrees => config.fault_s,
+            _ => config.lockout_s,
+        }
+    }
+
+    /// Whether a position lies within reach of the one that the filter's is in dispute with: it may be back there.
+    fn is_in_dispute(&self, off: f64, config: &GateConfig) -> bool {
+        off.abs() <= config.sigmas * f64::from(self.disputed_m)
+    }
+
+    /// Opens at a measurement that is `off` by so much. Where it is a place, and nothing but its being told again and
+    /// again speaks for it, the two are in dispute for as long as the one before was told.
+    fn reopen(
+        &mut self,
+        group: Group,
+        time: Time,
+        off: f64,
+        told_s: f32,
+        evidence: &Evidence,
+        config: &GateConfig,
+    ) {
+        let off_m = off.abs() as f32;
+        let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
+        let (disputed_m, disputed_s) = if self.is_in_dispute(off, config) {
+            // So far it came back; a smaller step leads on.
+            let came_back = off_m > BACK * self.disputed_m;
+            (if came_back { 0.0 } else { self.disputed_m + off_m }, self.disputed_s)
+        } else if is_place && (evidence.level_disputed || !self.filter_is_lost) {
+            (off_m, told_s.clamp(1.0, DISPUTED_MOST_S) as u8)
+        } else {
+            (0.0, 0)
+        };
+        *self = Self { accepted: time, was_open: true, disputed_m, disputed_s, ..Self::NONE };
+    }
+}

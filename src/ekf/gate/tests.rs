@@ -1,0 +1,97 @@
+//! Which of a sensor and the filter is believed, and after how long.
+
+use super::super::config::GateConfig;
+use super::*;
+
+/// After how long, s, a height is believed that is off by `off_m` after it was right for `right_s`, while a
+/// barometer and the receiver's own vertical velocity agree with the filter.
+fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut gates, config) = (Gates::NONE, GateConfig::default());
+    (0..5 * (right_s + 300)).find_map(|step| {
+        let time = Time::from_nanoseconds(step * 200_000_000);
+        for group in [Group::Baro, Group::VerticalVelocity] {
+            gates.leans(group, time, [0.0, 1.0]);
+            gates.accepted(group, time, 1.0);
+        }
+        let wrong_s = (step - 5 * right_s) as f64 * 0.2;
+        if wrong_s < 0.0 {
+            gates.accepted(Group::VerticalPosition, time, 1.0);
+            return None;
+        }
+        let off = [off_m(wrong_s), 3.0];
+        gates.refused(Group::VerticalPosition, time, off, &config).map(|_| wrong_s)
+    })
+}
+
+#[test]
+fn a_level_in_dispute_is_settled_by_who_was_right_for_longer() {
+    for (right_s, most_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
+        let after_s = believed_after_s(right_s, |_| 50.0).unwrap();
+        assert!((after_s - most_s).abs() < 1.0, "{right_s} s: {after_s}");
+    }
+}
+
+#[test]
+fn a_height_that_drifts_away_from_a_barometer_is_not_believed() {
+    assert_eq!(believed_after_s(40, |wrong_s| 20.0 + wrong_s), None);
+}
+
+#[test]
+fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before() {
+    for (told_s, believed_s) in [(3.0, 3.0), (12.0, 12.0), (100.0, 30.0)] {
+        let (mut gates, config) = (Gates::NONE, GateConfig::default());
+        let after_s = (0..200).find_map(|second| {
+            let time = Time::ZERO + f64::from(second);
+            gates.accepted(Group::HorizontalVelocity, time, 1.0);
+            if second == 0 {
+                gates.forget_place();
+            }
+            let wrong_s = f64::from(second) - told_s - 1.0;
+            if wrong_s < 0.0 {
+                gates.accepted(Group::HorizontalPosition, time, 1.0);
+                return None;
+            }
+            let off = [40.0, 1.0];
+            gates.refused(Group::HorizontalPosition, time, off, &config).map(|_| wrong_s)
+        });
+        assert_eq!(after_s, Some(believed_s));
+    }
+}
+
+/// What is in dispute, m, so many seconds after a place that was told for `told_s` jumped by 40 m, and the receiver
+/// agreed in velocity throughout; and after how long, s, the place is believed when it is back.
+fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
+    let (mut gates, config) = (Gates::NONE, GateConfig::default());
+    let hear = |gates: &mut Gates, second: i32, off_m: f64| {
+        let time = Time::ZERO + f64::from(second);
+        gates.accepted(Group::HorizontalVelocity, time, 1.0);
+        if off_m == 0.0 {
+            gates.accepted(Group::HorizontalPosition, time, 1.0);
+            return false;
+        }
+        gates.refused(Group::HorizontalPosition, time, [off_m, 1.0], &config).is_some()
+    };
+    let mut off_m = 40.0;
+    for second in 0..told_s + seconds {
+        let is_off = second >= told_s && off_m > 0.0;
+        if hear(&mut gates, second, if is_off { off_m } else { 0.0 }) {
+            off_m = 0.0;
+        }
+    }
+    let disputed_m = gates.disputed_m()[0];
+    let back = (0..60).find(|second| hear(&mut gates, told_s + seconds + second, -40.0));
+    (disputed_m, back)
+}
+
+#[test]
+fn a_place_believed_by_its_word_alone_stays_in_dispute_for_as_long_as_the_one_before_was_told() {
+    assert_eq!(disputed_after(300, 20), (0.0, Some(10)));
+    assert_eq!(disputed_after(300, 31).0, 40.0);
+    let (left_m, back_s) = disputed_after(300, 90);
+    assert!((25.0..32.0).contains(&left_m) && back_s == Some(2), "{left_m} {back_s:?}");
+    let (left_m, _) = disputed_after(300, 630);
+    assert!((1.0..3.0).contains(&left_m), "{left_m}");
+    // What was told for ten seconds is outweighed sooner.
+    let (left_m, _) = disputed_after(11, 70);
+    assert!(left_m < 0.5, "{left_m}");
+}
