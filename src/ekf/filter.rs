@@ -28,7 +28,7 @@ use super::trace::Trace;
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Vector};
 use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
-use crate::ins::{Increment, Integrator, Mounting, NavState, Start};
+use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
 use crate::time::Time;
 
 /// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
@@ -226,7 +226,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn open_wander_of_start(&mut self, start: &Start) {
         let model = self.config.gps;
         let shares = (model.position_wander_share, model.velocity_wander_share);
-        let position = start.position_sigma_m;
+        let [north_m, east_m, down_m] = start.position_sigma_m.to_array();
+        let [.., usual_m] = model.position_sigma_m();
+        // A height that no fix has told is no fix's error.
+        let down_m = if down_m < UNKNOWN_HEIGHT_M { down_m } else { usual_m };
+        let position = Vector::new(north_m, east_m, down_m);
         let [position_h, _, position_v] = match L::GPS_POSITION {
             Some(first) => self.open_block_of_start(first, POSITION, shares.0, position, true),
             None => [0.0; 3],

@@ -184,6 +184,8 @@ pub struct Aligner {
     field_gauss: Option<Vector<Body>>,
     /// When two antennas last told a heading, it and its one-sigma, rad.
     antenna_heading: Option<(Time, f32, f32)>,
+    /// Since when fixes have come without a height, none with one between them.
+    heightless_since: Option<Time>,
 }
 
 /// Running means of the inertial samples since the window began.
@@ -206,6 +208,10 @@ const LONGEST_WINDOW_S: f64 = 5.0;
 const LONGEST_GAP_S: f64 = 0.5;
 /// A fix further than this, s, from the last inertial sample does not end the alignment.
 pub(crate) const ALIGNABLE_S: f64 = 2.0;
+/// Fixes without a height are waited out for so long, s, before one of them ends the alignment.
+const HEIGHT_WAIT_S: f64 = 10.0;
+/// One-sigma of a height that no fix has told, m: where people fly lies within three of it.
+pub(crate) const UNKNOWN_HEIGHT_M: f64 = 1000.0;
 /// At rest: GPS speed, m/s; mean rate, rad/s; scatter of the rate, rad/s; vibration, m/s².
 const REST_SPEED_MPS: f64 = 0.25;
 const REST_RATE_RADPS: f64 = 0.02;
@@ -287,6 +293,7 @@ impl Aligner {
             attitude: None,
             field_gauss: None,
             antenna_heading: None,
+            heightless_since: None,
         }
     }
 
@@ -300,6 +307,7 @@ impl Aligner {
     pub(crate) fn restart(&mut self) {
         (self.window, self.attitude) = (Window::default(), None);
         (self.field_gauss, self.antenna_heading) = (None, None);
+        self.heightless_since = None;
     }
 
     /// Whether no fix was seen of late, since which a change of velocity could tell the force.
@@ -316,7 +324,8 @@ impl Aligner {
 
     /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
     /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
-    /// passed over.
+    /// passed over, and so is one without a height until for ten seconds none had one: the height of a start on
+    /// such a fix is not known, at a one-sigma of a kilometre.
     pub fn push(&mut self, event: &Event) -> Option<Alignment> {
         self.push_as::<true>(event)
     }
@@ -344,6 +353,9 @@ impl Aligner {
                 None
             }
             Event::Gps(fix) if fix.is_finite() => {
+                self.heightless_since = fix
+                    .two_dimensional
+                    .then(|| self.heightless_since.map_or(fix.time, |since| since.min(fix.time)));
                 let alignment = self.align::<WEIGH>(fix);
                 // The oldest that still tells: over a longer time velocities say more.
                 if WEIGH && alignment.is_none() && self.window.since_fix.is_old() {
@@ -379,9 +391,13 @@ impl Aligner {
         let time = self.window.last()?;
         let age_s = self.age_s(fix)?;
         let is_far = libm::fabs(age_s) > ALIGNABLE_S;
-        if self.window.length_s() < config.duration_s || fix.two_dimensional || is_far {
+        // A receiver that starts tells the height some seconds after the place; one that never does is used without.
+        let waits_for_height =
+            self.heightless_since.is_some_and(|since| fix.time - since < HEIGHT_WAIT_S);
+        if self.window.length_s() < config.duration_s || waits_for_height || is_far {
             return None;
         }
+        let tells_down = fix.down_velocity_mps.is_some() && !fix.two_dimensional;
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| Scalar::hypot(north, east));
         let at_rest = self.window.is_at_rest() && speed.is_none_or(|speed| speed < REST_SPEED_MPS);
         let velocity_sigma = fix
@@ -395,7 +411,8 @@ impl Aligner {
         let rate = self.window.rate - gyro_bias;
         let imu_from_antenna = self.mounting.imu_from_antenna();
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
-        let antenna_velocity = Vector::new(north, east, fix.down_velocity_mps.unwrap_or(0.0));
+        let antenna_velocity =
+            Vector::new(north, east, fix.down_velocity_mps.filter(|_| tells_down).unwrap_or(0.0));
         let velocity_mps = imu_from_antenna.velocity(antenna_velocity, body_to_ned, rate)
             + oriented.acceleration_mps2 * age_s;
         let position =
@@ -410,8 +427,13 @@ impl Aligner {
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[1]),
-            unknown(fix.down_velocity_mps.is_some(), velocity_sigma[2]),
+            unknown(tells_down, velocity_sigma[2]),
         );
+        let [north_m, east_m, down_m] = fix
+            .position_sigma_m
+            .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.position_sigma_m)
+            .to_array();
+        let down_m = if fix.two_dimensional { UNKNOWN_HEIGHT_M } else { down_m };
         let changed_mps2 = (0.5 * oriented.acceleration_mps2.norm()).max(1.0);
         let aged = Vector::new(1.0, 1.0, 1.0) * (changed_mps2 * libm::fabs(age_s));
         Some(Alignment {
@@ -423,10 +445,7 @@ impl Aligner {
                     oriented.heading_sigma_rad,
                 ),
                 velocity_sigma_mps: velocity_sigma_mps + aged,
-                position_sigma_m: fix
-                    .position_sigma_m
-                    .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.position_sigma_m)
-                    + aged,
+                position_sigma_m: Vector::new(north_m, east_m, down_m) + aged,
                 gyro_bias_radps: gyro_bias,
                 gyro_bias_sigma_radps: at_rest.then(|| {
                     let scatter = Scalar::sqrt(self.window.rate_variance.max(0.0));

@@ -6,7 +6,7 @@ mod lever_arm;
 mod mechanization;
 mod mounting;
 
-pub(crate) use alignment::ALIGNABLE_S;
+pub(crate) use alignment::{ALIGNABLE_S, UNKNOWN_HEIGHT_M};
 pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};

@@ -338,6 +338,22 @@ fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
 }
 
 #[test]
+fn fixes_before_the_first_height_are_at_that_and_without_any_at_nought() {
+    let gps = "t_s,lat_deg,lon_deg,height_m\n1,45,-93,\n2,45,-93,\n3,45,-93,250\n4,45,-93,\n";
+    let read = |gps: &str| open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", gps)]).unwrap();
+    let of = |gps: &str| {
+        let heights = read(gps).fixes.into_iter();
+        heights.map(|fix| (fix.position.height_m, fix.two_dimensional)).collect::<Vec<_>>()
+    };
+    assert_eq!(of(gps), [(250.0, true), (250.0, true), (250.0, false), (250.0, true)]);
+    let without = gps.replace("250", "");
+    assert_eq!(of(&without), [(0.0, true); 4]);
+    let said =
+        "gps.csv: no fix has a height: they are taken to be at 0 m, and the height is not known";
+    assert!(read(&without).warnings.iter().any(|warning| warning == said));
+}
+
+#[test]
 fn a_fix_is_valid_its_latency_before_it_arrives() {
     let dir = directory(&[
         ("dataset.toml", "[gps]\nlatency_s = 0.25\n"),

@@ -303,3 +303,34 @@ fn a_lone_fix_aligns_whenever_it_comes() {
         assert!(aligner.push(&Event::Gps(fix)).is_some(), "{tenths}");
     }
 }
+
+/// Fixes of which the first ones, for so many seconds, have no height: when an alignment ends, and its one-sigma of height, m.
+fn aligned_without_height(for_s: u32) -> (f64, f64) {
+    let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
+    let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
+    for step in 0..3000 {
+        let time = Time::ZERO + f64::from(step) * PERIOD_S;
+        let motion = Motion::Rates { angular_rate_radps: Vector::ZERO, specific_force_mps2: lift };
+        assert_eq!(aligner.push(&Event::Imu(ImuSample::new(time, motion))), None);
+        if step % 50 == 0 {
+            let two_dimensional = step < 50 * for_s;
+            let fix = Fix { time, two_dimensional, down_velocity_mps: Some(40.0), ..fix() };
+            if let Some(Alignment { start, .. }) = aligner.push(&Event::Gps(fix)) {
+                let down_mps = start.state.velocity_mps.z();
+                assert_eq!(down_mps, if two_dimensional { 0.0 } else { 40.0 });
+                return (time - Time::ZERO, start.position_sigma_m.z());
+            }
+        }
+    }
+    panic!("never aligned")
+}
+
+#[test]
+fn fixes_without_a_height_end_an_alignment_where_for_ten_seconds_none_had_one() {
+    let (after_s, height_sigma_m) = aligned_without_height(1);
+    assert!(after_s <= 2.0 && height_sigma_m < 10.0, "{after_s} {height_sigma_m}");
+    let (after_s, height_sigma_m) = aligned_without_height(8);
+    assert!(after_s == 8.0 && height_sigma_m < 10.0, "{after_s} {height_sigma_m}");
+    let (after_s, height_sigma_m) = aligned_without_height(60);
+    assert!(after_s == 10.0 && height_sigma_m >= 1000.0, "{after_s} {height_sigma_m}");
+}

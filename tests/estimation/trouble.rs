@@ -113,6 +113,17 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
     }
 }
 
+#[test]
+fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_heights() {
+    for outcome in outcomes(heli_hover(), "height-empty@0:300") {
+        let [velocity, horizontal, tilt, yaw] = outcome.measures.cost;
+        assert!(horizontal.max(tilt).max(yaw) < 1.1, "{:.2?}", outcome.measures.cost);
+        // Of up and down it is known that nothing flies that way for long: by up to 30 m/s off without that.
+        assert!(velocity < 8.0 && outcome.measures.worst_velocity_mps < 5.0);
+        assert!(outcome.measures.inside_motion > 0.97 && !outcome.measures.diverged);
+    }
+}
+
 /// A magnet that comes and goes turns the field in strength and dip as well as about the vertical.
 #[test]
 fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {

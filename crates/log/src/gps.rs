@@ -56,11 +56,24 @@ pub(crate) fn read(
             "fixes of type 2, {held} of them: two-dimensional, taken for the horizontal alone"
         ));
     }
+    // Fixes before the first height are at that.
+    let first_m =
+        rows.iter().find(|(fix, _)| !fix.two_dimensional).map(|(fix, _)| fix.position.height_m);
+    if first_m.is_none() && !rows.is_empty() {
+        remarks.say(
+            "no fix has a height: they are taken to be at 0 m, and the height is not known".into(),
+        );
+    }
+    let mut until_height = true;
     let fixes: Vec<Fix> = rows
         .into_iter()
-        .map(|(fix, flat)| {
-            let two_dimensional = fix.two_dimensional || (flat && types.are_dimensions());
-            Fix { two_dimensional, ..fix }
+        .map(|(mut fix, flat)| {
+            until_height &= fix.two_dimensional;
+            if let Some(height_m) = first_m.filter(|_| until_height) {
+                fix.position.height_m = height_m;
+            }
+            fix.two_dimensional |= flat && types.are_dimensions();
+            fix
         })
         .collect();
     if fixes.is_empty() {
@@ -147,7 +160,7 @@ impl Columns {
             return Ok(Err("left out: no fix"));
         }
         let two_dimensional = height.is_nan();
-        let height_m = if two_dimensional { last_height_m.unwrap_or(f64::NAN) } else { height };
+        let height_m = if two_dimensional { last_height_m.unwrap_or(0.0) } else { height };
         if [lat, lon, height_m].iter().any(|value| value.is_nan()) {
             return Ok(Err("left out: a coordinate is missing"));
         }

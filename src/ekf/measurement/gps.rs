@@ -153,6 +153,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let axes = [vn, ve, vd, n, e, d];
         self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
+        if fix.two_dimensional {
+            self.bound_climb(fix.time, trace);
+        }
         let places_alone = fix.horizontal_velocity_mps.is_none();
         self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
         // What clipping or a gap has left is in the velocity, and no step of a bias.

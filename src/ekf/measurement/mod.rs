@@ -3,6 +3,7 @@
 mod antenna_heading;
 mod attitude;
 mod baro;
+mod climb;
 mod gps;
 mod magnetic;
 mod range;
