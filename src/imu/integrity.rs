@@ -27,8 +27,10 @@ pub struct Suspicion<T = f64> {
     pub gyro_clipped: [bool; 3],
     /// Which accelerometers stand at their full scale.
     pub accel_clipped: [bool; 3],
-    /// Whether an axis repeats itself to the last digit, though the unit vibrates.
-    pub stuck: bool,
+    /// Which gyros repeat themselves to the last digit, though the unit vibrates.
+    pub gyro_stuck: [bool; 3],
+    /// Which accelerometers do.
+    pub accel_stuck: [bool; 3],
     /// Whether the unit takes blows, far beyond its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
@@ -44,7 +46,8 @@ impl<T: Scalar> Suspicion<T> {
     pub const NONE: Self = Self {
         gyro_clipped: [false; 3],
         accel_clipped: [false; 3],
-        stuck: false,
+        gyro_stuck: [false; 3],
+        accel_stuck: [false; 3],
         shaken: false,
         angle_variance: [T::ZERO; 3],
         velocity_variance: [T::ZERO; 3],
@@ -57,7 +60,8 @@ impl<T: Scalar> Suspicion<T> {
         Suspicion {
             gyro_clipped: self.gyro_clipped,
             accel_clipped: self.accel_clipped,
-            stuck: self.stuck,
+            gyro_stuck: self.gyro_stuck,
+            accel_stuck: self.accel_stuck,
             shaken: self.shaken,
             angle_variance: self.angle_variance.map(|variance| U::of(variance.wide())),
             velocity_variance: self.velocity_variance.map(|variance| U::of(variance.wide())),
@@ -68,7 +72,13 @@ impl<T: Scalar> Suspicion<T> {
     /// Whether it hides how the vehicle turned or what was felt: a gyro at full scale, an axis that is stuck.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
-        self.stuck || any(self.gyro_clipped)
+        self.is_stuck() || any(self.gyro_clipped)
+    }
+
+    /// Whether any axis repeats itself to the last digit, though the unit vibrates.
+    #[must_use]
+    pub fn is_stuck(&self) -> bool {
+        any(self.gyro_stuck) || any(self.accel_stuck)
     }
 
     /// Whether any sensor stands at its full scale.
@@ -78,19 +88,42 @@ impl<T: Scalar> Suspicion<T> {
     }
 }
 
+/// "gyro z", "accelerometers x, y": those axes of a sensor, in words.
+struct Axes(&'static str, [bool; 3]);
+
+impl fmt::Display for Axes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(sensor, axes) = *self;
+        f.write_str(sensor)?;
+        if axes.iter().filter(|&&axis| axis).count() > 1 {
+            f.write_str("s")?;
+        }
+        let mut separator = " ";
+        for (name, _) in ["x", "y", "z"].into_iter().zip(axes).filter(|&(_, axis)| axis) {
+            f.write_str(separator)?;
+            f.write_str(name)?;
+            separator = ", ";
+        }
+        Ok(())
+    }
+}
+
 impl fmt::Display for Suspicion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(if any(self.accel_clipped) {
-            "an accelerometer at full scale"
+        let [gyro, accel] = ["gyro", "accelerometer"];
+        if any(self.accel_clipped) {
+            write!(f, "{} at full scale", Axes(accel, self.accel_clipped))
         } else if any(self.gyro_clipped) {
-            "a gyro at full scale"
-        } else if self.stuck {
-            "an axis that repeats itself"
+            write!(f, "{} at full scale", Axes(gyro, self.gyro_clipped))
+        } else if any(self.gyro_stuck) {
+            write!(f, "{} on repeat to the last digit", Axes(gyro, self.gyro_stuck))
+        } else if any(self.accel_stuck) {
+            write!(f, "{} on repeat to the last digit", Axes(accel, self.accel_stuck))
         } else if self.shaken {
-            "shaken far beyond the usual"
+            f.write_str("shaken far beyond the usual")
         } else {
-            "nothing known against it"
-        })
+            f.write_str("nothing known against it")
+        }
     }
 }
 
@@ -238,7 +271,8 @@ impl<T: Scalar> Integrity<T> {
         Suspicion {
             gyro_clipped: gyro.clipped,
             accel_clipped: accel.clipped,
-            stuck: gyro.stuck || accel.stuck,
+            gyro_stuck: gyro.stuck,
+            accel_stuck: accel.stuck,
             shaken: gyro.shaken || accel.shaken,
             angle_variance: sums(gyro.variance, gyro.hidden),
             velocity_variance: sums(accel.variance, hidden_force),

@@ -219,3 +219,47 @@ fn a_burst_is_forgotten_whole() {
     }
     assert_eq!(integrity.accel.clipped_s, [0.0; 3]);
 }
+
+#[test]
+fn a_suspicion_names_the_axes_it_falls_on() {
+    let words = |suspicion: Suspicion| suspicion.to_string();
+    let none = Suspicion::NONE;
+    let (x, yz) = ([true, false, false], [false, true, true]);
+    assert_eq!(words(none), "nothing known against it");
+    assert_eq!(words(Suspicion { gyro_stuck: x, ..none }), "gyro x on repeat to the last digit");
+    assert_eq!(
+        words(Suspicion { accel_stuck: yz, ..none }),
+        "accelerometers y, z on repeat to the last digit"
+    );
+    assert_eq!(
+        words(Suspicion { accel_clipped: x, shaken: true, ..none }),
+        "accelerometer x at full scale"
+    );
+    assert_eq!(words(Suspicion { gyro_clipped: yz, ..none }), "gyros y, z at full scale");
+}
+
+#[test]
+fn the_axis_that_repeats_itself_is_the_one_suspected() {
+    for axis in 0..6 {
+        let mut integrity = Integrity::<f64>::NONE;
+        let mut suspicion = Suspicion::NONE;
+        let mut values = [0.0; 6];
+        for step in 0..600 {
+            for (k, value) in values.iter_mut().enumerate() {
+                if k != axis || step < 500 {
+                    *value = ((step * (7 + k) + k) as f64).sin() * if k < 3 { 0.1 } else { 1.0 };
+                }
+            }
+            let [p, q, r, x, y, z] = values;
+            let rates = MeanRates {
+                angular_rate_radps: Vector::new(p, q, r),
+                specific_force_mps2: Vector::new(x, y, z - 9.8),
+            };
+            let scale = FullScale::default();
+            suspicion = integrity.push((&rates, true), &ClippedAxes::default(), 0.01, &scale);
+        }
+        let found = [suspicion.gyro_stuck, suspicion.accel_stuck].concat();
+        let expected: Vec<bool> = (0..6).map(|k| k == axis).collect();
+        assert_eq!(found, expected, "{axis}");
+    }
+}

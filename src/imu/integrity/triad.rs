@@ -98,7 +98,8 @@ pub(super) struct Found<T> {
     /// all else.
     pub hidden: [T; 3],
     pub variance: [T; 3],
-    pub stuck: bool,
+    /// Which axes repeat themselves, though the unit vibrates.
+    pub stuck: [bool; 3],
 }
 
 /// The readings of three axes so far.
@@ -208,8 +209,11 @@ impl<T: Scalar> Triad<T> {
         if timing.lost_s > T::ZERO {
             variance = self.lost(bend.unwrap_or_default(), timing);
         }
-        let stuck =
-            total(stuck_s) > T::ZERO && self.add_stuck(&mut variance, stuck_s, limits, interval_s);
+        let stuck = if total(stuck_s) > T::ZERO {
+            self.add_stuck(&mut variance, stuck_s, limits, interval_s)
+        } else {
+            [false; 3]
+        };
         Found { clipped, shock, shaken, hidden, variance, stuck }
     }
 
@@ -227,21 +231,21 @@ impl<T: Scalar> Triad<T> {
     }
 
     /// Adds what axes that have been stuck for `stuck_s` hide to the variance of the integral of each over an interval.
-    /// Gives whether any is stuck.
+    /// Gives which are.
     fn add_stuck(
         &self,
         variance: &mut [T; 3],
         stuck_s: [T; 3],
         limits: &Limits,
         interval_s: T,
-    ) -> bool {
-        let mut stuck = false;
+    ) -> [bool; 3] {
+        let mut stuck = [false; 3];
         for axis in 0..3 {
             if stuck_s[axis] > T::ZERO && self.usual[axis] > limits.least_moving() {
                 let together_s =
                     T::of(2.0) * stuck_s[axis].min(T::of(LONGEST_STUCK_S)) + interval_s;
                 variance[axis] += square(T::of(limits.stuck_sigma)) * interval_s * together_s;
-                stuck = true;
+                stuck[axis] = true;
             }
         }
         stuck
