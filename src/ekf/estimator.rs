@@ -307,7 +307,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let suspicion = &self.filter.samples.suspicion;
         if self.phase == Phase::Navigating
-            && (suspicion.is_clipped() || suspicion.is_stuck() || suspicion.shaken)
+            && (suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken)
         {
             if time - self.suspected > SUSPECT_S {
                 let suspicion = suspicion.cast();

@@ -347,7 +347,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
-        if suspicion.is_clipped() || suspicion.is_stuck() || suspicion.shaken || held {
+        if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
             self.gates.doubt_filter(sample.time);
         }
         if held {
@@ -384,7 +384,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
-        let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.is_stuck());
+        let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck.any());
         self.samples.force_sum.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }

@@ -20,6 +20,41 @@ pub struct FullScale {
     pub accel_mps2: f64,
 }
 
+/// Which gyros and accelerometers of a unit are stuck, in one byte: every filter keeps one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StuckAxes(u8);
+
+impl StuckAxes {
+    /// None is.
+    pub const NONE: Self = Self(0);
+
+    /// Those that are, x, y and z.
+    #[must_use]
+    pub fn new(gyro: [bool; 3], accel: [bool; 3]) -> Self {
+        let [p, q, r] = gyro.map(u8::from);
+        let [x, y, z] = accel.map(u8::from);
+        Self(p | q << 1 | r << 2 | x << 3 | y << 4 | z << 5)
+    }
+
+    /// The gyros x, y and z.
+    #[must_use]
+    pub const fn gyro(self) -> [bool; 3] {
+        [self.0 & 1 != 0, self.0 & 2 != 0, self.0 & 4 != 0]
+    }
+
+    /// The accelerometers x, y and z.
+    #[must_use]
+    pub const fn accel(self) -> [bool; 3] {
+        [self.0 & 8 != 0, self.0 & 16 != 0, self.0 & 32 != 0]
+    }
+
+    /// Whether any axis is.
+    #[must_use]
+    pub const fn any(self) -> bool {
+        self.0 != 0
+    }
+}
+
 /// What is known against the last sample: see [`Integrity::push`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Suspicion<T = f64> {
@@ -27,10 +62,8 @@ pub struct Suspicion<T = f64> {
     pub gyro_clipped: [bool; 3],
     /// Which accelerometers stand at their full scale.
     pub accel_clipped: [bool; 3],
-    /// Which gyros repeat themselves to the last digit, though the unit vibrates.
-    pub gyro_stuck: [bool; 3],
-    /// Which accelerometers do.
-    pub accel_stuck: [bool; 3],
+    /// Which axes repeat themselves to the last digit, though the unit vibrates.
+    pub stuck: StuckAxes,
     /// Whether the unit takes blows, far beyond its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
@@ -46,8 +79,7 @@ impl<T: Scalar> Suspicion<T> {
     pub const NONE: Self = Self {
         gyro_clipped: [false; 3],
         accel_clipped: [false; 3],
-        gyro_stuck: [false; 3],
-        accel_stuck: [false; 3],
+        stuck: StuckAxes::NONE,
         shaken: false,
         angle_variance: [T::ZERO; 3],
         velocity_variance: [T::ZERO; 3],
@@ -60,8 +92,7 @@ impl<T: Scalar> Suspicion<T> {
         Suspicion {
             gyro_clipped: self.gyro_clipped,
             accel_clipped: self.accel_clipped,
-            gyro_stuck: self.gyro_stuck,
-            accel_stuck: self.accel_stuck,
+            stuck: self.stuck,
             shaken: self.shaken,
             angle_variance: self.angle_variance.map(|variance| U::of(variance.wide())),
             velocity_variance: self.velocity_variance.map(|variance| U::of(variance.wide())),
@@ -72,13 +103,7 @@ impl<T: Scalar> Suspicion<T> {
     /// Whether it hides how the vehicle turned or what was felt: a gyro at full scale, an axis that is stuck.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
-        self.is_stuck() || any(self.gyro_clipped)
-    }
-
-    /// Whether any axis repeats itself to the last digit, though the unit vibrates.
-    #[must_use]
-    pub fn is_stuck(&self) -> bool {
-        any(self.gyro_stuck) || any(self.accel_stuck)
+        self.stuck.any() || any(self.gyro_clipped)
     }
 
     /// Whether any sensor stands at its full scale.
@@ -115,10 +140,10 @@ impl fmt::Display for Suspicion {
             write!(f, "{} at full scale", Axes(accel, self.accel_clipped))
         } else if any(self.gyro_clipped) {
             write!(f, "{} at full scale", Axes(gyro, self.gyro_clipped))
-        } else if any(self.gyro_stuck) {
-            write!(f, "{} on repeat to the last digit", Axes(gyro, self.gyro_stuck))
-        } else if any(self.accel_stuck) {
-            write!(f, "{} on repeat to the last digit", Axes(accel, self.accel_stuck))
+        } else if any(self.stuck.gyro()) {
+            write!(f, "{} on repeat to the last digit", Axes(gyro, self.stuck.gyro()))
+        } else if any(self.stuck.accel()) {
+            write!(f, "{} on repeat to the last digit", Axes(accel, self.stuck.accel()))
         } else if self.shaken {
             f.write_str("shaken far beyond the usual")
         } else {
@@ -271,8 +296,7 @@ impl<T: Scalar> Integrity<T> {
         Suspicion {
             gyro_clipped: gyro.clipped,
             accel_clipped: accel.clipped,
-            gyro_stuck: gyro.stuck,
-            accel_stuck: accel.stuck,
+            stuck: StuckAxes::new(gyro.stuck, accel.stuck),
             shaken: gyro.shaken || accel.shaken,
             angle_variance: sums(gyro.variance, gyro.hidden),
             velocity_variance: sums(accel.variance, hidden_force),

@@ -13,7 +13,7 @@ mod vibration;
 
 pub use clipped::ClippedAxes;
 pub use errors::ImuErrors;
-pub use integrity::{FullScale, Integrity, Suspicion};
+pub use integrity::{FullScale, Integrity, StuckAxes, Suspicion};
 pub use motion::{MeanRates, Motion};
 pub use notch::{MOST_HARMONICS, Notch, NotchConfig, apparent_hz};
 pub use rest::Rest;

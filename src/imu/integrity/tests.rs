@@ -226,9 +226,12 @@ fn a_suspicion_names_the_axes_it_falls_on() {
     let none = Suspicion::NONE;
     let (x, yz) = ([true, false, false], [false, true, true]);
     assert_eq!(words(none), "nothing known against it");
-    assert_eq!(words(Suspicion { gyro_stuck: x, ..none }), "gyro x on repeat to the last digit");
     assert_eq!(
-        words(Suspicion { accel_stuck: yz, ..none }),
+        words(Suspicion { stuck: StuckAxes::new(x, [false; 3]), ..none }),
+        "gyro x on repeat to the last digit"
+    );
+    assert_eq!(
+        words(Suspicion { stuck: StuckAxes::new([false; 3], yz), ..none }),
         "accelerometers y, z on repeat to the last digit"
     );
     assert_eq!(
@@ -258,7 +261,7 @@ fn the_axis_that_repeats_itself_is_the_one_suspected() {
             let scale = FullScale::default();
             suspicion = integrity.push((&rates, true), &ClippedAxes::default(), 0.01, &scale);
         }
-        let found = [suspicion.gyro_stuck, suspicion.accel_stuck].concat();
+        let found = [suspicion.stuck.gyro(), suspicion.stuck.accel()].concat();
         let expected: Vec<bool> = (0..6).map(|k| k == axis).collect();
         assert_eq!(found, expected, "{axis}");
     }
