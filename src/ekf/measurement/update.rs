@@ -114,9 +114,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let leans = match group {
                 // A filter without states for what wanders of places takes each for what it says.
                 Group::HorizontalPosition if L::GPS_POSITION.is_some() => {
-                    let normalised = [members.start, members.start + 1].map(|index| {
-                        (joint.innovation(index) / joint.sigma(index, noise[index])).wide()
-                    });
+                    let mut normalised = [0.0; 2];
+                    // So walked, a compiler sees that no index is beyond the end.
+                    let noises = noise.iter().enumerate().take(members.end).skip(members.start);
+                    for (normalised, (index, &noise)) in normalised.iter_mut().zip(noises) {
+                        let sigma = joint.sigma(index, noise);
+                        *normalised = (joint.innovation(index) / sigma).wide();
+                    }
                     self.gates.place_leans(time, normalised)
                 }
                 _ => group.is_height() && self.gates.leans(group, time, off),
