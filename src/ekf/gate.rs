@@ -357,17 +357,17 @@ impl Gates {
     /// Notes the normalised innovations of a place, north and east. Gives whether such innovations lean to one side by
     /// more than chance makes them, while the receiver's own velocity agrees with a filter that is in no doubt: the
     /// places walk away from that velocity.
-    pub fn place_leans(&mut self, time: Time, normalised: [f64; 2]) -> bool {
+    pub fn place_leans(&mut self, time: Time, normalised: [f32; 2]) -> bool {
         let Some(gate) = self.gates.get(Group::HorizontalPosition as usize) else { return false };
-        let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
+        let newest = NEWEST.min((time - gate.accepted) as f32 / LEANING_S as f32);
         for (lean, off) in self.place_lean.iter_mut().zip(normalised) {
-            *lean += newest * ((off as f32).clamp(-MOST_LEAN, MOST_LEAN) - *lean);
+            *lean += newest * (off.clamp(-MOST_LEAN, MOST_LEAN) - *lean);
         }
         let doubted =
             self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
         let [north, east] = self.place_lean;
         let squared = north * north + east * east;
-        let [now_north, now_east] = normalised.map(|off| off as f32);
+        let [now_north, now_east] = normalised;
         // One that has come back is no part of it.
         let goes_on = north * now_north + east * now_east > COMES_BACK * squared;
         squared > WALKING * WALKING

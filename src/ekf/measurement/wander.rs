@@ -115,8 +115,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let Some(first) = L::GPS_POSITION else { return };
         for (axis, usual_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
             let (place, wander) = (POSITION + axis, first + axis);
-            let beyond_m = self.estimate(wander).abs().wide() - usual_m;
-            let opened = square(DOUBTED * beyond_m.max(0.0)) - self.covariance.variance(wander);
+            let (found, usual) = (self.estimate(wander).abs(), T::of(usual_m));
+            if found <= usual {
+                continue;
+            }
+            let least = square(DOUBTED * (found - usual).wide());
+            let opened = least - self.covariance.variance(wander);
             if opened > 0.0 {
                 self.covariance.add_variance(wander, opened);
                 self.covariance.add_variance(place, opened);
