@@ -15,8 +15,6 @@
 //! - The innovations of a height lean to one side for seconds: those of the receiver while a barometer agrees with the
 //!   filter, or those of a barometer while the receiver agrees. The sensor that leans drifts. It is refused although
 //!   each single innovation lies within the gate.
-//! - The innovations of a place lean to one side while the receiver's own velocity agrees: its places walk away. They are
-//!   refused as if they had jumped.
 //! - A distance to the ground jumped: a roof, a tree or a false reading. It is refused for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
 //! - A barometer denies a height by always the same amount, while both agree about each change of it: the barometer's
@@ -87,8 +85,6 @@ pub(super) struct Gates {
     height_taken_s: f32,
     /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
-    /// The mean of a place's normalised innovations of late, north and east.
-    place_lean: [f32; 2],
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
@@ -179,10 +175,6 @@ const UNPROVEN_S: f64 = 60.0;
 const NEWEST: f32 = 0.2;
 /// Innovations whose mean is more one-sigmas than this lean to one side, and not by chance.
 const LEANING: f32 = 1.5;
-/// The same of a place, whose errors wander, north and east together.
-const WALKING: f32 = 2.5;
-/// One that leans less than so much of that mean has come back.
-const COMES_BACK: f32 = 0.5;
 /// No single innovation counts for more one-sigmas than this in that mean.
 const MOST_LEAN: f32 = 5.0;
 /// Memory of that mean, s, where innovations come often.
@@ -220,7 +212,6 @@ impl Gates {
         place_taken_s: 0.0,
         height_off_m: 0.0,
         astray: false,
-        place_lean: [0.0; 2],
         baro_denies: false,
         heading_borne_out: false,
         wind_dm: 0,
@@ -237,7 +228,6 @@ impl Gates {
         self.place_taken_s = 0.0;
         self.height_off_m = 0.0;
         self.astray = false;
-        self.place_lean = [0.0; 2];
         self.baro_denies = false;
         self.heading_borne_out = false;
         self.wind_dm = 0;
@@ -352,28 +342,6 @@ impl Gates {
                     .all(|group| self.agrees(group, time)),
                 _ => false,
             }
-    }
-
-    /// Notes the normalised innovations of a place, north and east. Gives whether such innovations lean to one side by
-    /// more than chance makes them, while the receiver's own velocity agrees with a filter that is in no doubt: the
-    /// places walk away from that velocity.
-    pub fn place_leans(&mut self, time: Time, normalised: [f32; 2]) -> bool {
-        let Some(gate) = self.gates.get(Group::HorizontalPosition as usize) else { return false };
-        let newest = NEWEST.min((time - gate.accepted) as f32 / LEANING_S as f32);
-        for (lean, off) in self.place_lean.iter_mut().zip(normalised) {
-            *lean += newest * (off.clamp(-MOST_LEAN, MOST_LEAN) - *lean);
-        }
-        let doubted =
-            self.doubts_filter(time) || self.were_reopened(time) || time < self.unproven_until;
-        let [north, east] = self.place_lean;
-        let squared = north * north + east * east;
-        let [now_north, now_east] = normalised;
-        // One that has come back is no part of it.
-        let goes_on = north * now_north + east * now_east > COMES_BACK * squared;
-        squared > WALKING * WALKING
-            && goes_on
-            && !doubted
-            && self.is_open(Group::HorizontalVelocity, time)
     }
 
     /// Whether a group is open and leans to no side.

@@ -75,10 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [position_h, position_v, velocity_h, velocity_v] =
             self.gps_wander.unwrap_or_default().map(f64::from);
         if let Some(first) = L::GPS_POSITION {
-            // Where more of it was found than is usual, more is usual.
-            let found = |axis: usize| self.estimate(first + axis).abs().wide();
-            let level = position_h.max(found(0)).max(found(1));
-            let sigmas = [level, level, position_v.max(found(2))];
+            let sigmas = [position_h, position_h, position_v];
             markov(first, &sigmas, self.config.gps.position_wander_time_s);
         }
         if let Some(first) = L::GPS_VELOCITY {

@@ -12,8 +12,6 @@ const LOST_S: f64 = super::DOUBT_S;
 const DIVERGING: f32 = 4.0;
 /// Where the receiver tells no velocity, the filter is lost when a place is so many times as far off as at first.
 const GROWN: f32 = 2.0;
-/// A position in dispute that steps by more than this share of the way to the other has come back there.
-const BACK: f32 = 0.5;
 
 /// What speaks for the filter and against it when a measurement is refused.
 #[derive(Clone, Copy, Debug)]
@@ -63,9 +61,7 @@ impl Gates {
         gate.reopen(group, time, off[0], told_s, &evidence, config);
         match group {
             Group::VerticalPosition => self.height_taken_s = 0.0,
-            Group::HorizontalPosition => {
-                (self.place_taken_s, self.place_lean) = (0.0, [0.0; 2]);
-            }
+            Group::HorizontalPosition => self.place_taken_s = 0.0,
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
@@ -211,9 +207,8 @@ impl Gate {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
         let (disputed_m, disputed_s) = if self.is_in_dispute(off, config) {
-            // So far it came back; a smaller step leads on.
-            let came_back = off_m > BACK * self.disputed_m;
-            (if came_back { 0.0 } else { self.disputed_m + off_m }, self.disputed_s)
+            // It may be back at the one before, or at a third: how far off only a size is kept of.
+            (self.disputed_m.max(off_m), self.disputed_s)
         } else if is_place && (evidence.level_disputed || !self.filter_is_lost) {
             (off_m, told_s.clamp(1.0, DISPUTED_MOST_S) as u8)
         } else {

@@ -110,22 +110,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             } else {
                 [farthest.wide(), 1.0]
             };
-            let within = largest <= square(T::of(self.config.gate.sigmas));
-            let leans = match group {
-                // A filter without states for what wanders of places takes each for what it says.
-                Group::HorizontalPosition if L::GPS_POSITION.is_some() => {
-                    let mut normalised = [0.0_f32; 2];
-                    // So walked, a compiler sees that no index is beyond the end.
-                    let noises = noise.iter().enumerate().take(members.end).skip(members.start);
-                    for (normalised, (index, &noise)) in normalised.iter_mut().zip(noises) {
-                        let sigma = joint.sigma(index, noise);
-                        *normalised = (joint.innovation(index) / sigma).wide() as f32;
-                    }
-                    self.gates.place_leans(time, normalised)
-                }
-                _ => group.is_height() && self.gates.leans(group, time, off),
-            };
-            let fits = within && !leans;
+            let leans = group.is_height() && self.gates.leans(group, time, off);
+            let fits = largest <= square(T::of(self.config.gate.sigmas)) && !leans;
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     let at = members.start;

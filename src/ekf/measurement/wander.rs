@@ -16,8 +16,6 @@ pub(super) struct GpsNoise {
 
 /// Stated one-sigmas that change by less than this many times are what they were.
 const STEADY: f64 = 1.25;
-/// How much of what was found to wander beyond what is usual is doubted: its one-sigma is no less.
-const DOUBTED: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
@@ -48,7 +46,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             _ => self.open_wanders(wander),
         }
         self.gps_wander = Some(wander.map(|sigma| sigma as f32));
-        self.doubt_place(wander);
         GpsNoise { position_variance, velocity_variance }
     }
 
@@ -101,32 +98,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.relax(&relaxation);
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
-        }
-    }
-
-    /// Opens how a place is divided into what is right and what wanders, where far more was found to wander than is usual:
-    /// the fixes have walked away from the velocity, and where the vehicle really is nobody knows so well. Both are opened
-    /// against each other, for their sum is what the fixes tell.
-    ///
-    /// # Source
-    /// Equation (M5) of docs/equations.md.
-    #[inline(never)]
-    fn doubt_place(&mut self, [level_m, vertical_m, ..]: [f64; 4]) {
-        let Some(first) = L::GPS_POSITION else { return };
-        for (axis, usual_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
-            let (place, wander) = (POSITION + axis, first + axis);
-            let (found, usual) = (self.estimate(wander).abs(), T::of(usual_m));
-            if found <= usual {
-                continue;
-            }
-            let least = square(DOUBTED * (found - usual).wide());
-            let opened = least - self.covariance.variance(wander);
-            if opened > 0.0 {
-                self.covariance.add_variance(wander, opened);
-                self.covariance.add_variance(place, opened);
-                let cross = self.covariance.entry(place, wander);
-                self.covariance.set_cross(place, wander, cross - opened);
-            }
         }
     }
 

@@ -101,8 +101,6 @@ const GROUPS: [Group; 9] = [
 struct Compared {
     time_s: f64,
     size: f64,
-    /// The largest of its axes in one-sigmas.
-    normalised: f64,
     verdict: Verdict,
 }
 
@@ -155,7 +153,7 @@ fn refusal(
     let first = &GROUPS[sensor.start];
     let (mut parts, mut reopened, mut large, mut is_refused) =
         (Vec::new(), None, false, [false; GROUPS.len()]);
-    let (mut farthest_m, mut walks) = (0.0_f64, true);
+    let mut farthest_m = 0.0_f64;
     for index in sensor.clone() {
         let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
         let refused: Vec<&Compared> =
@@ -168,7 +166,6 @@ fn refusal(
         large |= largest > group.large;
         if group.unit == "m" {
             farthest_m = farthest_m.max(largest);
-            walks &= refused.iter().all(|at| at.normalised <= log.run.config.ekf.gate.sigmas);
         }
         let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
@@ -205,9 +202,6 @@ fn refusal(
     }
     let why = match cause(log, first, span.start_s) {
         Some(why) => why,
-        None if agrees && walks => {
-            "places that walk away from the receiver's own velocity (reflected signals)".into()
-        }
         None if agrees => "a jump of the receiver (glitch), as its velocity agreed".into(),
         None => "a glitch of the receiver or an error of the filter".into(),
     };
@@ -279,15 +273,14 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
             report.innovations().filter(|axis| group.channels.contains(&axis.channel)).peekable();
         let Some(first) = axes.peek() else { continue };
         let (time_s, mut verdict) = (first.time.seconds(), Verdict::Accepted);
-        let (mut square_sum, mut normalised) = (0.0, 0.0_f64);
+        let mut square_sum = 0.0;
         for axis in axes {
-            normalised = normalised.max(axis.normalised().abs());
             square_sum += axis.innovation * axis.innovation;
             if axis.verdict != Verdict::Accepted {
                 verdict = axis.verdict;
             }
         }
-        all.push(Compared { time_s, size: square_sum.sqrt(), normalised, verdict });
+        all.push(Compared { time_s, size: square_sum.sqrt(), verdict });
     }
     all
 }

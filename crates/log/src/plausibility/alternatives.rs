@@ -133,26 +133,24 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
 /// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused, or opened for a
 /// bias that may have stepped, counting full: of the noise that was learned of them, and of that which is assumed; `None` of too few.
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
-    const GROUPS: [[Channel; 2]; 2] = [
-        [Channel::VelocityNorth, Channel::VelocityEast],
-        [Channel::PositionNorth, Channel::PositionEast],
-    ];
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
     for notice in &run.notices {
         let Notice::Updated(report) = notice else { continue };
-        for group in GROUPS {
-            let axes = || report.innovations().filter(|axis| group.contains(&axis.channel));
-            let Some(first) = axes().next() else { continue };
+        for axis in report.innovations() {
             if report.biases_were_doubted() {
-                opened_until_s = first.time.seconds() + OPENED_S;
+                opened_until_s = axis.time.seconds() + OPENED_S;
             }
-            // Places that walk away are refused too, and each may fit.
-            let beyond = axes().any(|axis| axis.normalised().abs() > run.config.ekf.gate.sigmas);
-            let refused = first.verdict != Verdict::Accepted && beyond;
-            let denied = refused || first.time.seconds() < opened_until_s;
-            for axis in axes() {
-                sum += if denied { MOST } else { axis.normalised().powi(2).min(MOST) };
+            if matches!(
+                axis.channel,
+                Channel::VelocityNorth
+                    | Channel::VelocityEast
+                    | Channel::PositionNorth
+                    | Channel::PositionEast
+            ) {
+                let opened = axis.time.seconds() < opened_until_s;
+                let refused = axis.verdict != Verdict::Accepted;
+                sum += if refused || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
                 count += 1.0;
             }
         }

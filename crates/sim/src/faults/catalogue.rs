@@ -115,7 +115,7 @@ const GYRO_SIGN: &[&str] = &["gyro+wrong sign", "axes forward, left, up"];
 const ACCEL_SIGN: &[&str] =
     &["accelerometer+wrong sign", "axes forward, left, up", "specific force points"];
 const AXES: &[&str] = &["swapped", "specific force points", "axes right, forward, up"];
-const GLITCH: &[&str] = &["gps+glitch", "gps+jump", "gps+walk away"];
+const GLITCH: &[&str] = &["gps+glitch", "gps+jump"];
 const RANGE: &[&str] = &["rangefinder"];
 const ANTENNAS: &[&str] = &["second antenna"];
 const ATTITUDE: &[&str] = &["attitude"];
