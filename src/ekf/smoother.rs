@@ -328,7 +328,8 @@ impl<const N: usize> Adjoint<N> {
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // Nobody holds a heading of the past.
-        let solution = filter.undisputed_solution().widened(sample.disputed_m);
+        let mut solution = filter.undisputed_solution();
+        solution.widen(sample.disputed_m);
         Solution { heading_revision_rad: 0.0, ..solution }
     }
 }

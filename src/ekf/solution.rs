@@ -80,15 +80,17 @@ impl<T: Scalar> Solution<T> {
         !self.velocity_mps.is_shorter_than(still_mps)
     }
 
-    /// With what else the position may be off by, one-sigmas, level and vertical, m.
-    pub(super) fn widened(mut self, [level_m, vertical_m]: [f32; 2]) -> Self {
+    /// Adds to the one-sigma of position what else it may be off by, level and vertical, m.
+    // A call of its own in each step, where there is next to nothing to do, would cost more than that.
+    #[inline(always)]
+    pub(super) fn widen(&mut self, [level_m, vertical_m]: [f32; 2]) {
+        if level_m <= 0.0 && vertical_m <= 0.0 {
+            return;
+        }
         let [north, east, down] = self.position_sigma_m.to_array();
-        let wider = |sigma: T, by_m: f32| {
-            if by_m > 0.0 { Scalar::hypot(sigma, T::of(f64::from(by_m))) } else { sigma }
-        };
+        let wider = |sigma: T, by_m: f32| Scalar::hypot(sigma, T::of(f64::from(by_m)));
         self.position_sigma_m =
             Vector::new(wider(north, level_m), wider(east, level_m), wider(down, vertical_m));
-        self
     }
 
     /// u, v, w: the point's velocity in body axes, m/s.
@@ -125,7 +127,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// reaches there (equation K9), further than that of the covariance.
     #[must_use]
     pub fn solution(&self) -> Solution<T> {
-        self.undisputed_solution().widened(self.disputed_m())
+        let mut solution = self.undisputed_solution();
+        solution.widen(self.disputed_m());
+        solution
     }
 
     /// [`solution`](Self::solution), as sure of the place as the covariance is.
