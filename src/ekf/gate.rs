@@ -25,7 +25,8 @@
 //!   filter's own.
 //!
 //! Where a place is believed by its word alone, the one before stays in dispute for as long as it was told: the one-sigma of
-//! the solution reaches back to it, and three fixes that return to it are believed.
+//! the solution reaches back to it, and three fixes that return to it are believed. So it is where places walk away from
+//! the receiver's own velocity, too slowly for a gate: either may be right, so they are taken in.
 //!
 //! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
 //! answers lie within it; the fix is then taken. That is reported as
@@ -85,6 +86,8 @@ pub(super) struct Gates {
     height_taken_s: f32,
     /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
+    /// How far fixes have moved of late where the next is expected, north and east, m.
+    walked_m: [f32; 2],
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
@@ -145,7 +148,7 @@ impl Gate {
         if self.disputed_m > 0.0 {
             self.disputed_m *= (1.0 - taken_s / f32::from(self.disputed_s)).max(0.0);
             if self.disputed_m < DISPUTED_LEAST_M {
-                self.disputed_m = 0.0;
+                (self.disputed_m, self.disputed_s) = (0.0, 0);
             }
         }
     }
@@ -198,6 +201,12 @@ const LEVEL_S: f64 = 120.0;
 const DISPUTED_MOST_S: f32 = 200.0;
 /// What is left of a dispute below this, m, is nothing.
 const DISPUTED_LEAST_M: f32 = 0.1;
+/// Memory of how far fixes have moved the place, s.
+const WALKED_S: f32 = 20.0;
+/// A place that they have moved by less than this, m, stands.
+const STANDS_M: f32 = 3.0;
+/// A place that has been taken in for less than this, s, has yet to settle.
+const SETTLED_S: f32 = 5.0;
 /// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
 const MOST_BETWEEN_S: f32 = 3.0;
 
@@ -210,6 +219,7 @@ impl Gates {
         unproven_until: NEVER,
         height_taken_s: 0.0,
         place_taken_s: 0.0,
+        walked_m: [0.0; 2],
         height_off_m: 0.0,
         astray: false,
         baro_denies: false,
@@ -226,6 +236,7 @@ impl Gates {
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
         self.place_taken_s = 0.0;
+        self.walked_m = [0.0; 2];
         self.height_off_m = 0.0;
         self.astray = false;
         self.baro_denies = false;
@@ -357,7 +368,10 @@ impl Gates {
             let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             match group {
                 Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
-                Group::HorizontalPosition if gate.was_open => self.place_taken_s += since_s,
+                Group::HorizontalPosition if gate.was_open => {
+                    self.place_taken_s += since_s;
+                    self.walked_m = self.walked_m.map(|m| m * (1.0 - since_s / WALKED_S));
+                }
                 _ => {}
             }
             (gate.accepted, gate.was_open) = (time, true);
@@ -367,10 +381,62 @@ impl Gates {
         }
     }
 
+    /// Notes by how much, m, north and east, a fix has moved where the next is expected. Where fixes whose velocity was
+    /// taken in too have moved it the same way by more than `least_m`, their places walk away from that velocity, and where
+    /// the walk began is in dispute. Gives how far they have walked, m; zero where they do not.
+    ///
+    /// # Source
+    /// Equation (K25) of docs/equations.md.
+    pub fn place_moved(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
+        if self.place_taken_s < SETTLED_S {
+            self.walked_m = [0.0; 2];
+            return 0.0;
+        }
+        let tells_motion = self.is_open(Group::HorizontalVelocity, time);
+        if !tells_motion || self.doubts_filter(time) || self.were_reopened(time) {
+            return 0.0;
+        }
+        self.expect_elsewhere(moved_m);
+        let (walked_m, onwards_m) = (self.walk_m(), self.leads_on(moved_m));
+        if walked_m <= least_m {
+            return 0.0;
+        }
+        if let Some(gate) = self.gates.get_mut(Group::HorizontalPosition as usize) {
+            gate.disputed_m = (gate.disputed_m + onwards_m.max(0.0)).max(walked_m);
+            gate.disputed_s = gate.disputed_s.max(self.place_taken_s.min(DISPUTED_MOST_S) as u8);
+        }
+        walked_m
+    }
+
+    /// Adds to how far where the next fix is expected has moved, other than with the vehicle, north and east, m.
+    pub fn expect_elsewhere(&mut self, moved_m: [f32; 2]) {
+        for (walked, moved) in self.walked_m.iter_mut().zip(moved_m) {
+            *walked += moved;
+        }
+    }
+
+    /// How far a place that is off by so much, north and east, m, leads on the way that fixes have moved it, m; back
+    /// where negative. Zero where they have hardly moved it.
+    pub fn leads_on(&self, off_m: [f32; 2]) -> f32 {
+        let ([north, east], [off_north, off_east]) = (self.walked_m, off_m);
+        let walked_m = self.walk_m();
+        if walked_m > STANDS_M { (north * off_north + east * off_east) / walked_m } else { 0.0 }
+    }
+
+    fn walk_m(&self) -> f32 {
+        let [north, east] = self.walked_m;
+        libm::hypotf(north, east)
+    }
+
     /// How far off, m, the place and the height that were told before lie, where they may still be right.
     pub fn disputed_m(&self) -> [f32; 2] {
         [Group::HorizontalPosition, Group::VerticalPosition]
             .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m))
+    }
+
+    /// Counts anew how far fixes move where the next is expected.
+    pub fn forget_walk(&mut self) {
+        self.walked_m = [0.0; 2];
     }
 
     /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.
@@ -390,7 +456,8 @@ impl Gates {
         self.gates.get(group as usize).map_or(0.0, |gate| time - gate.accepted)
     }
 
-    fn was_open_lately(&self, group: Group, time: Time) -> bool {
+    /// Whether a group was accepted not long ago.
+    pub fn was_open_lately(&self, group: Group, time: Time) -> bool {
         self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
     }
 

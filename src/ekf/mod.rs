@@ -64,6 +64,11 @@ fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }
 
+/// In single precision: what has errors of its own needs no more.
+fn single<T: scalar::Scalar>(value: T) -> f32 {
+    value.wide() as f32
+}
+
 /// By the root of double precision, which is linked anyway.
 fn root(of: f32) -> f32 {
     scalar::Scalar::sqrt(f64::from(of)) as f32

@@ -112,6 +112,19 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
 }
 
 #[test]
+fn a_place_that_walks_away_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
+    // 17 % lay outside on either where the place had the one-sigma of a fix throughout.
+    for (flight, most) in [(heli_hover(), 0.02), (Flight::Simulated, 0.06)] {
+        let outcomes = outcomes(flight, "glitch-ramp=1@60:60");
+        let mut outside: Vec<f64> =
+            outcomes.iter().map(|outcome| 1.0 - outcome.measures.inside_position).collect();
+        outside.sort_by(f64::total_cmp);
+        assert!(outside[outside.len() / 2] < most, "{outside:.3?}");
+        assert!(outcomes.iter().all(|outcome| outcome.measures.named));
+    }
+}
+
+#[test]
 fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_heights() {
     for outcome in outcomes(heli_hover(), "height-empty@0:300") {
         let [velocity, horizontal, tilt, yaw] = outcome.measures.cost;

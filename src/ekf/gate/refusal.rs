@@ -30,10 +30,13 @@ struct Evidence {
     alone: bool,
     /// Of a heading: something else bears out the filter's own.
     borne_out: bool,
+    /// Of a position: it may be back at the one that the filter's is in dispute with.
+    back: bool,
 }
 
 impl Gates {
-    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
+    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma, of a place
+    /// how far it [leads on](Self::leads_on).
     /// Gives what has to be reopened, if anything.
     pub fn refused(
         &mut self,
@@ -58,10 +61,10 @@ impl Gates {
             return None;
         }
         let lost_s = time - if gate.was_open { gate.accepted } else { gate.since };
-        gate.reopen(group, time, off[0], told_s, &evidence, config);
+        gate.reopen(group, time, off[0], told_s, &evidence);
         match group {
             Group::VerticalPosition => self.height_taken_s = 0.0,
-            Group::HorizontalPosition => self.place_taken_s = 0.0,
+            Group::HorizontalPosition => (self.place_taken_s, self.walked_m) = (0.0, [0.0; 2]),
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
@@ -98,7 +101,16 @@ impl Gates {
             },
             alone: self.tells_motion_alone(group, time),
             borne_out: self.is_heading_borne_out(group, time),
+            back: self.may_be_back(group, off, config),
         }
+    }
+
+    /// Whether a position lies within reach of the one that the filter's is in dispute with. What walked away comes back
+    /// the other way.
+    fn may_be_back(&self, group: Group, [off_m, onwards_m]: [f64; 2], config: &GateConfig) -> bool {
+        let disputed_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m);
+        let leads_on = group == Group::HorizontalPosition && onwards_m > 0.0;
+        off_m.abs() <= config.sigmas * f64::from(disputed_m) && !leads_on
     }
 
     /// Whether a group is a position of a receiver that does not tell its velocity.
@@ -172,7 +184,7 @@ impl Gate {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays is another ground.
             Group::Range => config.recovery_s,
-            _ if self.is_in_dispute(off, config) => config.recovery_s,
+            _ if evidence.back => config.recovery_s,
             _ if evidence.witness => told_s.min(LEVEL_S).max(config.fault_s),
             _ if self.filter_is_lost => config.recovery_s,
             // A place that jumped is off by always as much; a filter that is lost goes on from it.
@@ -188,29 +200,18 @@ impl Gate {
         }
     }
 
-    /// Whether a position lies within reach of the one that the filter's is in dispute with: it may be back there.
-    fn is_in_dispute(&self, off: f64, config: &GateConfig) -> bool {
-        off.abs() <= config.sigmas * f64::from(self.disputed_m)
-    }
-
     /// Opens at a measurement that is `off` by so much. Where it is a place, and nothing but its being told again and
     /// again speaks for it, the two are in dispute for as long as the one before was told.
-    fn reopen(
-        &mut self,
-        group: Group,
-        time: Time,
-        off: f64,
-        told_s: f32,
-        evidence: &Evidence,
-        config: &GateConfig,
-    ) {
+    fn reopen(&mut self, group: Group, time: Time, off: f64, told_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let (disputed_m, disputed_s) = if self.is_in_dispute(off, config) {
+        let (disputed_m, disputed_s) = if evidence.back {
             // It may be back at the one before, or at a third: how far off only a size is kept of.
             (self.disputed_m.max(off_m), self.disputed_s)
         } else if is_place && (evidence.level_disputed || !self.filter_is_lost) {
-            (off_m, told_s.clamp(1.0, DISPUTED_MOST_S) as u8)
+            // What is in dispute already lies as much further back.
+            let told_s = told_s.clamp(1.0, DISPUTED_MOST_S) as u8;
+            (self.disputed_m + off_m, self.disputed_s.max(told_s))
         } else {
             (0.0, 0)
         };

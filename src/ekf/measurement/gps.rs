@@ -10,8 +10,8 @@ use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, VELOCITY};
 use super::super::scalar::Scalar;
-use super::super::square;
 use super::super::trace::Trace;
+use super::super::{single, square};
 use super::wander::GpsNoise;
 use super::{Compared, Report, Unusable};
 use crate::earth::Local;
@@ -33,6 +33,10 @@ const REOPENED_SHARE: f64 = 2.0;
 
 /// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
 const BY_CHANCE: f64 = 1.15;
+
+/// Places that fixes have moved by less than so many of their one-sigmas, and less than so much, m, do not walk.
+const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
+const WALK_M: f32 = 5.0;
 
 /// The cosine of the tilt up to which a vehicle is nearly level.
 const UPRIGHT: f32 = 0.8;
@@ -152,7 +156,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity.position.delay = [T::ZERO; 3];
         }
         let axes = [vn, ve, vd, n, e, d];
-        self.compare(fix.time, &axes, Sensitivities::Fix(&sensitivity), report, trace);
+        let is_absent = !self.gates.was_open_lately(Group::HorizontalPosition, fix.time);
+        let sensitivities = Sensitivities::Fix(&sensitivity);
+        let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
+        if is_absent {
+            // It was moved by what the vehicle did meanwhile.
+            self.gates.forget_walk();
+        } else if news && L::GPS_POSITION.is_some() {
+            report.walked_m = self.note_walk(fix, moved_m);
+        }
         if fix.two_dimensional {
             self.bound_climb(fix.time, trace);
         }
@@ -199,6 +211,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sigma_mps = fix.axes_velocity_sigma_mps().map_or(model, Vector::to_array);
         let astray = self.samples.force_sum.is_astray(fix, sigma_mps, gravity_mps2);
         self.gates.set_astray(astray);
+    }
+
+    /// Tells the gates that a fix has moved where the next is expected by `moved_m`, north and east. Gives how far places
+    /// have walked away from the velocity that they come with, m; zero where they do not.
+    ///
+    /// # Source
+    /// Equation (K25) of docs/equations.md.
+    fn note_walk(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
+        // What was learned of their size grows with a walk.
+        let assumed = || {
+            let [level_m, ..] = self.config.gps.position_sigma_m();
+            level_m as f32 * libm::sqrtf(self.gps_learned[0].min(1.0))
+        };
+        let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
+        let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
+        let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
+        self.gates.place_moved(fix.time, moved_m, least_m)
     }
 
     /// Moves the learned size of the GPS errors by what this fix's innovations were against what was
@@ -386,11 +415,6 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
     let squared = v.dot(v);
     // Written so that a NaN tells nothing.
     if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
-}
-
-/// In single precision: what has errors of its own needs no more.
-pub(super) fn single<T: Scalar>(value: T) -> f32 {
-    value.wide() as f32
 }
 
 /// [v ×], row by row: the matrix whose product with w is v × w.

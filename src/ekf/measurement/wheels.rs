@@ -6,10 +6,9 @@ use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::super::square;
 use super::super::trace::Trace;
 use super::super::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
-use super::gps::single;
+use super::super::{single, square};
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
 
