@@ -24,6 +24,7 @@ mod magnetic_after_gap;
 mod midair;
 mod motors;
 mod notch;
+mod places;
 mod recovery;
 mod single_precision;
 mod slow_increments;
