@@ -292,7 +292,8 @@ settings! {
         /// Refused after an absence, after trouble with the inertial samples or in a filter that was
         /// diverging already, s: then the filter is reopened.
         recovery_s = 1.0,
-        /// Positions refused that jumped while velocity goes on agreeing, s: then they are believed.
+        /// Positions refused that jumped while velocity goes on agreeing, s: then they are believed, sooner where the
+        /// position before was told for less.
         fault_s = 30.0,
         /// Anything else refused without a break, s: then the filter is reopened.
         lockout_s = 8.0,
