@@ -88,6 +88,8 @@ pub(super) struct Gates {
     place_taken_s: f32,
     /// How far fixes have moved of late where the next is expected, north and east, m.
     walked_m: [f32; 2],
+    /// Whether that is further than right ones do: their places have walked away from their own velocity.
+    walks: bool,
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the fixes' velocity has changed as the accelerometers deny.
@@ -148,7 +150,7 @@ impl Gate {
         if self.disputed_m > 0.0 {
             self.disputed_m *= (1.0 - taken_s / f32::from(self.disputed_s)).max(0.0);
             if self.disputed_m < DISPUTED_LEAST_M {
-                (self.disputed_m, self.disputed_s) = (0.0, 0);
+                self.disputed_m = 0.0;
             }
         }
     }
@@ -203,8 +205,6 @@ const DISPUTED_MOST_S: f32 = 200.0;
 const DISPUTED_LEAST_M: f32 = 0.1;
 /// Memory of how far fixes have moved the place, s.
 const WALKED_S: f32 = 20.0;
-/// A place that they have moved by less than this, m, stands.
-const STANDS_M: f32 = 3.0;
 /// A place that has been taken in for less than this, s, has yet to settle.
 const SETTLED_S: f32 = 5.0;
 /// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
@@ -220,6 +220,7 @@ impl Gates {
         height_taken_s: 0.0,
         place_taken_s: 0.0,
         walked_m: [0.0; 2],
+        walks: false,
         height_off_m: 0.0,
         astray: false,
         baro_denies: false,
@@ -236,7 +237,7 @@ impl Gates {
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
         self.place_taken_s = 0.0;
-        self.walked_m = [0.0; 2];
+        self.forget_walk();
         self.height_off_m = 0.0;
         self.astray = false;
         self.baro_denies = false;
@@ -370,7 +371,9 @@ impl Gates {
                 Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
                 Group::HorizontalPosition if gate.was_open => {
                     self.place_taken_s += since_s;
-                    self.walked_m = self.walked_m.map(|m| m * (1.0 - since_s / WALKED_S));
+                    let memory_s = if self.walks { self.place_taken_s } else { WALKED_S };
+                    let left = 1.0 - since_s / memory_s.clamp(WALKED_S, DISPUTED_MOST_S);
+                    self.walked_m = self.walked_m.map(|walked_m| left * walked_m);
                 }
                 _ => {}
             }
@@ -382,30 +385,22 @@ impl Gates {
     }
 
     /// Notes by how much, m, north and east, a fix has moved where the next is expected. Where fixes whose velocity was
-    /// taken in too have moved it the same way by more than `least_m`, their places walk away from that velocity, and where
-    /// the walk began is in dispute. Gives how far they have walked, m; zero where they do not.
+    /// taken in too have moved it by more than `least_m`, their places walk away from that velocity, until they are back
+    /// within half of it; meanwhile where the walk began is in dispute. Gives how far that is, m; zero where they do not.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
     pub fn place_moved(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
         if self.place_taken_s < SETTLED_S {
-            self.walked_m = [0.0; 2];
+            self.forget_walk();
             return 0.0;
         }
         let tells_motion = self.is_open(Group::HorizontalVelocity, time);
-        if !tells_motion || self.doubts_filter(time) || self.were_reopened(time) {
-            return 0.0;
+        if tells_motion && !self.doubts_filter(time) && !self.were_reopened(time) {
+            self.expect_elsewhere(moved_m);
         }
-        self.expect_elsewhere(moved_m);
-        let (walked_m, onwards_m) = (self.walk_m(), self.leads_on(moved_m));
-        if walked_m <= least_m {
-            return 0.0;
-        }
-        if let Some(gate) = self.gates.get_mut(Group::HorizontalPosition as usize) {
-            gate.disputed_m = (gate.disputed_m + onwards_m.max(0.0)).max(walked_m);
-            gate.disputed_s = gate.disputed_s.max(self.place_taken_s.min(DISPUTED_MOST_S) as u8);
-        }
-        walked_m
+        self.walks = self.walk_m() > if self.walks { 0.5 * least_m } else { least_m };
+        if self.walks { self.walk_m() } else { 0.0 }
     }
 
     /// Adds to how far where the next fix is expected has moved, other than with the vehicle, north and east, m.
@@ -415,12 +410,11 @@ impl Gates {
         }
     }
 
-    /// How far a place that is off by so much, north and east, m, leads on the way that fixes have moved it, m; back
-    /// where negative. Zero where they have hardly moved it.
-    pub fn leads_on(&self, off_m: [f32; 2]) -> f32 {
+    /// How far back a place that is off by so much, north and east, m, leads on the way that places walk, m; on where
+    /// negative. Zero where they do not walk.
+    pub fn leads_back(&self, off_m: [f32; 2]) -> f32 {
         let ([north, east], [off_north, off_east]) = (self.walked_m, off_m);
-        let walked_m = self.walk_m();
-        if walked_m > STANDS_M { (north * off_north + east * off_east) / walked_m } else { 0.0 }
+        if self.walks { -(north * off_north + east * off_east) / self.walk_m() } else { 0.0 }
     }
 
     fn walk_m(&self) -> f32 {
@@ -430,13 +424,14 @@ impl Gates {
 
     /// How far off, m, the place and the height that were told before lie, where they may still be right.
     pub fn disputed_m(&self) -> [f32; 2] {
-        [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m))
+        let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
+            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m));
+        [if self.walks { level_m.max(self.walk_m()) } else { level_m }, vertical_m]
     }
 
     /// Counts anew how far fixes move where the next is expected.
     pub fn forget_walk(&mut self) {
-        self.walked_m = [0.0; 2];
+        (self.walked_m, self.walks) = ([0.0; 2], false);
     }
 
     /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.

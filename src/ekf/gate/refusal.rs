@@ -36,7 +36,7 @@ struct Evidence {
 
 impl Gates {
     /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma, of a place
-    /// how far it [leads on](Self::leads_on).
+    /// how far it [leads back](Self::leads_back).
     /// Gives what has to be reopened, if anything.
     pub fn refused(
         &mut self,
@@ -64,7 +64,10 @@ impl Gates {
         gate.reopen(group, time, off[0], told_s, &evidence);
         match group {
             Group::VerticalPosition => self.height_taken_s = 0.0,
-            Group::HorizontalPosition => (self.place_taken_s, self.walked_m) = (0.0, [0.0; 2]),
+            Group::HorizontalPosition => {
+                self.place_taken_s = 0.0;
+                self.forget_walk();
+            }
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
@@ -105,12 +108,13 @@ impl Gates {
         }
     }
 
-    /// Whether a position lies within reach of the one that the filter's is in dispute with. What walked away comes back
-    /// the other way.
-    fn may_be_back(&self, group: Group, [off_m, onwards_m]: [f64; 2], config: &GateConfig) -> bool {
+    /// Whether a position lies within reach of the one that the filter's is in dispute with, or of where a walk began, back
+    /// the way that it has gone.
+    fn may_be_back(&self, group: Group, [off_m, back_m]: [f64; 2], config: &GateConfig) -> bool {
         let disputed_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m);
-        let leads_on = group == Group::HorizontalPosition && onwards_m > 0.0;
-        off_m.abs() <= config.sigmas * f64::from(disputed_m) && !leads_on
+        let leads_back = group == Group::HorizontalPosition && back_m > 0.0;
+        let reach_m = if leads_back { disputed_m.max(self.walk_m()) } else { disputed_m };
+        off_m.abs() <= config.sigmas * f64::from(reach_m)
     }
 
     /// Whether a group is a position of a receiver that does not tell its velocity.
@@ -205,13 +209,12 @@ impl Gate {
     fn reopen(&mut self, group: Group, time: Time, off: f64, told_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let (disputed_m, disputed_s) = if evidence.back {
+        let told_s = told_s.clamp(1.0, DISPUTED_MOST_S) as u8;
+        let (disputed_m, disputed_s) = if evidence.back && self.disputed_m > 0.0 {
             // It may be back at the one before, or at a third: how far off only a size is kept of.
             (self.disputed_m.max(off_m), self.disputed_s)
-        } else if is_place && (evidence.level_disputed || !self.filter_is_lost) {
-            // What is in dispute already lies as much further back.
-            let told_s = told_s.clamp(1.0, DISPUTED_MOST_S) as u8;
-            (self.disputed_m + off_m, self.disputed_s.max(told_s))
+        } else if is_place && (evidence.level_disputed || evidence.back || !self.filter_is_lost) {
+            (off_m, told_s)
         } else {
             (0.0, 0)
         };

@@ -112,7 +112,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Group::HorizontalPosition => {
                     let off = |axis: usize| innovations.get(axis).map_or(0.0, |&off| single(off));
                     let off_m = [off(at), off(at + 1)];
-                    [farthest.wide(), self.gates.leads_on(off_m).into()]
+                    [farthest.wide(), self.gates.leads_back(off_m).into()]
                 }
                 _ if group.is_height() => {
                     [joint.innovation(at), joint.sigma(at, noise[at])].map(Scalar::wide)

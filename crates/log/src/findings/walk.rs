@@ -6,7 +6,7 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, Severity};
 
-/// Fixes that walk no further apart than this, s, walk on.
+/// Fixes that have walked away no further apart than this, s, are one walk.
 const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -24,8 +24,9 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         severity: Severity::Warning,
         count: span.count,
         words: format!(
-            "gps position walks away from the receiver's own velocity {}, by {:.0} m within 20 s: a glitch of the \
-             receiver, or its velocity is wrong; the filter follows, and its one-sigma reaches back to where it was before{}",
+            "gps position has walked away from the receiver's own velocity {}, by up to {:.0} m: a glitch of the \
+             receiver, or its velocity is wrong; the filter follows, and its one-sigma reaches back to where it was \
+             before{}",
             when(span.start_s, span.end_s),
             span.largest,
             log.cost(span.start_s, span.end_s)

@@ -45,7 +45,7 @@ impl Happening {
             Notice::Updated(report) if report.walked_m().is_some() => {
                 let walked_m = report.walked_m().unwrap_or_default();
                 let text = format_args!(
-                    "position walks away from the receiver's own velocity, by {walked_m:.0} m: less sure now"
+                    "position has walked away from the receiver's own velocity, by {walked_m:.0} m: less sure now"
                 );
                 (time_of(report), warning, "place_walks", ShortText::new(text))
             }
