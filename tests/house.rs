@@ -1,11 +1,12 @@
-//! What `docs/architecture.md` and `docs/equations.md` say of the house: the direction of flow, the
-//! size of its rooms, the number of crates under the flight core.
+//! What the pages under `docs` say of the house: the direction of flow, the size of its rooms, the number of
+//! crates under the flight core, where equations stand, which findings there are.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use hovernav_log::FindingKind;
 use serde_json::Value;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -292,4 +293,21 @@ fn every_direct_dependency_has_its_line() {
         let name = dependency["name"].as_str().unwrap();
         assert!(name.starts_with("hovernav") || page.contains(&format!("`{name}`")), "{name}");
     }
+}
+
+/// The kinds in the first column of the table of `docs/warnings.md`.
+#[test]
+fn every_kind_of_finding_has_its_line_and_every_line_is_of_kinds() {
+    let page = fs::read_to_string(format!("{ROOT}/docs/warnings.md")).unwrap();
+    let (_, after) = page.split_once("\n| kind |").unwrap();
+    let (table, _) = after.split_once("\n\n").unwrap();
+    let mut told: Vec<&str> = table
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split(" | ").next())
+        .flat_map(|kinds| kinds.trim_end_matches('`').split("`, `"))
+        .collect();
+    let mut kinds = FindingKind::ALL.map(FindingKind::name);
+    told.sort_unstable();
+    kinds.sort_unstable();
+    assert_eq!(told, kinds);
 }

@@ -3,7 +3,7 @@
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Finding};
+use hovernav_log::{Dataset, Finding, FindingKind, Sensor};
 use hovernav_sim::{
     BaroConfig, DmuConfig, FlightPlan, GpsConfig, SimulatedBaro, fly, sensor_manifest,
 };
@@ -34,7 +34,7 @@ fn flight(seed: u64) -> Dataset {
 }
 
 /// The warnings of a run over `dataset` that are `sensor`'s.
-fn warnings(dataset: &mut Dataset, sensor: &str) -> Vec<Finding> {
+fn warnings(dataset: &mut Dataset, sensor: Sensor) -> Vec<Finding> {
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});
     let mut found = dataset.findings(&run);
@@ -47,7 +47,7 @@ fn is_within(time: Time, from_s: f64, to_s: f64) -> bool {
 }
 
 #[track_caller]
-fn assert_told(found: &[Finding], kind: &str, from_s: f64, to_s: f64, words: &str) {
+fn assert_told(found: &[Finding], kind: FindingKind, from_s: f64, to_s: f64, words: &str) {
     let is_it = |finding: &&Finding| {
         finding.kind == kind
             && (finding.start_s - from_s).abs() < 2.0
@@ -70,9 +70,9 @@ fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_told_with_their_span() {
         for sample in dataset.imu.iter_mut().filter(|at| is_within(at.time, from_s, to_s)) {
             sample.attitude = None;
         }
-        for sensor in ["barometer", "magnetometer", "inertial unit"] {
+        for sensor in [Sensor::Barometer, Sensor::Magnetometer, Sensor::InertialUnit] {
             let found = warnings(&mut dataset, sensor);
-            assert_told(&found, "readings absent", start_s, to_s.min(end_s), cause);
+            assert_told(&found, FindingKind::ReadingsAbsent, start_s, to_s.min(end_s), cause);
         }
     }
 }
@@ -81,12 +81,12 @@ fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_told_with_their_span() {
 fn short_pauses_and_gaps_of_the_whole_log_are_no_fault_of_an_aid() {
     let mut dataset = flight(1);
     dataset.baro.retain(|(time, _)| !is_within(*time, 60.0, 64.0));
-    assert!(warnings(&mut dataset, "barometer").is_empty());
+    assert!(warnings(&mut dataset, Sensor::Barometer).is_empty());
     let mut dataset = flight(1);
     dataset.baro.retain(|(time, _)| !is_within(*time, 60.0, 70.0));
     dataset.imu.retain(|sample| !is_within(sample.time, 60.0, 70.0));
-    let found = warnings(&mut dataset, "barometer");
-    assert!(found.iter().all(|finding| finding.kind != "readings absent"), "{found:?}");
+    let found = warnings(&mut dataset, Sensor::Barometer);
+    assert!(found.iter().all(|finding| finding.kind != FindingKind::ReadingsAbsent), "{found:?}");
 }
 
 #[test]
@@ -104,8 +104,8 @@ fn a_rangefinder_above_its_reach_is_no_fault_and_one_that_stops_within_it_is() {
             |(time, range_m)| RangeReading { time, range_m, sigma_m: None, quality: None };
         dataset.ranges = seen.map(reading).collect();
         dataset.baro.clear();
-        let found = warnings(&mut dataset, "rangefinder");
-        let is_absent = found.iter().any(|finding| finding.kind == "readings absent");
+        let found = warnings(&mut dataset, Sensor::Rangefinder);
+        let is_absent = found.iter().any(|finding| finding.kind == FindingKind::ReadingsAbsent);
         assert_eq!(is_absent, is_told, "{reach_m} m, until {stops_s} s: {found:?}");
     }
 }
@@ -118,14 +118,14 @@ fn a_barometer_that_freezes_in_a_climb_is_told_and_a_coarse_one_is_not() {
         for (_, height_m) in dataset.baro.iter_mut().filter(|at| is_within(at.0, 40.0, 70.0)) {
             *height_m = held;
         }
-        let found = warnings(&mut dataset, "barometer");
-        assert_told(&found, "frozen", 40.0, 70.0, "repeat");
+        let found = warnings(&mut dataset, Sensor::Barometer);
+        assert_told(&found, FindingKind::Frozen, 40.0, 70.0, "repeat");
         for resolution_m in [0.1, 0.5, 1.0] {
             let mut dataset = flight(seed);
             for (_, height_m) in &mut dataset.baro {
                 *height_m = (*height_m / resolution_m).round() * resolution_m;
             }
-            let found = warnings(&mut dataset, "barometer");
+            let found = warnings(&mut dataset, Sensor::Barometer);
             assert!(found.is_empty(), "seed {seed}, {resolution_m} m: {found:?}");
         }
     }
@@ -143,12 +143,12 @@ fn a_barometer_in_another_unit_or_of_the_wrong_sign_is_named_where_the_vehicle_c
     for seed in 1..6 {
         let sound = flight(seed);
         let found = sound.check_setup();
-        assert!(found.iter().all(|finding| finding.sensor != "barometer"), "{found:?}");
+        assert!(found.iter().all(|finding| finding.sensor != Sensor::Barometer), "{found:?}");
         for (wrong, cause) in causes {
             let mut dataset = sound.clone();
             dataset.baro.iter_mut().for_each(|(_, height_m)| *height_m = wrong(*height_m));
             let found = dataset.check_setup();
-            let named = found.iter().find(|finding| finding.sensor == "barometer");
+            let named = found.iter().find(|finding| finding.sensor == Sensor::Barometer);
             let Some(finding) = named else { panic!("seed {seed}, {cause}: {found:?}") };
             assert!(finding.cause.contains(cause) && finding.is_certain, "{finding}");
         }

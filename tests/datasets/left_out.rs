@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Rotation, Vector, wrap_angle};
 use hovernav::gps::AntennaHeading;
-use hovernav_log::{Dataset, SetupFinding, denied_aid};
+use hovernav_log::{Dataset, Sensor, SetupFinding, denied_aid};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly, sensor_manifest};
 
 fn heli_hover() -> PathBuf {
@@ -83,7 +83,7 @@ fn a_magnetometer_that_turns_otherwise_than_the_gyros_is_not_used() {
 fn one_that_stays_in_its_file_is_passed_over_there() {
     let mut dataset = Dataset::open_within(&heli_hover(), 0).unwrap();
     let denied = SetupFinding {
-        sensor: "magnetometer",
+        sensor: Sensor::Magnetometer,
         is_certain: true,
         found: "it lies".into(),
         cause: "a test".into(),
@@ -103,7 +103,7 @@ fn one_that_stays_in_its_file_is_passed_over_there() {
 fn what_nothing_can_do_without_is_not_left_out() {
     let mut dataset = Dataset::open(&heli_hover()).unwrap();
     let denied = SetupFinding {
-        sensor: "inertial unit",
+        sensor: Sensor::InertialUnit,
         is_certain: true,
         found: "it lies".into(),
         cause: "a test".into(),

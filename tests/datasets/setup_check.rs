@@ -8,7 +8,7 @@ use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError, alternative};
+use hovernav_log::{Dataset, LogError, Sensor, alternative};
 use hovernav_sim::faults::{Fault, Log};
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -242,7 +242,10 @@ fn a_velocity_that_scatters_as_much_as_the_vehicle_moves_is_in_no_other_unit() {
     for seed in 0..100 {
         let dataset = Dataset { fixes: wandering(seed), ..Dataset::default() };
         let found = dataset.check_setup();
-        assert!(found.iter().all(|finding| finding.sensor != "gps"), "seed {seed}: {found:?}");
+        assert!(
+            found.iter().all(|finding| finding.sensor != Sensor::Gps),
+            "seed {seed}: {found:?}"
+        );
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use hovernav::autopilot::HoverConfig;
 use hovernav::ins::HeadingSource;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Run, Truth};
+use hovernav_log::{Dataset, Run, Sensor, Truth};
 use hovernav_model::shipped;
 use hovernav_sim::faults::{CATALOGUE, Log};
 use hovernav_sim::{AntennasConfig, FlightConfig, RangefinderConfig};
@@ -103,10 +103,10 @@ fn every_fault_of_an_aid_changes_its_own_file_and_does_little_harm() {
         let named = |sensor| findings.iter().any(|finding| finding.sensor == sensor);
         match name {
             "heading-turn" | "heading-gone" => {
-                assert!(named("second antenna"), "{name}: {words:?}");
+                assert!(named(Sensor::SecondAntenna), "{name}: {words:?}");
             }
             "range-step" | "range-stuck" | "range-gone" => {
-                assert!(named("rangefinder"), "{name}: {words:?}");
+                assert!(named(Sensor::Rangefinder), "{name}: {words:?}");
             }
             _ => {}
         }

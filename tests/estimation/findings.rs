@@ -6,7 +6,7 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Finding, Severity, sentences};
+use hovernav_log::{Dataset, Finding, FindingKind, Severity, sentences};
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::SensorGrade;
@@ -64,8 +64,8 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
     for (name, allowed) in [
         ("car-rtk", &[][..]),
         ("quad-p4rtk-vibration", &[]),
-        ("quad-ardupilot-5hz", &["gap", "refused", "time offset"]),
-        ("quad-hover-aided", &["refused", "time offset"]),
+        ("quad-ardupilot-5hz", &[FindingKind::Gap, FindingKind::Refused, FindingKind::TimeOffset]),
+        ("quad-hover-aided", &[FindingKind::Refused, FindingKind::TimeOffset]),
     ] {
         let Some(dir) = shared(name) else { continue };
         let mut dataset = Dataset::open(&dir).unwrap();
@@ -80,19 +80,19 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
 #[test]
 fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
     for (fault, kind, expected) in [
-        ("outage=20@100", "outage", "no fix for"),
-        ("gap=2@100", "gap", "gap of 2."),
-        ("gap=10@100", "unusable", "the inertial samples were missing"),
-        ("packet-loss=25", "samples lost", "% of the samples are missing"),
-        ("stuck=all@100:2", "stuck", "repeated all its readings"),
-        ("stuck=gz@100:5", "stuck axis", "gyro z"),
-        ("clip-accel=1.5", "clipping", "full scale of 14.7 m/s² (1.50 g)"),
-        ("glitch-step=60@100:15", "refused", "glitch"),
-        ("frozen-fix@100", "frozen fix", "repeat the one before"),
-        ("no-velocity", "velocity absent", "velocity absent in 299 of 299 fixes"),
-        ("height-held@100", "height held", "height held at"),
-        ("gps-time=0.15", "time offset", "latency_s = 0.1"),
-        ("gyro-bias=0.5@100", "bias step", "gyro bias of axis"),
+        ("outage=20@100", FindingKind::Outage, "no fix for"),
+        ("gap=2@100", FindingKind::Gap, "gap of 2."),
+        ("gap=10@100", FindingKind::Unusable, "the inertial samples were missing"),
+        ("packet-loss=25", FindingKind::SamplesLost, "% of the samples are missing"),
+        ("stuck=all@100:2", FindingKind::Stuck, "repeated all its readings"),
+        ("stuck=gz@100:5", FindingKind::StuckAxis, "gyro z"),
+        ("clip-accel=1.5", FindingKind::Clipping, "full scale of 14.7 m/s² (1.50 g)"),
+        ("glitch-step=60@100:15", FindingKind::Refused, "glitch"),
+        ("frozen-fix@100", FindingKind::FrozenFix, "repeat the one before"),
+        ("no-velocity", FindingKind::VelocityAbsent, "velocity absent in 299 of 299 fixes"),
+        ("height-held@100", FindingKind::HeightHeld, "height held at"),
+        ("gps-time=0.15", FindingKind::TimeOffset, "latency_s = 0.1"),
+        ("gyro-bias=0.5@100", FindingKind::BiasStep, "gyro bias of axis"),
     ] {
         let found = findings(&[fault]);
         let named = found.iter().find(|finding| finding.is_warning() && finding.kind == kind);
@@ -108,7 +108,8 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
 #[test]
 fn fixes_within_gaps_that_come_soon_after_each_other_are_no_fault_of_a_clock() {
     let found = findings(&["gap=2.5@100", "gap=2.5@104"]);
-    let unusable: Vec<_> = found.iter().filter(|finding| finding.kind == "unusable").collect();
+    let unusable: Vec<_> =
+        found.iter().filter(|finding| finding.kind == FindingKind::Unusable).collect();
     assert!(!unusable.is_empty(), "{found:?}");
     for finding in unusable {
         assert!(finding.words.contains("the inertial samples were missing"), "{}", finding.words);
@@ -138,7 +139,8 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
             let config = dataset.settings().unwrap();
             let run = dataset.estimate(&config, |_| {});
             let found = dataset.findings(&run);
-            let told = found.iter().find(|finding| finding.kind == "time offset").unwrap();
+            let told =
+                found.iter().find(|finding| finding.kind == FindingKind::TimeOffset).unwrap();
             let (_, latency) = told.words.split_once("latency_s = ").unwrap();
             let off_s = latency.parse::<f64>().unwrap() - late_s - own_s;
             assert!(off_s.abs() < 0.1, "{name}, {late_s} s: {}", told.words);
@@ -164,13 +166,13 @@ fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_told() {
         let config = dataset.settings().unwrap();
         let run = dataset.estimate(&config, |_| {});
         let found = dataset.findings(&run);
-        let told = found.iter().find(|finding| finding.kind == "clock rate").unwrap();
+        let told = found.iter().find(|finding| finding.kind == FindingKind::ClockRate).unwrap();
         let (_, rate) = told.words.split_once("its clock runs ").unwrap();
         let (percent, side) = rate.split_once(" % ").unwrap();
         let off = percent.parse::<f64>().unwrap() - f64::abs(fast_percent);
         let side_is_right = side.starts_with(if fast_percent > 0.0 { "fast" } else { "slow" });
         assert!(off.abs() < 0.05 && side_is_right, "{name}, {fast_percent} %: {}", told.words);
-        assert!(found.iter().all(|finding| finding.kind != "time offset"), "{name}");
+        assert!(found.iter().all(|finding| finding.kind != FindingKind::TimeOffset), "{name}");
     }
 }
 
@@ -201,7 +203,7 @@ fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});
     let found = dataset.findings(&run);
-    let named = found.iter().find(|finding| finding.kind == "understated");
+    let named = found.iter().find(|finding| finding.kind == FindingKind::Understated);
     let Some(finding) = named else { panic!("{:?}", sentences(&found)) };
     assert!(finding.is_warning() && finding.words.contains("surer than they are"));
 }
@@ -212,7 +214,7 @@ fn what_happens_often_takes_no_hundred_lines() {
     faults.push("packet-loss=5".into());
     let faults: Vec<&str> = faults.iter().map(String::as_str).collect();
     let found = findings(&faults);
-    assert!(found.iter().filter(|finding| finding.kind == "gap").count() >= 40);
+    assert!(found.iter().filter(|finding| finding.kind == FindingKind::Gap).count() >= 40);
     let told = sentences(&found);
     assert!(told.len() < 12, "{told:#?}");
     assert!(told.iter().any(|sentence| sentence.contains("more times")), "{told:#?}");

@@ -65,6 +65,7 @@ pub fn of(data: &super::FlightData<'_>) -> Option<Verdict> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hovernav_log::{FindingKind, Sensor};
 
     fn pooled(mean: f64) -> PooledInnovations {
         PooledInnovations { mean, interval: (0.97, 1.03), share_inside: 0.95 }
@@ -75,8 +76,8 @@ mod tests {
         let finding = |severity, words: &str| Finding {
             start_s: 1.0,
             end_s: 2.0,
-            sensor: "gps",
-            kind: "outage",
+            sensor: Sensor::Gps,
+            kind: FindingKind::Outage,
             severity,
             count: 1,
             words: words.into(),

@@ -9,7 +9,7 @@ use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
 use crate::dataset::Dataset;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::replay::Run;
 use crate::statistics::quantile;
 
@@ -42,8 +42,8 @@ impl Denied {
         Finding {
             start_s,
             end_s,
-            sensor: "filter",
-            kind: "smoothing denied",
+            sensor: Sensor::Filter,
+            kind: FindingKind::SmoothingDenied,
             severity: Severity::Warning,
             count: self.fixes,
             words: format!(

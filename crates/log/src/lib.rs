@@ -66,7 +66,7 @@ pub use controls::ControlFile;
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use events::Events;
-pub use finding::{Finding, SetupFinding, Severity, sentences};
+pub use finding::{Finding, FindingKind, Sensor, SetupFinding, Severity, sentences};
 pub use gps::{no_place, plausible_fix};
 pub use imu::{field_fault, motion_fault, remark_faults};
 pub use info::Info;

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::clock::{gaps, median_interval_s};
 use crate::dataset::Dataset;
-use crate::finding::{Finding, sentences};
+use crate::finding::{Finding, FindingKind, sentences};
 use crate::info::{self, paragraph};
 use crate::kept::Keep;
 use crate::rates::{Rates, rates};
@@ -113,7 +113,7 @@ impl Survey {
             _ => None,
         };
         let mut findings = run.as_ref().map_or_else(Vec::new, |run| dataset.findings(run));
-        findings.retain(|finding| finding.kind != "set-up");
+        findings.retain(|finding| finding.kind != FindingKind::SetUp);
         Self {
             name: dataset.manifest.name.clone(),
             sensors: sensors(dataset),

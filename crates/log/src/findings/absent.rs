@@ -5,7 +5,7 @@ use hovernav::time::Time;
 
 use super::Judged;
 use crate::distribution::Distribution;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// A span without readings longer than this, s, and than so many of their usual intervals is told.
 const ABSENT_S: f64 = 5.0;
@@ -77,17 +77,23 @@ pub(super) fn find(log: &Judged<'_>, of_unit: OfUnit, findings: &mut Vec<Finding
     for (is_used, sensor, what, cost, readings) in [
         (
             aiding.attitude,
-            "inertial unit",
+            Sensor::InertialUnit,
             "attitude of its own",
             "attitude is held without it",
             of_unit.attitude,
         ),
-        (aiding.magnetometer, "magnetometer", "reading", gyros, of_field()),
-        (aiding.baro, "barometer", "reading", "the height is held by the fixes alone", of_baro()),
-        (aiding.second_antenna, "second antenna", "heading", gyros, of_headings()),
+        (aiding.magnetometer, Sensor::Magnetometer, "reading", gyros, of_field()),
+        (
+            aiding.baro,
+            Sensor::Barometer,
+            "reading",
+            "the height is held by the fixes alone",
+            of_baro(),
+        ),
+        (aiding.second_antenna, Sensor::SecondAntenna, "heading", gyros, of_headings()),
         (
             aiding.rangefinder,
-            "rangefinder",
+            Sensor::Rangefinder,
             "reading",
             "the height above the ground is not measured",
             of_ranges(),
@@ -102,7 +108,7 @@ pub(super) fn find(log: &Judged<'_>, of_unit: OfUnit, findings: &mut Vec<Finding
 /// Where the readings of one aid are absent while there are solutions.
 fn of_aid(
     log: &Judged<'_>,
-    (sensor, what, cost): (&'static str, &str, &str),
+    (sensor, what, cost): (Sensor, &str, &str),
     readings: &Readings,
     findings: &mut Vec<Finding>,
 ) {
@@ -127,7 +133,7 @@ fn of_aid(
             (false, true) => "the sensor or its line stopped, to the end of the log",
             (false, false) => "the sensor or its line paused",
         };
-        let out_of_reach = sensor == "rangefinder" && is_out_of_reach(log, from_s, to_s);
+        let out_of_reach = sensor == Sensor::Rangefinder && is_out_of_reach(log, from_s, to_s);
         let cause = if out_of_reach { "the ground was out of its reach" } else { cause };
         let usual = match usual_s > 0.0 {
             true => format!(" (usually one every {usual_s:.2} s)"),
@@ -137,7 +143,7 @@ fn of_aid(
             start_s: from_s,
             end_s: to_s,
             sensor,
-            kind: "readings absent",
+            kind: FindingKind::ReadingsAbsent,
             severity: if out_of_reach { Severity::Info } else { Severity::Warning },
             count: 1,
             words: format!(

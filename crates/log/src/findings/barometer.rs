@@ -2,7 +2,7 @@
 
 use super::spans::improbable_runs;
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::quantile;
 
 /// A height that repeats for less than this, s, may be true.
@@ -30,8 +30,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: "barometer",
-            kind: "frozen",
+            sensor: Sensor::Barometer,
+            kind: FindingKind::Frozen,
             severity: Severity::Warning,
             count: last - first,
             words: format!(

@@ -1,9 +1,9 @@
 //! Samples at the end of a sensor's range.
 
 use super::spans::{Span, Spans};
-use super::unit::{AXES, UNIT, component};
+use super::unit::{AXES, component};
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::rates::Rates;
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
@@ -106,8 +106,8 @@ impl Ends {
                 findings.push(Finding {
                     start_s,
                     end_s,
-                    sensor: UNIT,
-                    kind: "clipping",
+                    sensor: Sensor::InertialUnit,
+                    kind: FindingKind::Clipping,
                     severity: Severity::Warning,
                     count,
                     words: format!(

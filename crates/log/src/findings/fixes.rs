@@ -5,7 +5,7 @@ use hovernav::gps::Fix;
 use super::spans::improbable_runs;
 use super::{Judged, when};
 use crate::clock::median_interval_s;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// A span without fixes longer than this, s, and than three intervals is an outage.
 const OUTAGE_S: f64 = 3.5;
@@ -30,8 +30,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s: times[first],
             end_s: times[last],
-            sensor: "gps",
-            kind: "frozen fix",
+            sensor: Sensor::Gps,
+            kind: FindingKind::FrozenFix,
             severity: Severity::Warning,
             count: last - first,
             words: format!(
@@ -57,8 +57,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: "gps",
-            kind: "height held",
+            sensor: Sensor::Gps,
+            kind: FindingKind::HeightHeld,
             severity: if is_known { Severity::Info } else { Severity::Warning },
             count,
             words: match is_known {
@@ -90,8 +90,8 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             findings.push(Finding {
                 start_s: before_s,
                 end_s: time_s,
-                sensor: "gps",
-                kind: "outage",
+                sensor: Sensor::Gps,
+                kind: FindingKind::Outage,
                 severity: Severity::Warning,
                 count: 1,
                 words: format!(
@@ -115,8 +115,8 @@ fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s: first.time.seconds(),
             end_s: imu.seconds(),
-            sensor: "gps",
-            kind: "fixes too early",
+            sensor: Sensor::Gps,
+            kind: FindingKind::FixesTooEarly,
             severity: Severity::Info,
             count: early,
             words: format!("{early} fixes before the first inertial sample have no effect"),
@@ -162,8 +162,8 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     findings.push(Finding {
         start_s: first.time.seconds(),
         end_s: last.time.seconds(),
-        sensor: "gps",
-        kind: "velocity absent",
+        sensor: Sensor::Gps,
+        kind: FindingKind::VelocityAbsent,
         severity,
         count: without,
         words,

@@ -7,12 +7,12 @@ use hovernav::time::Time;
 
 use super::spans::{Span, spans};
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// What is refused and taken together.
 struct Group {
     channels: &'static [Channel],
-    sensor: &'static str,
+    sensor: Sensor,
     name: &'static str,
     unit: &'static str,
     scale: f64,
@@ -25,7 +25,7 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const GROUPS: [Group; 9] = [
     Group {
         channels: &[Channel::PositionNorth, Channel::PositionEast],
-        sensor: "gps",
+        sensor: Sensor::Gps,
         name: "position",
         unit: "m",
         scale: 1.0,
@@ -33,7 +33,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::PositionDown],
-        sensor: "gps",
+        sensor: Sensor::Gps,
         name: "height",
         unit: "m",
         scale: 1.0,
@@ -41,7 +41,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::VelocityNorth, Channel::VelocityEast],
-        sensor: "gps",
+        sensor: Sensor::Gps,
         name: "velocity",
         unit: "m/s",
         scale: 1.0,
@@ -49,7 +49,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::VelocityDown],
-        sensor: "gps",
+        sensor: Sensor::Gps,
         name: "vertical velocity",
         unit: "m/s",
         scale: 1.0,
@@ -57,7 +57,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::Roll, Channel::Pitch],
-        sensor: "inertial unit",
+        sensor: Sensor::InertialUnit,
         name: "roll and pitch",
         unit: "°",
         scale: DEGREES,
@@ -65,7 +65,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::Yaw],
-        sensor: "magnetometer",
+        sensor: Sensor::Magnetometer,
         name: "heading",
         unit: "°",
         scale: DEGREES,
@@ -73,7 +73,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::BaselineHeading],
-        sensor: "second antenna",
+        sensor: Sensor::SecondAntenna,
         name: "heading",
         unit: "°",
         scale: DEGREES,
@@ -81,7 +81,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::BaroHeight],
-        sensor: "barometer",
+        sensor: Sensor::Barometer,
         name: "height",
         unit: "m",
         scale: 1.0,
@@ -89,7 +89,7 @@ const GROUPS: [Group; 9] = [
     },
     Group {
         channels: &[Channel::Yaw],
-        sensor: "unit's own heading",
+        sensor: Sensor::UnitHeading,
         name: "heading",
         unit: "°",
         scale: DEGREES,
@@ -172,7 +172,7 @@ fn refusal(
         let (name, unit) = (group.name, group.unit);
         // Of a thinned run it is not known how many were accepted in between.
         let left_out = match first.sensor {
-            "gps" => log.run.fixes_left_out,
+            Sensor::Gps => log.run.fixes_left_out,
             _ => log.run.comparisons_left_out,
         };
         let of_all = if left_out == 0 { format!(" of {}", heard.count()) } else { String::new() };
@@ -190,7 +190,7 @@ fn refusal(
             start_s: span.start_s,
             end_s: span.end_s,
             sensor: first.sensor,
-            kind: "taken anew",
+            kind: FindingKind::TakenAnew,
             severity: Severity::Info,
             count: 1,
             words: format!(
@@ -221,7 +221,7 @@ fn refusal(
         start_s: span.start_s,
         end_s: span.end_s,
         sensor: first.sensor,
-        kind: if reopened.is_some() { "filter reopened" } else { "refused" },
+        kind: if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused },
         severity: if lasting || large || reopened.is_some() {
             Severity::Warning
         } else {
@@ -255,7 +255,7 @@ fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
 /// Whether the heading of a report is of another sensor than the group's: the unit's own comes with its tilt.
 fn tells_another(group: &Group, report: &Report) -> bool {
     let with_tilt = report.innovations().any(|axis| axis.channel == Channel::Roll);
-    group.channels == [Channel::Yaw] && with_tilt == (group.sensor == "magnetometer")
+    group.channels == [Channel::Yaw] && with_tilt == (group.sensor == Sensor::Magnetometer)
 }
 
 /// What the run says of a group, measurement by measurement.
@@ -287,17 +287,15 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
 
 /// Why a group was refused from `start_s` on, as far as the sensor or what went before tells.
 fn cause(log: &Judged<'_>, group: &Group, start_s: f64) -> Option<String> {
-    if group.sensor == "second antenna" {
-        return Some("a wrong ambiguity, a reflection or a wrong heading".into());
-    }
-    if group.sensor == "unit's own heading" {
-        return Some("an error of that or a wrong heading".into());
-    }
-    if group.name == "heading" {
-        return Some("a magnetic disturbance or a wrong heading".into());
-    }
-    if group.sensor != "gps" {
-        return Some("a disturbance of the sensor or an error of the filter".into());
+    let of_aid = match group.sensor {
+        Sensor::Gps => None,
+        Sensor::SecondAntenna => Some("a wrong ambiguity, a reflection or a wrong heading"),
+        Sensor::UnitHeading => Some("an error of that or a wrong heading"),
+        Sensor::Magnetometer => Some("a magnetic disturbance or a wrong heading"),
+        _ => Some("a disturbance of the sensor or an error of the filter"),
+    };
+    if let Some(why) = of_aid {
+        return Some(why.into());
     }
     let recent = |time: &Time| in_aftermath(*time, start_s);
     let fixes = &log.dataset.fixes;

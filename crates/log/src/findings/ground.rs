@@ -4,7 +4,7 @@ use hovernav::ekf::{Channel, Notice, Verdict};
 
 use super::spans::spans;
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Refusals closer than this, s, are one event.
 const APART_S: f64 = 2.0;
@@ -24,8 +24,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s: span.start_s,
             end_s: span.end_s,
-            sensor: "rangefinder",
-            kind: "step of the ground",
+            sensor: Sensor::Rangefinder,
+            kind: FindingKind::StepOfGround,
             severity: Severity::Info,
             count: span.count,
             words: format!(

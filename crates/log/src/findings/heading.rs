@@ -6,7 +6,7 @@ use hovernav::ins::HeadingSource;
 use super::spans::{Spans, spans};
 use super::{Judged, when};
 use crate::distribution::Distribution;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
@@ -72,8 +72,8 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: "magnetometer",
-            kind: "magnetic disturbance",
+            sensor: Sensor::Magnetometer,
+            kind: FindingKind::MagneticDisturbance,
             severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
             count: 1,
             words: format!(
@@ -103,8 +103,8 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 findings.push(Finding {
                     start_s,
                     end_s: time_s,
-                    sensor: "filter",
-                    kind: "heading found",
+                    sensor: Sensor::Filter,
+                    kind: FindingKind::HeadingFound,
                     // In flight it is a loss.
                     severity: if start.is_some() { Severity::Info } else { Severity::Warning },
                     count: 1,
@@ -118,8 +118,8 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             Notice::HeadingReset { time, turn_rad, sigma_rad } => findings.push(Finding {
                 start_s: time.seconds(),
                 end_s: time.seconds(),
-                sensor: "filter",
-                kind: "heading reset",
+                sensor: Sensor::Filter,
+                kind: FindingKind::HeadingReset,
                 severity: Severity::Warning,
                 count: 1,
                 words: format!(
@@ -140,8 +140,8 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     findings.push(Finding {
         start_s,
         end_s,
-        sensor: "filter",
-        kind: "heading unknown",
+        sensor: Sensor::Filter,
+        kind: FindingKind::HeadingUnknown,
         severity: Severity::Warning,
         count: 1,
         words: format!(
@@ -163,8 +163,8 @@ fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s: span.start_s,
             end_s: span.end_s,
-            sensor: "filter",
-            kind: "heading in doubt",
+            sensor: Sensor::Filter,
+            kind: FindingKind::HeadingInDoubt,
             severity: if span.largest > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
             count: span.count,
             words: format!(
@@ -234,8 +234,8 @@ impl FieldStrength {
             findings.push(Finding {
                 start_s: span.start_s,
                 end_s: span.end_s,
-                sensor: "magnetometer",
-                kind: "magnetic disturbance",
+                sensor: Sensor::Magnetometer,
+                kind: FindingKind::MagneticDisturbance,
                 severity: Severity::Warning,
                 count: span.count,
                 words: format!(

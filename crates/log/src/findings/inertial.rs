@@ -7,10 +7,10 @@ use hovernav::time::Time;
 use super::Judged;
 use super::ends::Ends;
 use super::spans::{Repeating, Repetitions, Span, Spans, spans};
-use super::unit::{AXES, UNIT, component};
+use super::unit::{AXES, component};
 use super::when;
 use crate::distribution::Distribution;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::rates::Rates;
 
 /// Events closer than this, s, are one.
@@ -128,8 +128,8 @@ impl Inertial {
             findings.push(Finding {
                 start_s,
                 end_s,
-                sensor: UNIT,
-                kind: "samples lost",
+                sensor: Sensor::InertialUnit,
+                kind: FindingKind::SamplesLost,
                 severity: Severity::Warning,
                 count: missing as usize,
                 words: format!(
@@ -163,8 +163,8 @@ impl Inertial {
             findings.push(Finding {
                 start_s,
                 end_s,
-                sensor: UNIT,
-                kind: "stuck axis",
+                sensor: Sensor::InertialUnit,
+                kind: FindingKind::StuckAxis,
                 severity: Severity::Warning,
                 count: last.last - first.first,
                 words: format!(
@@ -183,8 +183,8 @@ impl Inertial {
             findings.push(Finding {
                 start_s: *start_s,
                 end_s: *end_s,
-                sensor: UNIT,
-                kind: "shock",
+                sensor: Sensor::InertialUnit,
+                kind: FindingKind::Shock,
                 severity: Severity::Warning,
                 count: *count,
                 words: format!(
@@ -208,8 +208,8 @@ impl Inertial {
         findings.push(Finding {
             start_s: self.first_s,
             end_s: self.last_s,
-            sensor: UNIT,
-            kind: "vibration",
+            sensor: Sensor::InertialUnit,
+            kind: FindingKind::Vibration,
             severity,
             count: self.count,
             words: format!(
@@ -263,8 +263,8 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 findings.push(Finding {
                     start_s: time_s,
                     end_s: time_s,
-                    sensor: "filter",
-                    kind: "reset",
+                    sensor: Sensor::Filter,
+                    kind: FindingKind::Reset,
                     severity: Severity::Warning,
                     count: 1,
                     words: format!("filter reset at {time_s:.1} s: {why}"),
@@ -287,8 +287,8 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: UNIT,
-            kind: "gap",
+            sensor: Sensor::InertialUnit,
+            kind: FindingKind::Gap,
             severity: Severity::Warning,
             count: 1,
             words: format!(
@@ -299,22 +299,25 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         });
     }
     let what = [
-        ("stuck", "repeated all its readings to the last digit, so it was not measuring"),
-        ("not a number", "gave readings that are not finite"),
         (
-            "interpolated",
+            FindingKind::Stuck,
+            "repeated all its readings to the last digit, so it was not measuring",
+        ),
+        (FindingKind::NotANumber, "gave readings that are not finite"),
+        (
+            FindingKind::Interpolated,
             "went along a straight line in all its readings, which a logger has drawn where samples were missing",
         ),
-        ("time stamps", "gave samples not later than the one before"),
+        (FindingKind::TimeStamps, "gave samples not later than the one before"),
     ];
     for (moments, (kind, what)) in faults.into_iter().zip(what) {
         for Span { start_s, end_s, count, .. } in spans(moments, APART_S) {
-            let held = held(log, end_s - start_s, count).filter(|_| kind == "stuck");
+            let held = held(log, end_s - start_s, count).filter(|_| kind == FindingKind::Stuck);
             let what = held.as_deref().unwrap_or(what);
             findings.push(Finding {
                 start_s,
                 end_s,
-                sensor: UNIT,
+                sensor: Sensor::InertialUnit,
                 kind,
                 severity: Severity::Warning,
                 count,

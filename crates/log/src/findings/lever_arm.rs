@@ -4,7 +4,7 @@ use hovernav::ekf::{Channel, Notice};
 use hovernav::frames::{Body, Vector};
 
 use super::Judged;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// An arm that is off by less than this, m, costs less than it takes to tell of.
 const LEAST_M: f64 = 0.3;
@@ -21,8 +21,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     findings.push(Finding {
         start_s,
         end_s,
-        sensor: "gps",
-        kind: "lever arm",
+        sensor: Sensor::Gps,
+        kind: FindingKind::LeverArm,
         severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
         count: 1,
         words,

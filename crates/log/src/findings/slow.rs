@@ -3,7 +3,7 @@
 use hovernav::ekf::Notice;
 
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Over how long a bias is compared with itself, s.
 const OVER_S: f64 = 20.0;
@@ -74,8 +74,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             findings.push(Finding {
                 start_s,
                 end_s,
-                sensor: "inertial unit",
-                kind: "bias step",
+                sensor: Sensor::InertialUnit,
+                kind: FindingKind::BiasStep,
                 severity: Severity::Warning,
                 count: 1,
                 words: format!(

@@ -5,7 +5,7 @@ use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 
 use super::Judged;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
@@ -190,7 +190,8 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             continue;
         };
         let known = findings.iter().any(|finding| {
-            finding.kind == "bias step" && (finding.start_s..=finding.end_s).contains(&time_s)
+            finding.kind == FindingKind::BiasStep
+                && (finding.start_s..=finding.end_s).contains(&time_s)
         });
         if known || time_s - told_s < ABSORBED_S {
             continue;
@@ -225,8 +226,8 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s: time_s,
             end_s: time_s + ABSORBED_S,
-            sensor: "inertial unit",
-            kind: "bias step",
+            sensor: Sensor::InertialUnit,
+            kind: FindingKind::BiasStep,
             severity: Severity::Warning,
             count: 1,
             words: format!(
@@ -294,8 +295,8 @@ fn step(
         findings.push(Finding {
             start_s: time_s - MEAN_S,
             end_s: time_s + MEAN_S,
-            sensor: "inertial unit",
-            kind: "bias step",
+            sensor: Sensor::InertialUnit,
+            kind: FindingKind::BiasStep,
             severity: Severity::Warning,
             count: 1,
             words: format!(

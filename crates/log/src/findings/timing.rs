@@ -7,7 +7,7 @@ use hovernav::frames::Vector;
 
 use super::Judged;
 use crate::comparisons::FixTally;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
@@ -68,8 +68,8 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: "inertial unit",
-            kind: "clock rate",
+            sensor: Sensor::InertialUnit,
+            kind: FindingKind::ClockRate,
             severity: Severity::Warning,
             count: 1,
             words: format!(
@@ -129,8 +129,8 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     findings.push(Finding {
         start_s,
         end_s,
-        sensor: "gps",
-        kind: "time offset",
+        sensor: Sensor::Gps,
+        kind: FindingKind::TimeOffset,
         severity: if is_off { Severity::Warning } else { Severity::Info },
         count: 1,
         words: format!("gps time offset: {what}"),

@@ -1,7 +1,7 @@
 //! A receiver whose places or velocities scatter by more than it states of them.
 
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// One-sigmas that count for more than so many times what was stated are too small; where they are right, for a part of
 /// them wanders, up to 1.2 was seen.
@@ -22,8 +22,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s,
-            sensor: "gps",
-            kind: "understated",
+            sensor: Sensor::Gps,
+            kind: FindingKind::Understated,
             severity: Severity::Warning,
             count,
             words: format!(

@@ -1,8 +1,7 @@
-//! The inertial unit, as findings name it.
+//! The axes of the inertial unit, as findings name them.
 
 use crate::rates::Rates;
 
-pub(super) const UNIT: &str = "inertial unit";
 pub(super) const AXES: [&str; 6] =
     ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
 

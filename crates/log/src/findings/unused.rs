@@ -6,7 +6,7 @@ use hovernav::ekf::{Aid, Notice, ResetCause, Unusable};
 
 use super::spans::spans;
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;
@@ -16,13 +16,13 @@ const LEAST_SPIKES: usize = 3;
 /// A disturbance is told so long, s, after the first reading of it, at most.
 const BEGINS_S: f64 = 1.0;
 
-const AIDS: [(Aid, &str); 6] = [
-    (Aid::Gps, "gps"),
-    (Aid::Attitude, "inertial unit"),
-    (Aid::Magnetometer, "magnetometer"),
-    (Aid::Baro, "barometer"),
-    (Aid::SecondAntenna, "second antenna"),
-    (Aid::Rangefinder, "rangefinder"),
+const AIDS: [(Aid, Sensor); 6] = [
+    (Aid::Gps, Sensor::Gps),
+    (Aid::Attitude, Sensor::InertialUnit),
+    (Aid::Magnetometer, Sensor::Magnetometer),
+    (Aid::Baro, Sensor::Barometer),
+    (Aid::SecondAntenna, Sensor::SecondAntenna),
+    (Aid::Rangefinder, Sensor::Rangefinder),
 ];
 
 /// Reasons, and whether the readings came while the inertial samples were missing.
@@ -82,7 +82,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             {
                 let known = findings.iter().any(|finding| {
                     reason == Unusable::Repeated
-                        && finding.kind == "frozen fix"
+                        && finding.kind == FindingKind::FrozenFix
                         && finding.start_s <= span.start_s
                         && span.end_s <= finding.end_s
                 });
@@ -128,15 +128,15 @@ fn gaps(log: &Judged<'_>) -> Vec<RangeInclusive<f64>> {
     log.run.notices.iter().filter_map(of_notice).collect()
 }
 
-const fn kind(reason: Unusable) -> &'static str {
+const fn kind(reason: Unusable) -> FindingKind {
     match reason {
-        Unusable::Repeated => "frozen fix",
-        Unusable::Stuck => "stuck",
-        Unusable::WrongBaseline => "wrong baseline",
-        Unusable::Reversed => "reversed",
-        Unusable::Outlier => "spikes",
-        Unusable::TurnsOtherwise => "attitude unlike the gyros",
-        _ => "unusable",
+        Unusable::Repeated => FindingKind::FrozenFix,
+        Unusable::Stuck => FindingKind::Stuck,
+        Unusable::WrongBaseline => FindingKind::WrongBaseline,
+        Unusable::Reversed => FindingKind::Reversed,
+        Unusable::Outlier => FindingKind::Spikes,
+        Unusable::TurnsOtherwise => FindingKind::AttitudeUnlikeGyros,
+        _ => FindingKind::Unusable,
     }
 }
 

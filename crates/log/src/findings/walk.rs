@@ -4,7 +4,7 @@ use hovernav::ekf::Notice;
 
 use super::spans::spans;
 use super::{Judged, when};
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Fixes that have walked away no further apart than this, s, are one walk.
 const APART_S: f64 = 5.0;
@@ -19,8 +19,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     findings.extend(spans(walked, APART_S).into_iter().map(|span| Finding {
         start_s: span.start_s,
         end_s: span.end_s,
-        sensor: "gps",
-        kind: "place walks",
+        sensor: Sensor::Gps,
+        kind: FindingKind::PlaceWalks,
         severity: Severity::Warning,
         count: span.count,
         words: format!(

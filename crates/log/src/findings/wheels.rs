@@ -3,7 +3,7 @@
 use hovernav::ekf::Notice;
 
 use super::Judged;
-use crate::finding::{Finding, Severity};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let (_, end_s) = log.span_s().unwrap_or_default();
@@ -18,8 +18,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(Finding {
             start_s,
             end_s: off_s.unwrap_or(end_s),
-            sensor: "vehicle",
-            kind: "on wheels",
+            sensor: Sensor::Vehicle,
+            kind: FindingKind::OnWheels,
             severity: Severity::Info,
             count: 1,
             words: format!(

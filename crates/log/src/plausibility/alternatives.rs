@@ -5,7 +5,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
 use crate::dataset::Dataset;
-use crate::finding::{AIDS, SetupFinding};
+use crate::finding::{AIDS, Sensor, SetupFinding};
 use crate::replay::Run;
 
 /// Samples that are tried at most.
@@ -220,7 +220,7 @@ impl Trial {
         });
         let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
         self.is_right(found).then(|| SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
                 "the fixes disagree with the inertial samples ({:.1} times the expected squares), and agree ({:.1}) \

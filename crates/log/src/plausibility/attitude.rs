@@ -6,7 +6,7 @@ use hovernav::frames::{EulerAngles, Rotation};
 
 use super::regression::Regression;
 use super::{Means, Second, norm};
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
 /// Over how long rotations are compared, s: longer than an attitude lags, shorter than a turn.
@@ -98,7 +98,7 @@ fn with_attitude(
     // A full circle in radians, read as degrees.
     if is_slow && largest_rad <= TAU.to_radians() {
         found.push(SetupFinding {
-            sensor: "unit's own attitude",
+            sensor: Sensor::UnitAttitude,
             is_certain: true,
             found: format!(
                 "it turns {:.0} times as slowly as the gyros, and no angle is larger than {:.1}°",
@@ -112,7 +112,7 @@ fn with_attitude(
     }
     if is_slow {
         found.push(SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
                 "the gyros turn {:.0} times as fast as the unit's own attitude",
@@ -128,7 +128,7 @@ fn with_attitude(
     if !wrong.is_empty() {
         let all_but_x = wrong == ["y", "z"];
         found.push(SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
                 "gyro {} turns against the unit's own attitude ({:.2}, {:.2}, {:.2} times as fast about \
@@ -157,7 +157,7 @@ fn with_attitude(
         let [ab, ba] = [fit.matrix[a][b], fit.matrix[b][a]];
         if ab.abs() > 0.6 && ba.abs() > 0.6 && diagonal[a].abs() < 0.4 && diagonal[b].abs() < 0.4 {
             found.push(SetupFinding {
-                sensor: "inertial unit",
+                sensor: Sensor::InertialUnit,
                 is_certain: true,
                 found: format!(
                     "gyro {} turns as the unit's own attitude does about {}, and gyro {} as about {} \
@@ -175,7 +175,7 @@ fn with_attitude(
     let off = diagonal.iter().find(|scale| !right.contains(scale));
     if let Some(scale) = off {
         found.push(SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
                 "the unit's own attitude turns {scale:.2} times as fast as its gyros, expected 1"
@@ -251,7 +251,7 @@ impl Tilting {
             && seen < 0.3 * predicted.min(2.0)
         {
             found.push(SetupFinding {
-                sensor: "inertial unit",
+                sensor: Sensor::InertialUnit,
                 is_certain: true,
                 found: format!(
                     "the gyros say that the unit tilts by {predicted:.1} rad each {OVER_S} s, while gravity \

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::regression::Scale;
 use crate::dataset::Dataset;
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 
 /// Heights are averaged over this, s, and their changes from one such part to the next compared.
 const PART_S: f64 = 10.0;
@@ -43,7 +43,7 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
         return;
     };
     found.push(SetupFinding {
-        sensor: "barometer",
+        sensor: Sensor::Barometer,
         is_certain: true,
         found: format!(
             "where the vehicle climbs and sinks the heights of the fixes change by {scale:.3} times what the \

@@ -2,7 +2,7 @@
 
 use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::sampling::SampleRates;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
@@ -73,7 +73,7 @@ fn rate(
     if rate_hz > rates.poor_hz {
         if let Some(stated_hz) = stated_hz.filter(|stated_hz| rate_hz < WHOLE * stated_hz) {
             found.push(SetupFinding {
-                sensor: "inertial unit",
+                sensor: Sensor::InertialUnit,
                 is_certain: false,
                 found: format!(
                     "found {rate_hz:.1} samples a second, expected [imu] rate_hz, {stated_hz}"
@@ -89,7 +89,7 @@ fn rate(
     let expected_hz = if is_certain { rates.least_hz } else { rates.poor_hz };
     let (cause, mend) = slow(interval_s, motion, unit);
     found.push(SetupFinding {
-        sensor: "inertial unit",
+        sensor: Sensor::InertialUnit,
         is_certain,
         found: format!(
             "found {rate_hz:.3} samples a second, expected at least {expected_hz:.0} for inertial work"
@@ -131,7 +131,7 @@ fn overlap(imu: (Time, Time), gps: (Time, Time), found: &mut Vec<SetupFinding>) 
         return;
     }
     found.push(SetupFinding {
-        sensor: "clocks",
+        sensor: Sensor::Clocks,
         is_certain: true,
         found: format!(
             "inertial samples from {imu_start:.3} to {imu_end:.3} s and fixes from {gps_start:.3} to \

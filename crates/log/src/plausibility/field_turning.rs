@@ -3,7 +3,7 @@
 use hovernav::frames::{Body, Rotation, Vector};
 use hovernav::time::Time;
 
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
 /// How often the gyros' turn is noted, s, and over how long fields are compared, s: longer than a magnetometer lags,
@@ -111,7 +111,7 @@ impl FieldTurning {
         }
         let share = |left: f64| 100.0 * (left / turned).sqrt();
         found.push(SetupFinding {
-            sensor: "magnetometer",
+            sensor: Sensor::Magnetometer,
             is_certain: true,
             found: format!(
                 "the field turns otherwise than the gyros (they leave {:.0} % of its turning, and {:.0} % once its \

@@ -6,7 +6,7 @@ use hovernav::frames::wrap_angle;
 use hovernav::gps::Fix;
 
 use super::regression::{Fit, fit};
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 
 /// Over how long a displacement is taken, s.
 const HORIZONTAL_S: f64 = 4.0;
@@ -69,7 +69,7 @@ pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
 }
 
 fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding {
-    SetupFinding { sensor: "gps", is_certain, found, cause: cause.into(), mend: mend.into() }
+    SetupFinding { sensor: Sensor::Gps, is_certain, found, cause: cause.into(), mend: mend.into() }
 }
 
 /// Mean velocity and displacement rate, NED, of the axes from `from_axis` on, over parts of about `length_s`; of

@@ -3,7 +3,7 @@
 use hovernav::gps::Fix;
 
 use super::{G, Means, Second, norm};
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
@@ -113,7 +113,7 @@ fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let in_g = size / G;
     if (in_g - 1.0).abs() > SCALE_OFF {
         found.push(SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
                 "specific force is {size:.2} m/s² in {count} s in which the fixes say that nothing accelerates, expected \
@@ -133,7 +133,7 @@ fn size(size: f64, found: &mut Vec<SetupFinding>) {
     if !(USUAL.0..=USUAL.1).contains(&in_g) {
         let (cause, mend) = size_error(in_g);
         found.push(SetupFinding {
-            sensor: "inertial unit",
+            sensor: Sensor::InertialUnit,
             is_certain: !(POSSIBLE.0..=POSSIBLE.1).contains(&in_g),
             found: format!(
                 "mean specific force is {size:.3} m/s², expected gravity, about 9.81 m/s²"
@@ -224,7 +224,7 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
     // Half way between two axes a unit may well be mounted.
     let is_certain = up[axis].abs() > 0.85;
     found.push(SetupFinding {
-        sensor: "inertial unit",
+        sensor: Sensor::InertialUnit,
         is_certain,
         found: format!(
             "mean specific force points along {sign}{} ({:.2}, {:.2}, {:.2} of its size), expected −z, \
@@ -241,7 +241,7 @@ fn askew(up: [f64; 3]) -> SetupFinding {
     let (roll_deg, pitch_deg) =
         (f64::atan2(-up[1], -up[2]).to_degrees(), up[0].asin().to_degrees());
     SetupFinding {
-        sensor: "inertial unit",
+        sensor: Sensor::InertialUnit,
         is_certain: false,
         found: format!(
             "mean specific force stands {:.0}° off −z ({:.2}, {:.2}, {:.2} of its size) from end to end",

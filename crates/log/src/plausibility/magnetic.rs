@@ -3,7 +3,7 @@
 use super::norm;
 use crate::dataset::Dataset;
 use crate::distribution::Distribution;
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::magnetic_field::{MagneticField, decimal_year};
 
 /// The dip may be off by this, °, through hard iron and a vehicle that is never level.
@@ -66,7 +66,7 @@ impl Field {
             ),
         };
         found.push(SetupFinding {
-            sensor: "magnetometer",
+            sensor: Sensor::Magnetometer,
             is_certain: false,
             found: size_words,
             cause,
@@ -91,7 +91,7 @@ fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<Setup
     }
     let turned = (dip_deg + expected_deg).abs() < 15.0 && expected_deg.abs() > 20.0;
     found.push(SetupFinding {
-        sensor: "magnetometer",
+        sensor: Sensor::Magnetometer,
         is_certain: false,
         found: format!(
             "the field dips {dip_deg:.0}° below the horizon, expected {expected_deg:.0}° here"

@@ -1,10 +1,16 @@
 //! A finding: what happened to which sensor, when, how badly and why.
 
+mod kind;
+mod sensor;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
 use hovernav::ekf::Aid;
 use serde::Serialize;
+
+pub use kind::FindingKind;
+pub use sensor::Sensor;
 
 /// How much a finding matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -25,10 +31,10 @@ pub struct Finding {
     pub start_s: f64,
     /// When it ended, s; the start again where it took no time.
     pub end_s: f64,
-    /// Whose it is: `inertial unit`, `gps`, `magnetometer`, `barometer`, `rangefinder`, `second antenna` or `filter`.
-    pub sensor: &'static str,
-    /// What kind of thing it is, in a word or two that never change: `outage`, `clipping`.
-    pub kind: &'static str,
+    /// Whose it is.
+    pub sensor: Sensor,
+    /// What kind of thing it is.
+    pub kind: FindingKind,
     /// How much it matters.
     pub severity: Severity,
     /// How many samples or fixes it concerns.
@@ -46,19 +52,19 @@ impl Finding {
 }
 
 /// What the estimator can do without, as a [`SetupFinding`] and as `[aiding]` name it.
-pub(crate) const AIDS: [(Aid, &str, &str); 4] = [
-    (Aid::Magnetometer, "magnetometer", "magnetometer"),
-    (Aid::Baro, "barometer", "baro"),
-    (Aid::SecondAntenna, "second antenna", "second_antenna"),
-    (Aid::Attitude, "unit's own attitude", "attitude"),
+pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
+    (Aid::Magnetometer, Sensor::Magnetometer, "magnetometer"),
+    (Aid::Baro, Sensor::Barometer, "baro"),
+    (Aid::SecondAntenna, Sensor::SecondAntenna, "second_antenna"),
+    (Aid::Attitude, Sensor::UnitAttitude, "attitude"),
 ];
 
 /// Something that cannot be, or can hardly be, as a log has it: what was found, what that looks like,
 /// and how to mend it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetupFinding {
-    /// Whose it is: `inertial unit`, `gps`, `clocks`, `magnetometer`, `barometer`, `second antenna` or `unit's own attitude`.
-    pub sensor: &'static str,
+    /// Whose it is.
+    pub sensor: Sensor,
     /// Whether it certainly cannot be: the log is then not to be estimated as it is, or not with what
     /// [can be left out](Self::can_be_left_out).
     pub is_certain: bool,
@@ -94,7 +100,7 @@ impl SetupFinding {
             start_s,
             end_s,
             sensor: self.sensor,
-            kind: "set-up",
+            kind: FindingKind::SetUp,
             severity: if self.is_certain && !self.can_be_left_out() {
                 Severity::Error
             } else {
@@ -113,9 +119,10 @@ const TOLD: usize = 3;
 /// three and the number of the others.
 #[must_use]
 pub fn sentences(findings: &[Finding]) -> Vec<String> {
+    // By name, so that of those that begin together the order is that of the alphabet.
     let mut kinds: BTreeMap<(&str, &str), Vec<&Finding>> = BTreeMap::new();
     for finding in findings.iter().filter(|finding| finding.is_warning()) {
-        kinds.entry((finding.sensor, finding.kind)).or_default().push(finding);
+        kinds.entry((finding.sensor.name(), finding.kind.name())).or_default().push(finding);
     }
     let mut told: Vec<(f64, String)> = Vec::new();
     for mut of_kind in kinds.into_values() {
@@ -146,8 +153,8 @@ mod tests {
         let finding = |start_s: f64, length_s: f64, severity| Finding {
             start_s,
             end_s: start_s + length_s,
-            sensor: "gps",
-            kind: "outage",
+            sensor: Sensor::Gps,
+            kind: FindingKind::Outage,
             severity,
             count: 1,
             words: format!("outage at {start_s}"),
