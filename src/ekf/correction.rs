@@ -91,7 +91,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
         self.gates.doubt_heading(time);
-        self.forget_heading_error(self.heading_wander.0);
+        let [wander_rad, _] = self.heading_wander.map(f64::from);
+        self.forget_heading_error(wander_rad);
     }
 
     /// Takes the slow error of what gives the heading for none, to a one-sigma of `sigma_rad`.
