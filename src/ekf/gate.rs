@@ -451,8 +451,14 @@ impl Gates {
         self.gates.get(group as usize).map_or(0.0, |gate| time - gate.accepted)
     }
 
-    /// Whether a group was accepted not long ago.
-    pub fn was_open_lately(&self, group: Group, time: Time) -> bool {
+    /// Whether a group has not been heard for long, neither accepted nor refused.
+    pub fn is_absent(&self, group: Group, time: Time) -> bool {
+        self.gates
+            .get(group as usize)
+            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
+    }
+
+    fn was_open_lately(&self, group: Group, time: Time) -> bool {
         self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
     }
 

@@ -124,9 +124,7 @@ impl Gates {
             Group::VerticalPosition => Group::VerticalVelocity,
             _ => return false,
         };
-        self.gates
-            .get(velocity as usize)
-            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
+        self.is_absent(velocity, time)
     }
 
     /// Whether a height that a barometer denies is still off by as much as when its refusal began. Then only the

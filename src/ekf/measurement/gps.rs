@@ -156,7 +156,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity.position.delay = [T::ZERO; 3];
         }
         let axes = [vn, ve, vd, n, e, d];
-        let is_absent = !self.gates.was_open_lately(Group::HorizontalPosition, fix.time);
+        let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
         let sensitivities = Sensitivities::Fix(&sensitivity);
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
         if is_absent {
