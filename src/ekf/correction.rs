@@ -91,7 +91,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.antenna_heading.distrusted = Some(time);
         self.gates.doubt_filter(time);
         self.gates.doubt_heading(time);
-        let [wander_rad, _] = self.heading_wander.map(f64::from);
+        let [wander_rad, _] = self.heading_wander;
         self.forget_heading_error(wander_rad);
     }
 

@@ -93,7 +93,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) attitude_used: Option<Time>,
     pub(super) attitude_watch: AttitudeWatch,
     /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
-    pub(super) heading_wander: [f32; 2],
+    pub(super) heading_wander: [f64; 2],
     /// How far off what gives the heading may be beyond its own slow error, rad, by what the fixes said.
     pub(super) heading_doubt_rad: f32,
     pub(super) field_watch: FieldWatch,
@@ -273,7 +273,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let tilt = config.attitude.tilt_wander_rad;
-            let [heading, _] = self.heading_wander.map(f64::from);
+            let [heading, _] = self.heading_wander;
             self.open(first, [tilt, tilt, heading]);
         }
         if let Some(state) = L::LATENCY {
@@ -418,8 +418,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// A start whose velocity is less sure than this, m/s, had none from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
 /// [`Ekf::heading_wander`] before anything gave the heading.
-const fn usual_heading_wander(config: &EkfConfig) -> [f32; 2] {
-    [config.attitude.heading_wander_rad as f32, config.attitude.wander_time_s as f32]
+const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
+    [config.attitude.heading_wander_rad, config.attitude.wander_time_s]
 }
 
 /// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that

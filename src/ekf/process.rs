@@ -94,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let found = |axis: usize| self.estimate(first + axis).abs().wide() / UNUSUAL;
             let tilt = [0, 1].map(|axis| attitude.tilt_wander_rad.max(found(axis)));
             markov(first, &tilt, attitude.wander_time_s);
-            let [heading, time_s] = self.heading_wander.map(f64::from);
+            let [heading, time_s] = self.heading_wander;
             markov(first + 2, &[heading.max(found(2))], time_s);
         }
         if let Some(state) = L::BARO {

@@ -5,8 +5,8 @@ use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
-use super::super::{single, square};
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
@@ -59,7 +59,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         self.attitude_used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
-        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)].map(single);
+        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
         self.heading_revision.is_magnetic = false;
         let wander: Vector<Ned, T> = self.block(first).into();
         let off =

@@ -7,8 +7,8 @@ use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
+use super::super::square;
 use super::super::trace::Trace;
-use super::super::{single, square};
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
@@ -129,7 +129,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let before = self.attitude_used.replace(time);
         let is_first = before.is_none_or(|before| had_gap && self.gates.doubted_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
-        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)].map(single);
+        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
         self.heading_revision.is_magnetic = true;
         let lost = self.takes_attitude(time);
         if is_first || lost {
