@@ -18,3 +18,4 @@ mod python;
 #[cfg(feature = "lab")]
 mod robustness;
 mod trajectories;
+mod validate;
