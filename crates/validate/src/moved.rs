@@ -1,11 +1,11 @@
-//! What moved from one table to another.
+//! Comparison of two tables.
 
 use crate::row::{NUMBERS, Row, short};
 
-/// A number that changes by no more than this share has not moved.
+/// Largest relative change of a number that counts as unchanged.
 const SHARE: f64 = 0.02;
 
-/// What moved from `old` to `new`, one line for each: numbers by more than 2 %, text, and rows without a counterpart.
+/// Changes from `old` to `new`, one line each: numbers by more than 2 %, text, and rows without a counterpart.
 #[must_use]
 pub fn moved(old: &[Row], new: &[Row]) -> Vec<String> {
     let name = |row: &Row| format!("{}, {}", row.set, row.run);

@@ -3,8 +3,8 @@
 //! Until the first fix of a window is withheld, a flight with the window and one without it are the same. One pass over
 //! the log therefore leaves a copy of the estimator at the start of each window, and only the window is flown from
 //! there, without its fixes. The result is that of a whole flight with this one window, to the bit. `hovernav
-//! estimate` with several `--outage` differs: it flies all windows in one run, where a window also feels the fixes
-//! that the windows before it withheld.
+//! estimate` with several `--outage` flies all windows in one run: the fixes withheld earlier change what the filter
+//! has learned before a later window.
 
 use std::iter::once;
 
@@ -104,14 +104,13 @@ mod tests {
     use std::path::Path;
 
     use hovernav::time::Time;
-    use hovernav_log::open;
 
     use super::*;
 
     #[test]
     fn a_window_flown_alone_gives_the_bits_of_a_whole_flight_without_its_fixes() {
         let heli = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../datasets/heli-hover");
-        let mut dataset = open(&heli).unwrap();
+        let mut dataset = Dataset::open(&heli).unwrap();
         let config = dataset.settings().unwrap();
         let reference = Reference::open(&heli, &dataset.manifest).unwrap().unwrap();
         // Windows overlap, are not in order of time, and one starts between two samples.

@@ -60,7 +60,7 @@ pub struct Row {
     pub set: String,
     /// `causal`, `smoothed`, `outages` with the length of the windows, or `estimate` where it was refused.
     pub run: String,
-    /// What the errors are against; empty without a reference.
+    /// Description of the reference; empty without one.
     pub reference: String,
     /// Numbers by their column, one of [`NUMBERS`]; without an entry where unknown.
     pub numbers: BTreeMap<String, f64>,

@@ -16,7 +16,7 @@ use crate::row::Row;
 use crate::sets::{Set, Windows};
 
 /// Flies `sets` on the threads of the current pool, with the keys of the files `settings` over those of each set's
-/// `dataset.toml`. The rows come in the order of the sets, whatever the number of threads.
+/// `dataset.toml`. The rows have the order of the sets for any number of threads.
 #[must_use]
 pub fn run(sets: &[Set], settings: &[PathBuf]) -> Vec<Row> {
     let rows = |set: &Set| {

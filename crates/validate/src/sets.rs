@@ -72,7 +72,7 @@ fn windows(name: &str) -> Vec<Windows> {
 /// both comes from the checkout.
 ///
 /// # Errors
-/// Those of the file system, but for a missing `shared`.
+/// A directory that the file system does not list. A missing directory counts as empty.
 pub fn find(checkout: &Path, shared: &Path) -> io::Result<Vec<Set>> {
     let mut sets = Vec::new();
     let own = entries(&checkout.join("datasets"))?;
@@ -93,7 +93,7 @@ fn set(group: &str, path: PathBuf) -> Set {
     Set { windows: windows(&name), name, path }
 }
 
-/// What a directory holds in order of name, without its README and without compressed references.
+/// Files and directories in order of name, without READMEs and compressed references.
 fn entries(directory: &Path) -> io::Result<Vec<PathBuf>> {
     if !directory.exists() {
         return Ok(Vec::new());
