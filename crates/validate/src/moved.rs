@@ -13,7 +13,8 @@ pub fn moved(old: &[Row], new: &[Row]) -> Vec<String> {
     let mut lines = Vec::new();
     for row in new {
         let Some(before) = old.iter().find(|before| same(before, row)) else {
-            lines.push(format!("{}: new", name(row)));
+            let colon = if row.refused.is_empty() { "" } else { ": " };
+            lines.push(format!("{}: new{colon}{}", name(row), row.refused));
             continue;
         };
         for column in NUMBERS {
@@ -83,7 +84,7 @@ mod tests {
                 "a, \"b\", causal: vn_mps 0.1235 → 0.1300 (× 1.053)",
                 "a, \"b\", causal: yaw_deg unknown → 1",
                 "a, \"b\", causal: kinds \"gap 1, refused 2\" → \"gap 1\"",
-                "c, causal: new",
+                "c, causal: new: found nothing",
                 "c, estimate: missing",
             ]
         );
