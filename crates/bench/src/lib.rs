@@ -1,9 +1,4 @@
-//! How long the filter and the flight loop take on the machine at hand, against the period of the loop.
-//!
-//! Everything runs on a flight made up here, so that it needs no log: a slow circle with vibration, an
-//! attitude and a magnetic field with every sample, a fix a second, a barometer. Times are those of the
-//! wall clock, less what reading the clock takes; they hold for this machine and this run. Counts of
-//! instructions, where valgrind is there, repeat on any.
+#![doc = include_str!("../README.md")]
 
 mod dense;
 mod distribution;
