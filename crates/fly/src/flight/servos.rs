@@ -133,12 +133,12 @@ impl Servos {
     ///
     /// # Errors
     /// A GPIO line or PWM output that cannot be had, settings that cannot be, no thread.
-    pub fn open(config: &FlyConfig, clock: Clock) -> Result<Self, FlyError> {
+    pub fn open(config: &FlyConfig, clock: &Clock) -> Result<Self, FlyError> {
         let section = &config.servo;
         let pilot = match &section.capture {
             None => PilotInput::Absent,
             Some(CaptureSection::Serial(line)) => {
-                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock.clone());
                 let reader = Reader::spawn(port, clock, QUEUE)?;
                 let name = PortName::new("pilot", "[servo.capture] serial.port", &line.port);
                 PilotInput::Stream { reader, capture: PacketCapture::default(), name }
@@ -149,9 +149,9 @@ impl Servos {
         };
         let output = match &section.stream {
             Some(line) => {
-                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock.clone());
                 let name = PortName::new("servos", "[servo.stream] port", &line.port);
-                ServoOutput::Stream(StreamOutput::new(port, clock), name)
+                ServoOutput::Stream(StreamOutput::new(port, clock.clone()), name)
             }
             None if section.output.iter().any(|(_, line)| line.is_some()) => {
                 ServoOutput::Pwm(PwmOutput::open(&section.output)?)
@@ -159,7 +159,7 @@ impl Servos {
             None => ServoOutput::Absent,
         };
         Ok(Self {
-            clock,
+            clock: clock.clone(),
             pilot,
             signal: section.signal,
             channels: section.channels,
@@ -290,7 +290,7 @@ mod tests {
         let text = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n\
                     [servo.capture]\nserial = { port = '/nowhere/pilot' }\n";
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
-        let mut servos = Servos::open(&config, Clock::start()).unwrap();
+        let mut servos = Servos::open(&config, &Clock::start()).unwrap();
         let opened = servos.opened;
         let mut told = Vec::new();
         for cycle in 0..60 {

@@ -386,18 +386,13 @@ fn staged(failsafe: &Failsafe, moment: Moment) -> Setup {
     setup
 }
 
-/// Flies every failsafe at `moments`, all at once; `false` where the machine was too busy.
-fn every_failsafe(failsafes: &[&Failsafe], moments: &[Moment]) -> bool {
+/// Flies every failsafe at `moments`.
+fn every_failsafe(failsafes: &[&Failsafe], moments: &[Moment]) {
     let scenes: Vec<(&Failsafe, Moment)> = failsafes
         .iter()
         .flat_map(|failsafe| moments.iter().map(|moment| (*failsafe, *moment)))
         .collect();
     let flights = all_flown(&scenes, |(failsafe, moment)| staged(failsafe, *moment));
-    let busy = flights.iter().filter(|flown| !flown.is_in_time()).count();
-    if busy > 0 {
-        println!("skipped: in {busy} flights the machine was too busy to fly in real time");
-        return false;
-    }
     let mut late = Vec::new();
     for ((failsafe, moment), flown) in scenes.iter().zip(&flights) {
         let Failsafe { name, may_crash, .. } = failsafe;
@@ -414,24 +409,10 @@ fn every_failsafe(failsafes: &[&Failsafe], moments: &[Moment]) -> bool {
         }
     }
     assert!(late.is_empty(), "{late:#?}");
-    true
 }
 
 #[test]
-fn what_other_scenes_leave_out_answers_within_its_delay() {
-    let wanted = ["position, then velocity", "receiver that repeats itself", "the fence"];
-    let more = ["inertial unit without a pilot", "a control at its end"];
-    let also = ["pilot's signal while the pilot flies"];
-    let is_wanted = |name: &str| [&wanted[..], &more, &also].concat().contains(&name);
-    let failsafes: Vec<&Failsafe> =
-        FAILSAFES.iter().filter(|failsafe| is_wanted(failsafe.name)).collect();
-    every_failsafe(&failsafes, &[Moment::Hover]);
-}
-
-/// The whole table, in a minute and a quarter. `chrt -f 40` keeps other programs from making it too late.
-#[test]
-#[ignore = "needs a quiet machine"]
 fn every_failsafe_answers_within_its_delay_at_three_moments() {
     let failsafes: Vec<&Failsafe> = FAILSAFES.iter().collect();
-    assert!(every_failsafe(&failsafes, &Moment::ALL), "the machine was too busy");
+    every_failsafe(&failsafes, &Moment::ALL);
 }

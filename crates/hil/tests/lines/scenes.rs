@@ -27,10 +27,6 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     ];
     let flights =
         all_flown(&scenes, |(_, acts, pilot)| Setup { pilot, ..Setup::new(LENGTH_S, acts) });
-    if !flights.iter().all(Flown::is_in_time) {
-        println!("skipped: the machine is too busy to fly in real time");
-        return;
-    }
     let flights: Vec<(&str, Flown)> = scenes.iter().map(|(name, ..)| *name).zip(flights).collect();
     let of = |wanted: &str| &flights.iter().find(|(name, _)| *name == wanted).unwrap().1;
     for (name, flown) in &flights {
