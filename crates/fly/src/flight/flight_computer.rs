@@ -45,9 +45,9 @@ pub fn fly(
         .with_parity(parity(config.receiver.protocol));
     let mut computer = FlightComputer {
         clock: clock.clone(),
-        dmu_port: Port::new(PortConfig::new(&config.dmu.port, config.dmu.baud), clock.clone()),
+        dmu_port: Port::new(PortConfig::new(&config.dmu.port, config.dmu.baud), clock),
         dmu_name: PortName::new("inertial unit", "[dmu] port", &config.dmu.port),
-        receiver: Reader::spawn(Port::new(receiver, clock.clone()), clock, QUEUE)?,
+        receiver: Reader::spawn(Port::new(receiver, clock), clock, QUEUE)?,
         gps_name: PortName::new("receiver", "[receiver] port", &config.receiver.port),
         sensors: Sensors::new(dmu, gps, start),
         flight: FlightLoop::new(config, record, clock, start, unix_ns, notifications)?,

@@ -39,11 +39,11 @@ pub struct Udp {
 impl GroundLine {
     /// The line at `udp`, `host:port`, where that is given, else at `port`.
     pub fn new(port: Option<&PathBuf>, baud: u32, udp: Option<&String>, clock: &Clock) -> Self {
-        let clock = clock.clone();
         match udp {
             Some(address) => {
                 let retry = clock.now();
-                Self::Udp(Udp { address: address.clone(), clock, socket: None, retry })
+                let (address, clock) = (address.clone(), clock.clone());
+                Self::Udp(Udp { address, clock, socket: None, retry })
             }
             None => {
                 let path = port.cloned().unwrap_or_default();

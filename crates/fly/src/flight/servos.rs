@@ -138,7 +138,7 @@ impl Servos {
         let pilot = match &section.capture {
             None => PilotInput::Absent,
             Some(CaptureSection::Serial(line)) => {
-                let port = Port::new(PortConfig::new(&line.port, line.baud), clock.clone());
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
                 let reader = Reader::spawn(port, clock, QUEUE)?;
                 let name = PortName::new("pilot", "[servo.capture] serial.port", &line.port);
                 PilotInput::Stream { reader, capture: PacketCapture::default(), name }
@@ -149,9 +149,9 @@ impl Servos {
         };
         let output = match &section.stream {
             Some(line) => {
-                let port = Port::new(PortConfig::new(&line.port, line.baud), clock.clone());
+                let port = Port::new(PortConfig::new(&line.port, line.baud), clock);
                 let name = PortName::new("servos", "[servo.stream] port", &line.port);
-                ServoOutput::Stream(StreamOutput::new(port, clock.clone()), name)
+                ServoOutput::Stream(StreamOutput::new(port, clock), name)
             }
             None if section.output.iter().any(|(_, line)| line.is_some()) => {
                 ServoOutput::Pwm(PwmOutput::open(&section.output)?)

@@ -9,7 +9,7 @@
 //! use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 //!
 //! let clock = Clock::start();
-//! let mut port = Port::new(PortConfig::new("/dev/ttyUSB0", 38_400), clock.clone());
+//! let mut port = Port::new(PortConfig::new("/dev/ttyUSB0", 38_400), &clock);
 //! let mut link = Link::new(Mode::Angle, Flow::Continuous, clock.now());
 //! loop {
 //!     match link.next_action(clock.now()) {

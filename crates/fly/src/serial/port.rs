@@ -184,10 +184,10 @@ pub struct Port {
 impl Port {
     /// The line of `config`, to be opened by the first read or write.
     #[must_use]
-    pub fn new(config: PortConfig, clock: Clock) -> Self {
+    pub fn new(config: PortConfig, clock: &Clock) -> Self {
         let state = State::Closed { retry: clock.now(), reported: None };
         let (back_off_s, counts) = (SHORTEST_BACK_OFF_S, PortCounts::default());
-        Self { config, clock, state, back_off_s, pending: None, counts }
+        Self { config, clock: clock.clone(), state, back_off_s, pending: None, counts }
     }
 
     /// Reads what there is, waiting for it up to `deadline`, and returns as soon as anything comes or
