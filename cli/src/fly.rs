@@ -11,6 +11,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use anyhow::Context as _;
 #[cfg(feature = "lab")]
 use hovernav_design::hover::{Cut, FlightMode, HoverDesign};
+use hovernav_fly::serial::Clock;
 use hovernav_fly::{Notification, fly};
 use hovernav_log::FlyConfig;
 use hovernav_log::record::Level;
@@ -69,7 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (sender, notifications) = sync_channel(LINES);
     let printer = thread::spawn(move || print(&notifications));
     let _ = writeln!(stderr(), "recording to {}", record.display());
-    let report = fly(&config, &record, &stop, sender)
+    let report = fly(&config, &record, &Clock::start(), &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
     // The last lines before the report; a terminal that is stuck keeps neither.
     for _ in 0..100 {

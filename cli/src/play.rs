@@ -109,8 +109,10 @@ mod unix {
     use std::thread;
     use std::time::Duration;
 
+    use anyhow::Context as _;
     use hovernav_fly::play;
     use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
+    use hovernav_fly::serial::Clock;
     use hovernav_log::Dataset;
     use signal_hook::consts::{SIGINT, SIGTERM};
 
@@ -140,7 +142,8 @@ mod unix {
             Some(seconds) => Begin::After(Duration::from_secs_f64(seconds)),
             None => Begin::WhenAsked,
         };
-        let player = Player::start(ports, arguments.speed, begin)?;
+        let clock = Clock::at_speed(arguments.speed).context("--speed: expected 0.001 to 1000")?;
+        let player = Player::start(ports, &clock, begin)?;
         let ports: Vec<String> =
             names.iter().map(|(name, path)| format!("{name} at {}", path.display())).collect();
         crate::output::say(format_args!("ready: {}", ports.join(", ")));

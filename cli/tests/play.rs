@@ -37,7 +37,7 @@ fn an_interrupted_play_takes_its_ports_away_and_tells_what_it_did() {
 
     let clock = Clock::at_speed(5.0).unwrap();
     let path = place.join("dmu").to_str().unwrap().to_string();
-    let mut port = Port::new(PortConfig::new(path, 38_400), clock);
+    let mut port = Port::new(PortConfig::new(path, 38_400), &clock);
     let mut link = Link::new(Mode::Angle, Flow::Continuous, clock.now());
     let (mut packets, end) = (0, clock.now() + 60.0);
     while packets < 50 && clock.now() < end {

@@ -145,7 +145,7 @@ impl Asking {
 
 fn serial(path: &str, baud: u32, station: &SharedStation, stop: &AtomicBool) {
     let clock = Clock::start();
-    let mut port = Port::new(PortConfig::new(path, baud), clock);
+    let mut port = Port::new(PortConfig::new(path, baud), &clock);
     let mut asking = Asking { said: None };
     let mut buffer = [0; 4096];
     while !stop.load(Ordering::Relaxed) {

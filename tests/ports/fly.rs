@@ -1,25 +1,24 @@
-//! A flight computer with no hardware: `fly` against devices on pseudo-terminals, at real speed.
+//! A flight computer with no hardware: `fly` against emulated devices, by emulated time.
 
 use std::collections::BTreeMap;
-use std::io::{Read as _, Write as _};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
-use std::thread;
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
 
 use hovernav::controls::{Channel, Channels};
 use hovernav::gps::Protocol;
 use hovernav::servo::packet::ServoPacket;
 use hovernav::telemetry::{Snapshot, SystemMode, frame};
+use hovernav::time::Time;
+use hovernav_fly::devices::{Device, RecordedDevice};
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
+use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
 use hovernav_log::record::Record;
 use hovernav_log::{FlyConfig, FlyConfigError};
-use serialport::{SerialPort as _, TTYPort};
 
 fn hover() -> Dataset {
     Dataset::open(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover").as_ref()).unwrap()
@@ -51,27 +50,16 @@ fn configuration(place: &Path, more: &str) -> FlyConfig {
     FlyConfig::parse(&text, Path::new("fly.toml")).unwrap()
 }
 
-/// A pseudo-terminal whose other end is linked to at `path`. Both ends must be kept open.
-fn terminal(path: &Path) -> (TTYPort, TTYPort) {
-    let (mut ours, theirs) = TTYPort::pair().unwrap();
-    ours.set_timeout(Duration::from_millis(20)).unwrap();
-    std::os::unix::fs::symlink(theirs.name().unwrap(), path).unwrap();
-    (ours, theirs)
-}
-
 /// The pilot: every 20 ms all sticks at 1.5 ms but the lateral one, at 1.6 ms.
-fn pilot(mut port: TTYPort, stop: Arc<AtomicBool>) {
-    let mut sequence = 0u8;
-    while !stop.load(Ordering::Relaxed) {
+fn pilot(start: Time) -> RecordedDevice {
+    let packet = |number: u32| {
         let width_ticks = Channels::from_fn(|channel| {
             Some(ServoPacket::ticks(if channel == Channel::Lateral { 1.6 } else { 1.5 }))
         });
-        let packet = ServoPacket { sequence, width_ticks, ..ServoPacket::default() };
-        // Until the port is opened the terminal may have no room.
-        let _ = port.write_all(&packet.encode());
-        sequence = sequence.wrapping_add(1);
-        thread::sleep(Duration::from_millis(20));
-    }
+        let packet = ServoPacket { sequence: number as u8, width_ticks, ..ServoPacket::default() };
+        (start + 0.02 * f64::from(number), packet.encode().to_vec())
+    };
+    RecordedDevice::new((0..1200).map(packet).collect())
 }
 
 /// What the ground saw.
@@ -80,48 +68,85 @@ struct Ground {
     snapshots: Vec<Snapshot>,
     damaged: usize,
     bytes_while_paused: usize,
+    decoder: frame::Decoder,
+    /// When frames were last asked for.
+    asked: Option<Time>,
+    paused: Option<Time>,
+    has_paused: bool,
 }
 
-/// The ground: lets frames flow, pauses them for two seconds after `pause_after` frames, and lets
-/// them flow again.
-fn ground(mut port: TTYPort, pause_after: usize, stop: Arc<AtomicBool>) -> Ground {
-    let mut ground = Ground::default();
-    let mut decoder = frame::Decoder::default();
-    let mut buffer = [0; 512];
-    let mut paused: Option<std::time::Instant> = None;
-    let mut has_paused = false;
-    let mut asked = std::time::Instant::now();
-    while !stop.load(Ordering::Relaxed) {
-        // What is said before the flight computer listens is lost, on a modem as here.
-        if ground.snapshots.is_empty() && asked.elapsed() > Duration::from_millis(200) {
-            port.write_all(b"#").unwrap();
-            asked = std::time::Instant::now();
+/// The ground's modem: lets frames flow, pauses them for two seconds after 100 frames, and lets them
+/// flow again.
+struct GroundModem(Arc<Mutex<Ground>>);
+
+impl Device for GroundModem {
+    fn receive(&mut self, bytes: &[u8], now: Time) {
+        let mut ground = self.0.lock().unwrap();
+        // What was on its way still comes.
+        if ground.paused.is_some_and(|since| now - since > 0.05) {
+            ground.bytes_while_paused += bytes.len();
+            return;
         }
-        let count = port.read(&mut buffer).unwrap_or(0);
-        match paused {
-            // What was on its way still comes.
-            Some(since) if since.elapsed() > Duration::from_millis(300) => {
-                ground.bytes_while_paused += count;
+        for byte in bytes {
+            match ground.decoder.push(*byte) {
+                Some(Ok(frame)) => ground.snapshots.push(frame.snapshot),
+                Some(Err(_)) => ground.damaged += 1,
+                None => {}
             }
-            _ => {
-                for decoded in buffer[..count].iter().filter_map(|byte| decoder.push(*byte)) {
-                    match decoded {
-                        Ok(frame) => ground.snapshots.push(frame.snapshot),
-                        Err(_) => ground.damaged += 1,
-                    }
-                }
-            }
-        }
-        if !has_paused && ground.snapshots.len() >= pause_after {
-            port.write_all(b"$").unwrap();
-            (paused, has_paused) = (Some(std::time::Instant::now()), true);
-        }
-        if paused.is_some_and(|since| since.elapsed() > Duration::from_secs(2)) {
-            port.write_all(b"#").unwrap();
-            paused = None;
         }
     }
-    ground
+
+    fn next_transmission(&self) -> Option<Time> {
+        None
+    }
+
+    fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
+        let mut ground = self.0.lock().unwrap();
+        // What is said before the flight computer listens is lost.
+        if ground.snapshots.is_empty() && ground.asked.is_none_or(|asked| now - asked > 0.2) {
+            wire.push(b'#');
+            ground.asked = Some(now);
+        }
+        if !ground.has_paused && ground.snapshots.len() >= 100 {
+            wire.push(b'$');
+            (ground.paused, ground.has_paused) = (Some(now), true);
+        }
+        if ground.paused.is_some_and(|since| now - since > 2.0) {
+            wire.push(b'#');
+            ground.paused = None;
+        }
+    }
+
+    fn span(&self) -> Option<(Time, Time)> {
+        None
+    }
+
+    fn is_started(&self) -> bool {
+        true
+    }
+}
+
+/// A modem that keeps the bytes.
+struct Keeper(Arc<Mutex<Vec<u8>>>);
+
+impl Device for Keeper {
+    fn receive(&mut self, bytes: &[u8], _now: Time) {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+    }
+
+    fn next_transmission(&self) -> Option<Time> {
+        None
+    }
+
+    fn transmit(&mut self, _now: Time, _wire: &mut Vec<u8>) {}
+
+    fn span(&self) -> Option<(Time, Time)> {
+        None
+    }
+
+    fn is_started(&self) -> bool {
+        true
+    }
 }
 
 /// How many of each message a MAVLink 2 stream holds, by number.
@@ -138,37 +163,27 @@ fn mavlink_messages(mut bytes: &[u8]) -> BTreeMap<u32, usize> {
     seen
 }
 
-/// Flies `seconds` of the hover flight.
+/// Flies by emulated time until `is_over`, and what was told.
 fn flown(
     config: &FlyConfig,
     record: &Path,
-    player: Player,
-    seconds: f64,
-    stop: &Arc<AtomicBool>,
-) -> FlightReport {
-    let (console, told) = sync_channel::<Notification>(1024);
-    let reader = thread::spawn(move || {
-        for line in told {
-            println!("{:9.3} {}", line.time.seconds(), line.text.as_str());
-        }
+    clock: &Clock,
+    is_over: impl Fn() -> bool,
+) -> (FlightReport, Vec<Notification>) {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (console, told) = sync_channel(1024);
+    let computer = clock.spawn("flight computer", {
+        let (config, record) = (config.clone(), record.to_owned());
+        let (clock, stop) = (clock.clone(), Arc::clone(&stop));
+        move || fly(&config, &record, &clock, &stop, console)
     });
-    let watch = {
-        let stop = Arc::clone(stop);
-        thread::spawn(move || {
-            while !player.is_finished()
-                && player.elapsed_s().is_none_or(|elapsed_s| elapsed_s < seconds)
-            {
-                thread::sleep(Duration::from_millis(20));
-            }
-            stop.store(true, Ordering::Relaxed);
-            player
-        })
-    };
-    let report = fly(config, record, stop, console).unwrap();
-    watch.join().unwrap().stop().unwrap();
-    reader.join().unwrap();
+    while !is_over() {
+        clock.sleep_until(clock.now() + 0.02);
+    }
+    stop.store(true, Ordering::Relaxed);
+    let report = computer.unwrap().join().unwrap().unwrap();
     println!("{report}");
-    report
+    (report, told.iter().collect())
 }
 
 #[test]
@@ -188,41 +203,24 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
             ..EmulatedPort::new(path("gps"), play::gps(&dataset, Protocol::Ubx))
         },
     ];
-    let stop = Arc::new(AtomicBool::new(false));
-    let (pilot_port, _pilot_end) = terminal(&path("pilot"));
-    let (ground_port, _ground_end) = terminal(&path("ground"));
-    let (mut mavlink_port, _mavlink_end) = terminal(&path("mavlink"));
-    let pilot = thread::spawn({
-        let stop = Arc::clone(&stop);
-        move || pilot(pilot_port, stop)
-    });
-    let ground = thread::spawn({
-        let stop = Arc::clone(&stop);
-        move || ground(ground_port, 100, stop)
-    });
-    let mavlink = thread::spawn({
-        let stop = Arc::clone(&stop);
-        move || {
-            let (mut bytes, mut buffer) = (Vec::new(), [0; 1024]);
-            while !stop.load(Ordering::Relaxed) {
-                let count = mavlink_port.read(&mut buffer).unwrap_or(0);
-                bytes.extend_from_slice(&buffer[..count]);
-            }
-            bytes
-        }
-    });
-
+    let (ground, mavlink) = (Arc::<Mutex<Ground>>::default(), Arc::<Mutex<Vec<u8>>>::default());
+    let ports = ports.into_iter().chain([
+        EmulatedPort::new(path("pilot"), pilot(start)),
+        EmulatedPort::new(path("ground"), GroundModem(Arc::clone(&ground))),
+        EmulatedPort::new(path("mavlink"), Keeper(Arc::clone(&mavlink))),
+    ]);
     let config = configuration(place.path(), "");
     let record = path("flight.mcap");
-    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
-    let report = flown(&config, &record, player, 22.0, &stop);
-    pilot.join().unwrap();
-    let ground = ground.join().unwrap();
-    let mavlink = mavlink_messages(&mavlink.join().unwrap());
+    let clock = Clock::emulated();
+    let player = Player::start(ports.collect(), &clock, Begin::WhenAsked).unwrap();
+    let (report, _) = flown(&config, &record, &clock, || {
+        player.elapsed_s().is_some_and(|flown_s| flown_s >= 22.0)
+    });
+    player.stop().unwrap();
+    let (ground, mavlink) = (ground.lock().unwrap(), mavlink_messages(&mavlink.lock().unwrap()));
 
-    // 20 s with the unit there, at 33 Hz, less what a busy machine keeps from a player and a loop
-    // that are ordinary programs.
-    assert!((400..=730).contains(&report.cycles), "{} cycles", report.cycles);
+    // 20 s with the unit there, at 33 Hz.
+    assert!((580..=730).contains(&report.cycles), "{} cycles", report.cycles);
     assert!((14..=19).contains(&report.fixes), "{} fixes", report.fixes);
     assert_eq!((report.dmu_port.lost, report.dmu_port.opened), (1, 2));
     assert_eq!((report.record.lost_raw, report.record.lost_decoded), (0, 0));
@@ -230,7 +228,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     // The ground saw all of it but the pause, at 33 Hz, the pilot's sticks within a step of the wire.
     assert_eq!(ground.damaged, 0);
     assert_eq!(ground.bytes_while_paused, 0, "bytes after $");
-    assert!(ground.snapshots.len() > 350, "{} frames", ground.snapshots.len());
+    assert!(ground.snapshots.len() > 500, "{} frames", ground.snapshots.len());
     assert!(ground.snapshots.iter().any(|snapshot| snapshot.mode == SystemMode::Pilot));
     assert!(ground.snapshots.iter().any(|snapshot| !snapshot.status.gps));
     let without_unit: Vec<_> = ground
@@ -264,7 +262,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     let settings = replayed.settings().unwrap();
     let run = replayed.estimate(&settings, |_| {});
     let reproduction = record.reproduced_by(&run.solutions);
-    assert!(reproduction.compared > 350, "{} solutions flown", reproduction.compared);
+    assert!(reproduction.compared > 550, "{} solutions flown", reproduction.compared);
     assert_eq!(reproduction.first_difference, None);
     for kind in ["gps_fixes", "dmu_port", "pilot_signal"] {
         assert!(record.events.iter().any(|event| event.kind == kind), "no event {kind}");
@@ -276,17 +274,8 @@ fn a_flight_without_any_device_flies_on_says_so_and_ends() {
     let place = tempfile::tempdir().unwrap();
     let config = configuration(place.path(), "");
     let record = place.path().join("nothing.mcap");
-    let stop = Arc::new(AtomicBool::new(false));
-    let later = {
-        let stop = Arc::clone(&stop);
-        thread::spawn(move || {
-            thread::sleep(Duration::from_millis(1500));
-            stop.store(true, Ordering::Relaxed);
-        })
-    };
-    let (console, told) = sync_channel(64);
-    let report = fly(&config, &record, &stop, console).unwrap();
-    later.join().unwrap();
+    let clock = Clock::emulated();
+    let (report, told) = flown(&config, &record, &clock, || clock.now().seconds() >= 1.5);
     assert_eq!((report.cycles, report.fixes), (0, 0));
     assert!(report.dmu_port.failed_to_open > 2);
     let told: Vec<_> = told.iter().map(|line| line.text.as_str().to_owned()).collect();
@@ -307,7 +296,8 @@ fn no_record_is_written_over_and_no_flight_begins_without_one() {
         [(record, "exists already"), (place.path().join("no/such/x.mcap"), "No such")]
     {
         let (console, _told) = sync_channel(1);
-        let error = fly(&config, &path, &AtomicBool::new(true), console).unwrap_err().to_string();
+        let error = fly(&config, &path, &Clock::start(), &AtomicBool::new(true), console);
+        let error = error.unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
     }
 }

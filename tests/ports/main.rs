@@ -1,4 +1,4 @@
-//! Serial ports on pseudo-terminals, at real speed: the ports themselves, sensors that are played, a flight computer.
+//! Serial ports, sensors that are played and a flight computer: on pseudo-terminals, or by emulated time.
 
 #[cfg(target_os = "linux")]
 mod fly;

@@ -1,5 +1,6 @@
-//! A flight that is played is the flight that was: what a link and a receiver read from the
-//! pseudo-terminals is what the dataset holds, through cuts and pulls, to the step of the wire.
+//! A flight that is played is the flight that was: what a link and a receiver read from the lines is
+//! what the dataset holds, through cuts and pulls, to the step of the wire. What depends on time is
+//! played by emulated time; pseudo-terminals show that bytes and ports pass through the system.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -21,9 +22,6 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
 use hovernav_fly::serial::{Clock, Item, Port, PortConfig, Read, Reader};
 use hovernav_log::Dataset;
 use tempfile::TempDir;
-
-/// Faster than it was, and slow enough for a busy machine to keep up with.
-const SPEED: f64 = 2.0;
 
 /// A flight of `seconds` at 33 Hz with fixes at 1 Hz, in which every sample tells its own number.
 fn flight(seconds: u32) -> Dataset {
@@ -60,7 +58,7 @@ fn flight(seconds: u32) -> Dataset {
     Dataset { imu: imu.collect(), fixes: fixes.collect(), ..Dataset::default() }
 }
 
-fn port(path: &std::path::Path, clock: Clock) -> Port {
+fn port(path: &std::path::Path, clock: &Clock) -> Port {
     let path = path.to_str().unwrap().to_string();
     Port::new(PortConfig::new(path, 38_400), clock)
 }
@@ -93,7 +91,7 @@ struct Listened {
 /// Converses with the unit until `enough` or for 60 s of flight.
 fn listen(
     mut port: Port,
-    clock: Clock,
+    clock: &Clock,
     flow: Flow,
     enough: impl Fn(&Listened) -> bool,
 ) -> Listened {
@@ -147,9 +145,9 @@ fn same(found: &ImuSample, sent: &ImuSample) -> bool {
 
 #[test]
 fn a_continuous_unit_sends_every_sample_once_with_its_time() {
-    let (place, dataset, clock) = (Place::new(), flight(4), Clock::start());
+    let (place, dataset, clock) = (Place::new(), flight(4), &Clock::emulated());
     let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
+    let player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let count = dataset.imu.len();
     let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
         listened.samples.len() >= count
@@ -165,14 +163,13 @@ fn a_continuous_unit_sends_every_sample_once_with_its_time() {
     let counts = player.stop().unwrap()[0];
     assert_eq!((counts.sent, counts.lost), (2 + 30 * count as u64, 0));
     assert_eq!(counts.received, 4, "stop, ping, mode, start");
-    assert!(!place.path("dmu").is_symlink());
 }
 
 #[test]
 fn a_polled_unit_never_says_the_same_twice() {
-    let (place, dataset, clock) = (Place::new(), flight(6), Clock::at_speed(SPEED).unwrap());
+    let (place, dataset, clock) = (Place::new(), flight(6), &Clock::emulated());
     let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let _player = Player::start(ports, SPEED, Begin::WhenAsked).unwrap();
+    let _player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let flow = Flow::Polled { cycle_s: 0.0303 };
     let heard = listen(port(&place.path("dmu"), clock), clock, flow, |listened| {
         listened.samples.len() >= 100
@@ -192,10 +189,10 @@ fn a_polled_unit_never_says_the_same_twice() {
 #[test]
 fn a_cut_wire_and_a_pulled_adapter_are_gaps_from_which_the_link_recovers() {
     for kind in [CutKind::Wire, CutKind::Adapter] {
-        let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
+        let (place, dataset, clock) = (Place::new(), flight(12), &Clock::emulated());
         let mut emulated = EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap());
         emulated.cuts = vec![Cut { start: Time::ZERO + 102.0, duration_s: 2.0, kind }];
-        let _player = Player::start(vec![emulated], SPEED, Begin::WhenAsked).unwrap();
+        let _player = Player::start(vec![emulated], clock, Begin::WhenAsked).unwrap();
         let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
             !listened.faults.is_empty() && listened.since_fault >= 20
         });
@@ -208,7 +205,7 @@ fn a_cut_wire_and_a_pulled_adapter_are_gaps_from_which_the_link_recovers() {
 }
 
 /// Sets the receiver and reads `count` fixes.
-fn fixes(path: PathBuf, clock: Clock, protocol: Protocol, count: usize) -> Vec<ReceiverFix> {
+fn fixes(path: PathBuf, clock: &Clock, protocol: Protocol, count: usize) -> Vec<ReceiverFix> {
     let reader = Reader::spawn(port(&path, clock), clock, 64).unwrap();
     let mut receiver = Receiver::new(protocol);
     let (mut startup, mut configuration) = (Startup::default(), Configuration::new(1).unwrap());
@@ -252,11 +249,11 @@ fn fixes(path: PathBuf, clock: Clock, protocol: Protocol, count: usize) -> Vec<R
 #[test]
 fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
     for protocol in [Protocol::Nmea, Protocol::Tsip, Protocol::Ubx] {
-        let (place, dataset, clock) = (Place::new(), flight(40), Clock::at_speed(SPEED).unwrap());
+        let (place, dataset, clock) = (Place::new(), flight(40), &Clock::emulated());
         let ports = vec![EmulatedPort::new(place.path("gps"), play::gps(&dataset, protocol))];
         // Setting a receiver takes up to some seconds of its fixes.
         let _player =
-            Player::start(ports, SPEED, Begin::After(Duration::from_millis(100))).unwrap();
+            Player::start(ports, clock, Begin::After(Duration::from_millis(100))).unwrap();
         let found = fixes(place.path("gps"), clock, protocol, 7);
         assert_eq!(found.len(), 7, "{protocol:?}");
         for pair in found.windows(2) {
@@ -279,15 +276,15 @@ fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
 
 #[test]
 fn recorded_bytes_come_as_they_came() {
-    let (place, clock) = (Place::new(), Clock::start());
+    let (place, clock) = (Place::new(), &Clock::start());
     let pieces: Vec<(Time, Vec<u8>)> =
         (0..50u8).map(|k| (Time::ZERO + 0.01 * f64::from(k), vec![k; 20])).collect();
     let expected = pieces.iter().flat_map(|(_, bytes)| bytes.clone()).collect::<Vec<_>>();
     let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
-    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
+    let player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let (mut port, mut found, mut buffer) =
         (port(&place.path("gps"), clock), Vec::<u8>::new(), [0; 64]);
-    let end = clock.now() + 10.0;
+    let end = clock.now() + 60.0;
     while found.len() < expected.len() && clock.now() < end {
         if let Read::Bytes { count, .. } = port.read_until(&mut buffer, end) {
             found.extend(&buffer[..count]);
@@ -301,11 +298,10 @@ fn recorded_bytes_come_as_they_came() {
 
 #[test]
 fn a_host_that_does_not_read_does_not_hold_the_player() {
-    let place = Place::new();
+    let (place, clock) = (Place::new(), &Clock::start());
     let pieces = (0..300).map(|k| (Time::ZERO + 1e-3 * f64::from(k), vec![0; 1000])).collect();
     let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
-    let player = Player::start(ports, 1.0, Begin::WhenAsked).unwrap();
-    let clock = Clock::start();
+    let player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let mut port = port(&place.path("gps"), clock);
     // Opens the port, and reads no more.
     let _opened = port.read_until(&mut [0; 1], clock.now() + 5.0);
@@ -319,14 +315,14 @@ fn a_host_that_does_not_read_does_not_hold_the_player() {
 
 #[test]
 fn a_host_that_lets_go_finds_the_port_again() {
-    let (place, dataset, clock) = (Place::new(), flight(12), Clock::at_speed(SPEED).unwrap());
+    let (place, dataset, clock) = (Place::new(), flight(60), &Clock::start());
     let ports = vec![EmulatedPort::new(place.path("dmu"), play::dmu(&dataset).unwrap())];
-    let _player = Player::start(ports, SPEED, Begin::WhenAsked).unwrap();
+    let _player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     for count in [20, 40] {
         let heard = listen(port(&place.path("dmu"), clock), clock, Flow::Continuous, |listened| {
             listened.samples.len() >= count
         });
-        assert_eq!(heard.samples.len(), count);
+        assert!(heard.samples.len() >= count, "{} of {count}", heard.samples.len());
     }
 }
 
@@ -336,7 +332,7 @@ fn a_port_takes_no_files_place_and_a_link_left_over_is_replaced() {
     let path = place.path("dmu");
     let start = || {
         let ports = vec![EmulatedPort::new(&path, play::dmu(&dataset).unwrap())];
-        Player::start(ports, 1.0, Begin::WhenAsked)
+        Player::start(ports, &Clock::start(), Begin::WhenAsked)
     };
     std::fs::write(&path, "mine").unwrap();
     assert!(matches!(start(), Err(PlayError::Occupied { .. })));
@@ -353,11 +349,8 @@ fn a_port_takes_no_files_place_and_a_link_left_over_is_replaced() {
 #[test]
 fn what_cannot_be_played_is_refused() {
     let place = Place::new();
-    let nothing = || vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(Vec::new()))];
-    assert!(matches!(Player::start(nothing(), 1.0, Begin::WhenAsked), Err(PlayError::Nothing)));
-    for speed in [0.0, -1.0, f64::NAN, 1e9] {
-        let refused = Player::start(nothing(), speed, Begin::WhenAsked);
-        assert!(matches!(refused, Err(PlayError::Speed(_))));
-    }
+    let nothing = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(Vec::new()))];
+    let refused = Player::start(nothing, &Clock::start(), Begin::WhenAsked);
+    assert!(matches!(refused, Err(PlayError::Nothing)));
     assert!(!place.path("gps").is_symlink());
 }

@@ -43,7 +43,7 @@ impl Wire {
         self.device.as_mut().unwrap()
     }
 
-    fn port(&self, clock: Clock) -> Port {
+    fn port(&self, clock: &Clock) -> Port {
         Port::new(self.config(), clock)
     }
 
@@ -53,7 +53,7 @@ impl Wire {
     }
 
     /// A port that is open.
-    fn open(&self, clock: Clock) -> Port {
+    fn open(&self, clock: &Clock) -> Port {
         let mut port = self.port(clock);
         assert_eq!(next_event(&mut port, clock), PortEvent::Opened);
         port
@@ -61,7 +61,7 @@ impl Wire {
 }
 
 /// The next change of the port within 10 s.
-fn next_event(port: &mut Port, clock: Clock) -> PortEvent {
+fn next_event(port: &mut Port, clock: &Clock) -> PortEvent {
     let deadline = clock.now() + 10.0;
     loop {
         match port.read_until(&mut [0; 256], deadline) {
@@ -73,12 +73,12 @@ fn next_event(port: &mut Port, clock: Clock) -> PortEvent {
 }
 
 /// Sends `bytes` and reads until as many have come.
-fn through(wire: &mut Wire, port: &mut Port, clock: Clock, bytes: &[u8]) -> Vec<u8> {
+fn through(wire: &mut Wire, port: &mut Port, clock: &Clock, bytes: &[u8]) -> Vec<u8> {
     wire.device().write_all(bytes).unwrap();
     read(port, clock, bytes.len())
 }
 
-fn read(port: &mut Port, clock: Clock, count: usize) -> Vec<u8> {
+fn read(port: &mut Port, clock: &Clock, count: usize) -> Vec<u8> {
     let (mut found, mut buffer) = (Vec::new(), [0; 256]);
     let deadline = clock.now() + 10.0;
     while found.len() < count {
@@ -121,7 +121,7 @@ fn decode(mut bytes: &[u8]) -> Vec<AnglePacket> {
 /// Sends each of `streams` through one port and checks the packets of each: none that was not sent,
 /// and at most `lost` of those that were missing.
 fn all_but(lost: usize, streams: impl Iterator<Item = (Vec<u8>, u16)>) {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     for (case, (bytes, sent)) in streams.enumerate() {
         let found = decode(&through(&mut wire, &mut port, clock, &bytes));
@@ -134,7 +134,7 @@ fn all_but(lost: usize, streams: impl Iterator<Item = (Vec<u8>, u16)>) {
 
 #[test]
 fn every_byte_value_comes_through_unchanged() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     let bytes: Vec<u8> = (0..=255).collect();
     assert_eq!(through(&mut wire, &mut port, clock, &bytes), bytes);
@@ -214,7 +214,7 @@ fn replies_to_commands_inside_packets_are_data() {
 
 #[test]
 fn many_packets_come_in_one_read_and_one_packet_in_many() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     let bytes = stream(0..100);
     assert_eq!(decode(&through(&mut wire, &mut port, clock, &bytes)).len(), 100);
@@ -227,7 +227,7 @@ fn many_packets_come_in_one_read_and_one_packet_in_many() {
 
 #[test]
 fn an_idle_line_returns_at_the_deadline_and_what_has_come_is_read_after_it() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     let deadline = clock.now() + 0.03;
     assert_eq!(port.read_until(&mut [0; 64], deadline), Read::Silent);
@@ -242,7 +242,7 @@ fn an_idle_line_returns_at_the_deadline_and_what_has_come_is_read_after_it() {
 
 #[test]
 fn a_port_that_is_pulled_out_is_told_of_and_taken_up_when_it_comes_back() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     for round in 1..=3 {
         wire.pull();
@@ -259,7 +259,7 @@ fn a_port_that_is_pulled_out_is_told_of_and_taken_up_when_it_comes_back() {
 
 #[test]
 fn the_first_write_opens_the_port() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.port(clock);
     port.write(b"P", clock.now() + 5.0).unwrap();
     let mut heard = [0];
@@ -270,7 +270,7 @@ fn the_first_write_opens_the_port() {
 
 #[test]
 fn a_missing_port_is_tried_less_and_less_often() {
-    let clock = Clock::at_speed(20.0).unwrap();
+    let clock = &Clock::at_speed(20.0).unwrap();
     let mut wire = Wire::new();
     wire.pull();
     let mut port = wire.port(clock);
@@ -288,7 +288,7 @@ fn a_missing_port_is_tried_less_and_less_often() {
 
 #[test]
 fn a_port_is_ours_alone() {
-    let (clock, wire) = (Clock::start(), Wire::new());
+    let (clock, wire) = (&Clock::start(), Wire::new());
     let _port = wire.open(clock);
     let mut other = wire.port(clock);
     assert_eq!(next_event(&mut other, clock), PortEvent::CannotOpen(PortFault::Busy));
@@ -296,7 +296,7 @@ fn a_port_is_ours_alone() {
 
 #[test]
 fn what_is_no_terminal_is_refused() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     wire.pull();
     std::fs::write(&wire.link, "a file").unwrap();
     let event = next_event(&mut wire.port(clock), clock);
@@ -305,7 +305,7 @@ fn what_is_no_terminal_is_refused() {
 
 #[test]
 fn a_line_that_takes_no_more_does_not_hold_the_writer() {
-    let (clock, wire) = (Clock::start(), Wire::new());
+    let (clock, wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     let more_than_any_buffer = vec![0x55; 1 << 20];
     let stuck = port.write(&more_than_any_buffer, clock.now() + 0.1);
@@ -314,11 +314,11 @@ fn a_line_that_takes_no_more_does_not_hold_the_writer() {
 }
 
 /// The next item within 10 s.
-fn next_item(reader: &Reader, clock: Clock) -> Item {
+fn next_item(reader: &Reader, clock: &Clock) -> Item {
     reader.receive(clock.now() + 10.0).expect("nothing in 10 s")
 }
 
-fn reader(wire: &Wire, clock: Clock, capacity: usize) -> Reader {
+fn reader(wire: &Wire, clock: &Clock, capacity: usize) -> Reader {
     let reader = Reader::spawn(wire.port(clock), clock, capacity).unwrap();
     assert_eq!(next_item(&reader, clock), Item::Changed(PortEvent::Opened));
     reader
@@ -326,7 +326,7 @@ fn reader(wire: &Wire, clock: Clock, capacity: usize) -> Reader {
 
 #[test]
 fn a_reader_tells_once_that_the_line_fell_silent() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = reader(&wire, clock, 64);
     for burst in [&b"one"[..], b"two"] {
         wire.device().write_all(burst).unwrap();
@@ -346,7 +346,7 @@ fn a_reader_tells_once_that_the_line_fell_silent() {
 
 #[test]
 fn when_the_writer_is_faster_than_the_reader_the_newest_is_kept_and_the_rest_counted() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = reader(&wire, clock, 4);
     let sent: Vec<u8> = (0..40_000u32).map(|k| (k / 100) as u8).collect();
     for chunk in sent.chunks(500) {
@@ -370,7 +370,7 @@ fn when_the_writer_is_faster_than_the_reader_the_newest_is_kept_and_the_rest_cou
 
 #[test]
 fn what_the_port_went_through_is_not_dropped_for_bytes() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = Reader::spawn(wire.port(clock), clock, 3).unwrap();
     while reader.counts().bytes_read < 1_000 {
         // Nobody hears it before the port is open.
@@ -382,7 +382,7 @@ fn what_the_port_went_through_is_not_dropped_for_bytes() {
 
 #[test]
 fn a_reader_writes_what_it_is_handed_and_tells_what_it_could_not() {
-    let (clock, mut wire) = (Clock::start(), Wire::new());
+    let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = reader(&wire, clock, 64);
     assert!(reader.write(b"configure"));
     let mut heard = [0; 9];

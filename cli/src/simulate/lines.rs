@@ -6,6 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure};
+use hovernav_fly::serial::Clock;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene, ServoPackets};
 use hovernav_log::CaptureSection;
 use hovernav_sim::FlightConfig;
@@ -148,7 +149,7 @@ pub fn run(
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     output::create(&out)?;
     let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
-    let flying = LiveFlight::start(live, gps.protocol, &paths)?;
+    let flying = LiveFlight::start(live, gps.protocol, &paths, &Clock::start())?;
     crate::output::say(format_args!(
         "ready: dmu at {}, gps at {}, pilot at {}, servos at {}",
         paths.dmu.display(),

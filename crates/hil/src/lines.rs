@@ -10,6 +10,7 @@ use hovernav::time::Time;
 use hovernav_fly::DurationHistogram;
 use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
+use hovernav_fly::serial::Clock;
 use hovernav_log::Dataset;
 
 use crate::error::LiveFlightError;
@@ -52,7 +53,7 @@ fn lock(plant: &SharedPlant) -> MutexGuard<'_, Plant> {
     plant.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A helicopter that flies behind four lines, in real time; it ends when this is dropped.
+/// A helicopter that flies behind four lines; it ends when this is dropped.
 pub struct LiveFlight {
     plant: SharedPlant,
     player: Player,
@@ -60,7 +61,7 @@ pub struct LiveFlight {
 }
 
 impl LiveFlight {
-    /// Makes the lines at `paths`; the flight begins once the flight computer has opened all of them and
+    /// Makes the lines at `paths` and flies by `clock`; the flight begins once the flight computer has opened all of them and
     /// asks the inertial unit for packets. `protocol` is what the receiver speaks.
     ///
     /// # Errors
@@ -69,6 +70,7 @@ impl LiveFlight {
         config: LiveConfig,
         protocol: Protocol,
         paths: &LinePaths,
+        clock: &Clock,
     ) -> Result<Self, LiveFlightError> {
         config.channels.check()?;
         config.swashplate.check(&config.channels)?;
@@ -101,7 +103,7 @@ impl LiveFlight {
             EmulatedPort::new(&paths.pilot, pilot),
             EmulatedPort::new(&paths.servos, servos),
         ];
-        let player = Player::start(ports, 1.0, Begin::WhenAsked)?;
+        let player = Player::start(ports, clock, Begin::WhenAsked)?;
         Ok(Self { plant, player, duration_s })
     }
 

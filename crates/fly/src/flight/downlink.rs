@@ -5,12 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
-use std::thread::{self, JoinHandle};
 
 use super::ground_line::GroundLine;
 use super::port_name::PortName;
 use crate::Mavlink;
-use crate::serial::{Clock, PortEvent};
+use crate::serial::{Clock, PortEvent, Task};
 use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
 use hovernav_log::FlyConfig;
@@ -148,7 +147,7 @@ struct Shared {
 struct Downlink {
     name: PortName,
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    task: Option<Task<()>>,
 }
 
 /// The lines to the ground that the configuration names.
@@ -163,7 +162,7 @@ impl Downlinks {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn open(config: &FlyConfig, clock: Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
+    pub fn open(config: &FlyConfig, clock: &Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
         let utc_offset_ns = unix_ns.saturating_sub(start.nanoseconds());
         let packed = config.telemetry.as_ref().map(|section| {
             let (port, udp) = (section.port.as_ref(), section.udp.as_ref());
@@ -247,16 +246,16 @@ impl Downlink {
     fn spawn(
         name: PortName,
         line: GroundLine,
-        clock: Clock,
+        clock: &Clock,
         encoder: Encoder,
         utc_offset_ns: i64,
     ) -> io::Result<Self> {
         let shared = Arc::new(Shared::new(utc_offset_ns));
         let theirs = Arc::clone(&shared);
-        let thread = thread::Builder::new()
-            .name("telemetry".into())
-            .spawn(move || transmit(line, clock, encoder, &theirs))?;
-        Ok(Self { name, shared, thread: Some(thread) })
+        let its_clock = clock.clone();
+        let task =
+            clock.spawn("telemetry", move || transmit(line, &its_clock, encoder, &theirs))?;
+        Ok(Self { name, shared, task: Some(task) })
     }
 
     /// Offers the newest snapshot; never waits.
@@ -287,9 +286,9 @@ impl Downlink {
 impl Drop for Downlink {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
+        if let Some(task) = self.task.take() {
             // A thread that panicked has already said so.
-            let _ = thread.join();
+            let _ = task.join();
         }
     }
 }
@@ -299,7 +298,7 @@ fn path(port: Option<&PathBuf>) -> &Path {
     port.map_or(Path::new(""), PathBuf::as_path)
 }
 
-fn transmit(mut line: GroundLine, clock: Clock, mut encoder: Encoder, shared: &Shared) {
+fn transmit(mut line: GroundLine, clock: &Clock, mut encoder: Encoder, shared: &Shared) {
     let mut received = [0; 64];
     let mut bytes = Vec::with_capacity(2048);
     while !shared.stop.load(Ordering::Relaxed) {
@@ -430,7 +429,7 @@ mod tests {
         let text =
             "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n[telemetry]\nport = '/nowhere/radio'\n";
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
-        let downlinks = Downlinks::open(&config, Clock::start(), Time::ZERO, 0).unwrap();
+        let downlinks = Downlinks::open(&config, &Clock::start(), Time::ZERO, 0).unwrap();
         let started = Instant::now();
         let told = std::iter::repeat_with(|| downlinks.change())
             .take_while(|_| started.elapsed().as_secs() < 20)

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::error::FlyError;
 use super::flight_loop::FlightLoop;
@@ -23,7 +22,7 @@ const WRITE_S: f64 = 0.005;
 /// Pieces of the receiver's stream that may wait: half a minute of them.
 const QUEUE: usize = 1024;
 
-/// Flies until `stop` is set: reads the sensors, estimates, passes the pilot on to the servos, records
+/// Flies by `clock` until `stop` is set: reads the sensors, estimates, passes the pilot on to the servos, records
 /// and sends telemetry. `record` is the file to write. What happens on the way is sent to
 /// `notifications`; where that is full, the flight does not wait for it.
 ///
@@ -36,18 +35,16 @@ const QUEUE: usize = 1024;
 pub fn fly(
     config: &FlyConfig,
     record: &Path,
+    clock: &Clock,
     stop: &AtomicBool,
     notifications: SyncSender<Notification>,
 ) -> Result<FlightReport, FlyError> {
-    let clock = Clock::start();
-    let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let unix_ns = i64::try_from(unix.as_nanos()).unwrap_or(i64::MAX);
     let (dmu, gps) = config.sensors()?;
-    let start = clock.now();
+    let (start, unix_ns) = (clock.now(), clock.unix_ns());
     let receiver = PortConfig::new(&config.receiver.port, config.receiver.baud())
         .with_parity(parity(config.receiver.protocol));
     let mut computer = FlightComputer {
-        clock,
+        clock: clock.clone(),
         dmu_port: Port::new(PortConfig::new(&config.dmu.port, config.dmu.baud), clock),
         dmu_name: PortName::new("inertial unit", "[dmu] port", &config.dmu.port),
         receiver: Reader::spawn(Port::new(receiver, clock), clock, QUEUE)?,
@@ -101,6 +98,9 @@ impl FlightComputer {
                 }
             }
             self.flight.cycle_without_sample(now);
+            if self.clock.is_emulated() {
+                self.flight.log.recorder.catch_up();
+            }
         }
     }
 

@@ -92,7 +92,7 @@ impl FlightLoop {
     pub fn new(
         config: &FlyConfig,
         record: &Path,
-        clock: Clock,
+        clock: &Clock,
         start: Time,
         unix_ns: i64,
         notifications: SyncSender<Notification>,

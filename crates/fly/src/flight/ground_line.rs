@@ -38,10 +38,12 @@ pub struct Udp {
 
 impl GroundLine {
     /// The line at `udp`, `host:port`, where that is given, else at `port`.
-    pub fn new(port: Option<&PathBuf>, baud: u32, udp: Option<&String>, clock: Clock) -> Self {
+    pub fn new(port: Option<&PathBuf>, baud: u32, udp: Option<&String>, clock: &Clock) -> Self {
         match udp {
             Some(address) => {
-                Self::Udp(Udp { address: address.clone(), clock, socket: None, retry: clock.now() })
+                let retry = clock.now();
+                let (address, clock) = (address.clone(), clock.clone());
+                Self::Udp(Udp { address, clock, socket: None, retry })
             }
             None => {
                 let path = port.cloned().unwrap_or_default();
@@ -117,11 +119,9 @@ impl Udp {
         };
         let wait = self.clock.until(deadline).max(LEAST_WAIT);
         let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
-        read.unwrap_or_else(|error| {
-            // Nobody listens there yet: the host says so at once, and asking again at once is no use.
-            if error.kind() == io::ErrorKind::ConnectionRefused {
-                self.clock.sleep_until(deadline);
-            }
+        read.unwrap_or_else(|_| {
+            // Where nobody listens yet the host reports that at once; an emulated clock stood still.
+            self.clock.sleep_until(deadline);
             0
         })
     }
@@ -137,7 +137,7 @@ mod tests {
         ground.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
         let clock = Clock::start();
         let address = ground.local_addr().unwrap().to_string();
-        let mut line = GroundLine::new(None, 0, Some(&address), clock);
+        let mut line = GroundLine::new(None, 0, Some(&address), &clock);
         let mut buffer = [0; 16];
         assert_eq!(line.read_until(&mut buffer, clock.now() + 0.002), 0);
         assert!(line.is_open() && line.budget().is_none());

@@ -133,7 +133,7 @@ impl Servos {
     ///
     /// # Errors
     /// A GPIO line or PWM output that cannot be had, settings that cannot be, no thread.
-    pub fn open(config: &FlyConfig, clock: Clock) -> Result<Self, FlyError> {
+    pub fn open(config: &FlyConfig, clock: &Clock) -> Result<Self, FlyError> {
         let section = &config.servo;
         let pilot = match &section.capture {
             None => PilotInput::Absent,
@@ -159,7 +159,7 @@ impl Servos {
             None => ServoOutput::Absent,
         };
         Ok(Self {
-            clock,
+            clock: clock.clone(),
             pilot,
             signal: section.signal,
             channels: section.channels,
@@ -290,7 +290,7 @@ mod tests {
         let text = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n\
                     [servo.capture]\nserial = { port = '/nowhere/pilot' }\n";
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
-        let mut servos = Servos::open(&config, Clock::start()).unwrap();
+        let mut servos = Servos::open(&config, &Clock::start()).unwrap();
         let opened = servos.opened;
         let mut told = Vec::new();
         for cycle in 0..60 {

@@ -10,11 +10,12 @@
 //! use hovernav_log::Dataset;
 //! use hovernav_fly::play;
 //! use hovernav_fly::play::{Begin, EmulatedPort, Player};
+//! use hovernav_fly::serial::Clock;
 //!
 //! let dataset = Dataset::open("datasets/heli-hover".as_ref())?;
 //! let (dmu, gps) = (play::dmu(&dataset)?, play::gps(&dataset, Protocol::Ubx));
 //! let ports = vec![EmulatedPort::new("/tmp/dmu", dmu), EmulatedPort::new("/tmp/gps", gps)];
-//! let player = Player::start(ports, 1.0, Begin::WhenAsked)?;
+//! let player = Player::start(ports, &Clock::start(), Begin::WhenAsked)?;
 //! while !player.is_finished() {
 //!     std::thread::sleep(std::time::Duration::from_millis(100));
 //! }
@@ -24,6 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod far_end;
 mod flight_clock;
 mod terminal;
 
@@ -31,22 +33,22 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use crate::devices::{Device, DmuDevice, GpsDevice};
+use crate::serial::{Clock, Task};
+use far_end::{FarEnd, Received};
 use flight_clock::FlightClock;
 use hovernav::dmu::{Calibration, RangeError};
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
-use terminal::{Received, Terminal};
 
 /// Full scale of the inertial unit where its dataset does not name one: °/s and g.
 pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
 
-/// How soon a line hears of the end, of a cut or of the flight's beginning.
-const ATTENTION: Duration = Duration::from_millis(20);
+/// How soon a line hears of the end, of a cut or of the flight's beginning, s.
+const ATTENTION_S: f64 = 0.02;
 
 /// The inertial unit that measured a dataset, with the ranges that its manifest names, or else
 /// [`DEFAULT_RANGES`]. Its yaw is from the north that the dataset's is from.
@@ -108,9 +110,6 @@ pub enum PlayError {
     /// No device has anything to send.
     #[error("nothing to play: no device has anything to send")]
     Nothing,
-    /// A speed outside 0.001 to 1000.
-    #[error("speed {0}, expected 0.001 to 1000")]
-    Speed(f64),
 }
 
 /// A line that is cut for a while.
@@ -175,21 +174,18 @@ pub struct EmulatedPortCounts {
 pub struct Player {
     flight: Arc<FlightClock>,
     stop: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<Result<EmulatedPortCounts, PlayError>>>,
+    tasks: Vec<Task<Result<EmulatedPortCounts, PlayError>>>,
 }
 
 impl Player {
-    /// Makes all `ports` and plays `speed` times as fast as it was.
+    /// Makes all `ports` and plays by `clock`, as fast as that runs; in an emulation the ports are of
+    /// it too.
     ///
-    /// When this returns, the ports can be opened. The host's clock has to run as fast
-    /// ([`Clock::at_speed`](crate::serial::Clock::at_speed)).
+    /// When this returns, the ports can be opened. The host's clock has to run as fast.
     ///
     /// # Errors
     /// [`PlayError`] names the port that cannot be made, or that there is nothing to play.
-    pub fn start(ports: Vec<EmulatedPort>, speed: f64, begin: Begin) -> Result<Self, PlayError> {
-        if !(0.001..=1e3).contains(&speed) {
-            return Err(PlayError::Speed(speed));
-        }
+    pub fn start(ports: Vec<EmulatedPort>, clock: &Clock, begin: Begin) -> Result<Self, PlayError> {
         let spans = || ports.iter().filter_map(|port| port.device.span());
         let first = spans().map(|(first, _)| first).min().ok_or(PlayError::Nothing)?;
         let last = spans().map(|(_, last)| last).max().ok_or(PlayError::Nothing)?;
@@ -197,22 +193,19 @@ impl Player {
             Begin::WhenAsked => ports.len(),
             Begin::After(_) => usize::MAX,
         };
-        let terminals =
-            ports.iter().map(|port| Terminal::open(&port.path)).collect::<Result<Vec<_>, _>>()?;
-        let flight = Arc::new(FlightClock::new(first, last, speed, not_started));
+        let ends = ports.iter().map(|port| FarEnd::open(&port.path, clock));
+        let ends = ends.collect::<Result<Vec<_>, _>>()?;
+        let flight = Arc::new(FlightClock::new(clock.clone(), first, last, not_started));
         let stop = Arc::new(AtomicBool::new(false));
-        let mut player = Self { flight, stop, threads: Vec::new() };
+        let mut player = Self { flight, stop, tasks: Vec::new() };
         if let Begin::After(wait) = begin {
             player.flight.begin_after(wait);
         }
-        for (port, terminal) in ports.into_iter().zip(terminals) {
+        for (port, end) in ports.into_iter().zip(ends) {
             let (flight, stop) = (Arc::clone(&player.flight), Arc::clone(&player.stop));
             let name = format!("play {}", port.path.display());
-            let thread = thread::Builder::new()
-                .name(name)
-                .spawn(move || play(port, terminal, &flight, &stop))
-                .map_err(PlayError::NoThread)?;
-            player.threads.push(thread);
+            let task = clock.spawn(name, move || play(port, end, &flight, &stop));
+            player.tasks.push(task.map_err(PlayError::NoThread)?);
         }
         Ok(player)
     }
@@ -226,7 +219,7 @@ impl Player {
     /// Whether everything has been sent, or a port has failed.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.flight.is_over() || self.threads.iter().any(JoinHandle::is_finished)
+        self.flight.is_over() || self.tasks.iter().any(Task::is_finished)
     }
 
     /// Ends it, and takes the ports away.
@@ -235,7 +228,7 @@ impl Player {
     /// What made a port fail.
     pub fn stop(mut self) -> Result<Vec<EmulatedPortCounts>, PlayError> {
         self.stop.store(true, Ordering::Relaxed);
-        let ended = self.threads.drain(..).map(JoinHandle::join);
+        let ended = self.tasks.drain(..).map(Task::join);
         // A thread that panicked has already said so.
         ended.map(|ended| ended.unwrap_or(Ok(EmulatedPortCounts::default()))).collect()
     }
@@ -244,8 +237,8 @@ impl Player {
 impl Drop for Player {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            let _ = thread.join();
+        for task in self.tasks.drain(..) {
+            let _ = task.join();
         }
     }
 }
@@ -253,11 +246,11 @@ impl Drop for Player {
 /// Plays one port until it is to stop.
 fn play(
     mut port: EmulatedPort,
-    terminal: Terminal,
+    end: FarEnd,
     flight: &FlightClock,
     stop: &AtomicBool,
 ) -> Result<EmulatedPortCounts, PlayError> {
-    let mut terminal = Some(terminal);
+    let (mut end, host) = (Some(end), flight.host());
     let mut counts = EmulatedPortCounts::default();
     let (mut wire, mut buffer) = (Vec::new(), [0; 256]);
     let (mut opened, mut asked) = (false, false);
@@ -265,33 +258,34 @@ fn play(
         let now = flight.now();
         let cut = cut_at(&port.cuts, now);
         match cut {
-            Some(CutKind::Adapter) => terminal = None,
-            _ if terminal.is_none() => terminal = Some(Terminal::open(&port.path)?),
+            Some(CutKind::Adapter) => end = None,
+            _ if end.is_none() => end = Some(FarEnd::open(&port.path, host)?),
             _ => {}
         }
 
         port.device.transmit(now, &mut wire);
-        let sent = match &mut terminal {
-            Some(terminal) if cut.is_none() => terminal.send(&wire)?,
+        let sent = match &mut end {
+            Some(end) if cut.is_none() => end.send(&wire)?,
             _ => 0,
         };
         counts.sent += sent as u64;
         counts.lost += (wire.len() - sent) as u64;
         wire.clear();
 
-        let next = port.device.next_transmission().unwrap_or(Time::from_nanoseconds(i64::MAX));
-        let wait = flight.until(next).min(ATTENTION);
-        let received = match &mut terminal {
+        let attention = host.now() + ATTENTION_S * host.speed();
+        let next = port.device.next_transmission().map(|next| flight.on_host(next));
+        let deadline = next.map_or(attention, |next| next.min(attention));
+        let received = match &mut end {
             None => {
-                thread::sleep(wait);
+                host.sleep_until(deadline);
                 Received::Closed
             }
-            Some(terminal) => terminal.receive(&mut buffer, wait)?,
+            Some(end) => end.receive(&mut buffer, host, deadline)?,
         };
         match received {
             // The host let go of the port. Had it been killed, the port would stay locked for as long
             // as this end is held.
-            Received::Closed if opened => (opened, terminal) = (false, None),
+            Received::Closed if opened => (opened, end) = (false, None),
             Received::Closed => {}
             Received::Nothing => opened = true,
             Received::Bytes(count) => {

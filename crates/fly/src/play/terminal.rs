@@ -4,29 +4,15 @@ use std::fs;
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::thread;
 use std::time::Duration;
 
 use serialport::{SerialPort as _, TTYPort};
 
 use super::PlayError;
+use super::far_end::Received;
 
 /// Bytes written at once: a pseudo-terminal that takes one takes as many without blocking.
 const CHUNK: usize = 256;
-
-/// How often to look whether somebody has opened the port.
-const LOOK: Duration = Duration::from_millis(5);
-
-/// What came from the host.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Received {
-    /// So many bytes.
-    Bytes(usize),
-    /// Nothing.
-    Nothing,
-    /// The port is not open.
-    Closed,
-}
 
 /// The device's end of a pseudo-terminal, whose other end stands at a path. Both vanish with it.
 #[derive(Debug)]
@@ -80,10 +66,7 @@ impl Terminal {
             Ok(count @ 1..) => Ok(Received::Bytes(count)),
             Err(error) if is_passing(&error) => Ok(Received::Nothing),
             Err(error) if !is_closed(&error) => Err(self.failed(error)),
-            _ => {
-                thread::sleep(wait.min(LOOK));
-                Ok(Received::Closed)
-            }
+            _ => Ok(Received::Closed),
         }
     }
 

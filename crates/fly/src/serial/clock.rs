@@ -1,11 +1,24 @@
 //! The one clock of a flight.
 
-use std::thread;
-use std::time::{Duration, Instant};
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use super::emulation::Emulation;
 use hovernav::time::Time;
 
-/// Monotonic time since the flight's start, the same for all that hold a copy.
+/// Later than any flight.
+const NEVER: Time = Time::from_nanoseconds(i64::MAX);
+/// UTC at the start of an emulation: 20 March 2026, 04:09:30, as the emulated receiver has it.
+const EMULATED_UNIX_NS: i64 = 1_773_979_770_000_000_000;
+
+/// Time since the flight's start, the same for all that hold a copy.
+///
+/// A flight flies by the machine's monotonic clock. In an [emulation](Self::emulated) time passes
+/// only while all threads wait: a flight takes as long as its computation and does the same every
+/// time.
 ///
 /// ```
 /// use hovernav_fly::serial::Clock;
@@ -13,47 +26,273 @@ use hovernav::time::Time;
 /// let before = clock.now();
 /// clock.sleep_until(before + 0.002);
 /// assert!(clock.now() - before >= 0.002);
+///
+/// let clock = Clock::emulated();
+/// let task = clock.spawn("waits", { let clock = clock.clone(); move || clock.sleep_until(clock.now() + 3600.0) });
+/// task.unwrap().join().unwrap();
+/// assert_eq!(clock.now().seconds(), 3600.0);
 /// ```
-#[derive(Clone, Copy, Debug)]
-pub struct Clock {
-    start: Instant,
-    speed: f64,
+#[derive(Clone, Debug)]
+pub struct Clock(Kind);
+
+#[derive(Clone, Debug)]
+enum Kind {
+    Machine { start: Instant, speed: f64 },
+    Emulated { emulation: Arc<Emulation>, processor: usize },
 }
 
 impl Clock {
     /// A clock that shows [`Time::ZERO`] now.
     #[must_use]
     pub fn start() -> Self {
-        Self { start: Instant::now(), speed: 1.0 }
+        Self(Kind::Machine { start: Instant::now(), speed: 1.0 })
     }
 
     /// A clock that shows [`Time::ZERO`] now and runs `speed` times as fast as time does: for flights
     /// that are played. `None` unless `speed` is between 0.001 and 1000.
     #[must_use]
     pub fn at_speed(speed: f64) -> Option<Self> {
-        (0.001..=1e3).contains(&speed).then(|| Self { start: Instant::now(), speed })
+        let is_possible = (0.001..=1e3).contains(&speed);
+        is_possible.then(|| Self(Kind::Machine { start: Instant::now(), speed }))
+    }
+
+    /// The clock of an emulation, which shows [`Time::ZERO`]. Its threads are the calling one and
+    /// those that [`spawn`](Self::spawn) starts; its serial lines are in memory.
+    ///
+    /// The threads run one after the other, and computation takes no time. A thread of the emulation
+    /// that waits for another has to wait by this clock.
+    #[must_use]
+    pub fn emulated() -> Self {
+        Self(Kind::Emulated { emulation: Arc::new(Emulation::begin()), processor: 0 })
+    }
+
+    /// The same clock for the threads of another processor, which can be [held](Self::hold_until) by
+    /// itself.
+    #[must_use]
+    pub fn on_another_processor(&self) -> Self {
+        match &self.0 {
+            Kind::Machine { .. } => self.clone(),
+            Kind::Emulated { emulation, .. } => Self(Kind::Emulated {
+                emulation: Arc::clone(emulation),
+                processor: emulation.add_processor(),
+            }),
+        }
+    }
+
+    /// Keeps the threads of this emulated processor from running before `time`, as a processor that
+    /// is busy with something else. The machine's own cannot be held.
+    pub fn hold_until(&self, time: Time) {
+        if let Kind::Emulated { emulation, processor } = &self.0 {
+            emulation.hold_until(*processor, time);
+        }
     }
 
     /// The time.
     #[must_use]
     pub fn now(&self) -> Time {
-        let elapsed = self.start.elapsed();
-        if self.speed == 1.0 {
-            // Integer nanoseconds, however long the flight.
-            return Time::from_nanoseconds(i64::try_from(elapsed.as_nanos()).unwrap_or(i64::MAX));
+        match &self.0 {
+            Kind::Machine { start, speed } => {
+                let elapsed = start.elapsed();
+                if *speed == 1.0 {
+                    // Integer nanoseconds, however long the flight.
+                    return Time::from_nanoseconds(
+                        i64::try_from(elapsed.as_nanos()).unwrap_or(i64::MAX),
+                    );
+                }
+                Time::ZERO + elapsed.as_secs_f64() * speed
+            }
+            Kind::Emulated { emulation, .. } => emulation.now(),
         }
-        Time::ZERO + elapsed.as_secs_f64() * self.speed
     }
 
-    /// How long to wait for `time`; nothing if it is past.
+    /// UTC since the start of 1970, ns.
+    #[must_use]
+    pub fn unix_ns(&self) -> i64 {
+        match &self.0 {
+            Kind::Machine { .. } => {
+                let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+                i64::try_from(unix.as_nanos()).unwrap_or(i64::MAX)
+            }
+            Kind::Emulated { emulation, .. } => {
+                EMULATED_UNIX_NS.saturating_add(emulation.now().nanoseconds())
+            }
+        }
+    }
+
+    /// How long to wait for `time` outside of this clock; zero if it is past, and by an emulated
+    /// clock, which does not pass meanwhile.
     #[must_use]
     pub fn until(&self, time: Time) -> Duration {
-        let wait_s = (time - self.now()) / self.speed;
-        Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::ZERO)
+        match &self.0 {
+            Kind::Machine { speed, .. } => {
+                let wait_s = (time - self.now()) / speed;
+                Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::ZERO)
+            }
+            Kind::Emulated { .. } => Duration::ZERO,
+        }
     }
 
     /// Waits for `time`.
     pub fn sleep_until(&self, time: Time) {
-        thread::sleep(self.until(time));
+        match &self.0 {
+            Kind::Machine { .. } => thread::sleep(self.until(time)),
+            Kind::Emulated { emulation, processor } => emulation.wait(*processor, time, None),
+        }
+    }
+
+    /// Runs `work` in a thread of this clock.
+    ///
+    /// # Errors
+    /// The system gives no thread.
+    pub fn spawn<T: Send + 'static>(
+        &self,
+        name: impl Into<String>,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> io::Result<Task<T>> {
+        let ended: Arc<End> = Arc::default();
+        let ending = Ending { clock: self.clone(), ended: Arc::clone(&ended) };
+        let builder = thread::Builder::new().name(name.into());
+        let thread = match &self.0 {
+            Kind::Machine { .. } => builder.spawn(move || {
+                let _ending = ending;
+                work()
+            })?,
+            Kind::Emulated { emulation, processor } => {
+                let ticket = emulation.reserve();
+                let theirs = Arc::clone(emulation);
+                let thread = builder.spawn(move || {
+                    theirs.wait_for_turn(ticket);
+                    let _ending = ending;
+                    work()
+                })?;
+                emulation.admit(ticket, *processor, thread.thread().clone());
+                thread
+            }
+        };
+        Ok(Task { thread, clock: self.clone(), ended })
+    }
+
+    /// Whether time waits for the threads, as in an emulation, and so for a disk too.
+    pub(crate) fn is_emulated(&self) -> bool {
+        matches!(self.0, Kind::Emulated { .. })
+    }
+
+    /// The emulation, where this is the clock of one.
+    pub(super) fn emulation(&self) -> Option<&Arc<Emulation>> {
+        match &self.0 {
+            Kind::Machine { .. } => None,
+            Kind::Emulated { emulation, .. } => Some(emulation),
+        }
+    }
+
+    /// How many times as fast as time it runs.
+    #[cfg(unix)]
+    pub(crate) fn speed(&self) -> f64 {
+        match &self.0 {
+            Kind::Machine { speed, .. } => *speed,
+            Kind::Emulated { .. } => 1.0,
+        }
+    }
+
+    /// Gives `guard` of `mutex` back until `signal` is raised, `deadline` has come or nothing happened.
+    pub(super) fn wait<'a, T>(
+        &self,
+        signal: &Signal,
+        mutex: &'a Mutex<T>,
+        guard: MutexGuard<'a, T>,
+        deadline: Time,
+    ) -> MutexGuard<'a, T> {
+        match &self.0 {
+            Kind::Machine { .. } => {
+                let wait = self.until(deadline);
+                let waited = signal.condvar.wait_timeout(guard, wait);
+                waited.unwrap_or_else(PoisonError::into_inner).0
+            }
+            Kind::Emulated { emulation, processor } => {
+                drop(guard);
+                emulation.wait(*processor, deadline, Some(signal.number));
+                lock(mutex)
+            }
+        }
+    }
+
+    /// Wakes the threads that wait for `signal`.
+    pub(super) fn raise(&self, signal: &Signal) {
+        match &self.0 {
+            Kind::Machine { .. } => signal.condvar.notify_all(),
+            Kind::Emulated { emulation, .. } => emulation.raise(signal.number),
+        }
+    }
+}
+
+/// What threads of a [`Clock`] wait for.
+#[derive(Debug)]
+pub(super) struct Signal {
+    condvar: Condvar,
+    number: u64,
+}
+
+impl Default for Signal {
+    fn default() -> Self {
+        static SIGNALS: AtomicU64 = AtomicU64::new(0);
+        Self { condvar: Condvar::new(), number: SIGNALS.fetch_add(1, Ordering::Relaxed) }
+    }
+}
+
+/// A panic elsewhere leaves nothing half done in what the threads of a flight share.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A thread of a [`Clock`].
+#[derive(Debug)]
+pub struct Task<T> {
+    thread: JoinHandle<T>,
+    clock: Clock,
+    ended: Arc<End>,
+}
+
+/// Whether a thread has ended.
+#[derive(Debug, Default)]
+struct End {
+    is_over: Mutex<bool>,
+    signal: Signal,
+}
+
+/// Tells of the end of a thread, panicked or not, when it is dropped.
+struct Ending {
+    clock: Clock,
+    ended: Arc<End>,
+}
+
+impl<T> Task<T> {
+    /// Whether the thread has ended.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        *lock(&self.ended.is_over)
+    }
+
+    /// Waits for the end of the thread, and gives what it came to.
+    ///
+    /// # Errors
+    /// What it panicked with.
+    pub fn join(self) -> thread::Result<T> {
+        let End { is_over, signal } = &*self.ended;
+        let mut over = lock(is_over);
+        while !*over {
+            over = self.clock.wait(signal, is_over, over, NEVER);
+        }
+        drop(over);
+        self.thread.join()
+    }
+}
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        *lock(&self.ended.is_over) = true;
+        self.clock.raise(&self.ended.signal);
+        if let Some(emulation) = self.clock.emulation() {
+            emulation.leave();
+        }
     }
 }

@@ -9,7 +9,7 @@
 //! use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 //!
 //! let clock = Clock::start();
-//! let mut port = Port::new(PortConfig::new("/dev/ttyUSB0", 38_400), clock);
+//! let mut port = Port::new(PortConfig::new("/dev/ttyUSB0", 38_400), &clock);
 //! let mut link = Link::new(Mode::Angle, Flow::Continuous, clock.now());
 //! loop {
 //!     match link.next_action(clock.now()) {
@@ -47,10 +47,15 @@
 //! that is the adapter's setting, not the port's.
 
 mod clock;
+mod emulation;
+mod line;
 mod port;
 mod reader;
+mod wire;
 
-pub use clock::Clock;
+pub use clock::{Clock, Task};
 pub use port::{Port, PortConfig, PortCounts, PortEvent, PortFault, Read, WriteError};
 pub use reader::{Dropped, Item, Piece, Reader};
 pub use serialport::Parity;
+#[cfg(unix)]
+pub(crate) use wire::DeviceEnd;

@@ -3,11 +3,11 @@
 use std::fmt;
 use std::io;
 use std::path::Path;
-use std::time::Duration;
 
-use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, Parity, SerialPort, StopBits};
+use serialport::Parity;
 
 use super::Clock;
+use super::line::Line;
 use hovernav::time::Time;
 
 /// The wait after a first failure to open, s; it doubles up to [`LONGEST_BACK_OFF_S`].
@@ -77,26 +77,6 @@ impl fmt::Display for PortFault {
 }
 
 impl std::error::Error for PortFault {}
-
-impl From<serialport::Error> for PortFault {
-    fn from(error: serialport::Error) -> Self {
-        match error.kind() {
-            ErrorKind::NoDevice => Self::Busy,
-            ErrorKind::Io(io::ErrorKind::NotFound) => Self::Missing,
-            ErrorKind::Io(io::ErrorKind::PermissionDenied) => Self::Denied,
-            _ => Self::Other(error.description),
-        }
-    }
-}
-
-impl From<io::Error> for PortFault {
-    fn from(error: io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::BrokenPipe => Self::HungUp,
-            _ => Self::Other(error.to_string()),
-        }
-    }
-}
 
 /// A change of a port's state.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -180,7 +160,7 @@ pub struct PortCounts {
 
 enum State {
     Open {
-        port: Box<dyn SerialPort>,
+        line: Line,
         since: Time,
     },
     Closed {
@@ -204,10 +184,10 @@ pub struct Port {
 impl Port {
     /// The line of `config`, to be opened by the first read or write.
     #[must_use]
-    pub fn new(config: PortConfig, clock: Clock) -> Self {
+    pub fn new(config: PortConfig, clock: &Clock) -> Self {
         let state = State::Closed { retry: clock.now(), reported: None };
         let (back_off_s, counts) = (SHORTEST_BACK_OFF_S, PortCounts::default());
-        Self { config, clock, state, back_off_s, pending: None, counts }
+        Self { config, clock: clock.clone(), state, back_off_s, pending: None, counts }
     }
 
     /// Reads what there is, waiting for it up to `deadline`, and returns as soon as anything comes or
@@ -219,26 +199,19 @@ impl Port {
                 return Read::Changed(event);
             }
             match &mut self.state {
-                State::Open { port, .. } => {
-                    let wait = self.clock.until(deadline);
-                    match port
-                        .set_timeout(wait)
-                        .map_err(io::Error::from)
-                        .and_then(|()| port.read(buffer))
-                    {
-                        Ok(0) => self.lose(PortFault::HungUp),
-                        Ok(count) => {
-                            self.counts.bytes_read += count as u64;
-                            return Read::Bytes { count, arrival: self.clock.now() };
-                        }
-                        Err(error) if is_passing(&error) => {
-                            if self.clock.now() >= deadline {
-                                return Read::Silent;
-                            }
-                        }
-                        Err(error) => self.lose(error.into()),
+                State::Open { line, .. } => match line.read(buffer, &self.clock, deadline) {
+                    Ok(0) => self.lose(PortFault::HungUp),
+                    Ok(count) => {
+                        self.counts.bytes_read += count as u64;
+                        return Read::Bytes { count, arrival: self.clock.now() };
                     }
-                }
+                    Err(error) if is_passing(&error) => {
+                        if self.clock.now() >= deadline {
+                            return Read::Silent;
+                        }
+                    }
+                    Err(error) => self.lose(error.into()),
+                },
                 State::Closed { retry, .. } => {
                     let retry = *retry;
                     if self.clock.now() >= retry {
@@ -265,12 +238,11 @@ impl Port {
         {
             self.open();
         }
-        let State::Open { port, .. } = &mut self.state else { return Err(WriteError::Closed) };
+        let State::Open { line, .. } = &mut self.state else { return Err(WriteError::Closed) };
         let mut written = 0;
         while let Some(rest @ [_, ..]) = bytes.get(written..) {
-            let wait = self.clock.until(deadline);
             let chunk = &rest[..rest.len().min(WRITE_CHUNK)];
-            match port.set_timeout(wait).map_err(io::Error::from).and_then(|()| port.write(chunk)) {
+            match line.write(chunk, &self.clock, deadline) {
                 Ok(count) => {
                     written += count;
                     self.counts.bytes_written += count as u64;
@@ -309,25 +281,16 @@ impl Port {
     }
 
     fn open(&mut self) {
-        let opened = serialport::new(&self.config.path, self.config.baud)
-            .parity(self.config.parity)
-            .data_bits(DataBits::Eight)
-            .stop_bits(StopBits::One)
-            .flow_control(FlowControl::None)
-            .timeout(Duration::ZERO)
-            .open();
+        let opened = Line::open(&self.config, &self.clock);
         let now = self.clock.now();
         match opened {
-            Ok(port) => {
-                // What came before is of unknown age.
-                let _ = port.clear(ClearBuffer::Input);
-                self.state = State::Open { port, since: now };
+            Ok(line) => {
+                self.state = State::Open { line, since: now };
                 self.counts.opened += 1;
                 self.pending = Some(PortEvent::Opened);
             }
-            Err(error) => {
+            Err(fault) => {
                 self.counts.failed_to_open += 1;
-                let fault = PortFault::from(error);
                 if let State::Closed { reported, .. } = &self.state
                     && reported.as_ref() != Some(&fault)
                 {
@@ -341,9 +304,8 @@ impl Port {
 
     fn lose(&mut self, fault: PortFault) {
         let now = self.clock.now();
-        if let State::Open { port, since } = &self.state {
-            // A driver may wait for the last bytes to leave before it closes.
-            let _ = port.clear(ClearBuffer::Output);
+        if let State::Open { line, since } = &self.state {
+            line.clear_output();
             if now - *since >= STEADY_S {
                 self.back_off_s = SHORTEST_BACK_OFF_S;
             }

@@ -2,10 +2,9 @@
 
 use std::collections::VecDeque;
 use std::io;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::sync::{Arc, Mutex};
 
-use super::Clock;
+use super::clock::{Clock, Signal, Task, lock};
 use super::port::{Port, PortCounts, PortEvent, Read, WriteError};
 use hovernav::time::Time;
 
@@ -78,9 +77,9 @@ struct Shared {
 /// goes and is counted. The thread ends when this is dropped.
 #[derive(Debug)]
 pub struct Reader {
-    shared: Arc<(Mutex<Shared>, Condvar)>,
+    shared: Arc<(Mutex<Shared>, Signal)>,
     clock: Clock,
-    thread: Option<JoinHandle<()>>,
+    task: Option<Task<()>>,
 }
 
 impl Reader {
@@ -88,32 +87,31 @@ impl Reader {
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn spawn(mut port: Port, clock: Clock, capacity: usize) -> io::Result<Self> {
+    pub fn spawn(mut port: Port, clock: &Clock, capacity: usize) -> io::Result<Self> {
         let capacity = capacity.max(1);
         let items = VecDeque::with_capacity(capacity);
-        let shared = Arc::new((Mutex::new(Shared { items, ..Default::default() }), Condvar::new()));
+        let shared =
+            Arc::new((Mutex::new(Shared { items, ..Default::default() }), Signal::default()));
         let theirs = Arc::clone(&shared);
         let name = format!("read {}", port.config().path);
-        let thread = thread::Builder::new()
-            .name(name)
-            .spawn(move || pump(&mut port, clock, capacity, &theirs))?;
-        Ok(Self { shared, clock, thread: Some(thread) })
+        let its_clock = clock.clone();
+        let task = clock.spawn(name, move || pump(&mut port, &its_clock, capacity, &theirs))?;
+        Ok(Self { shared, clock: clock.clone(), task: Some(task) })
     }
 
     /// The oldest item; waits for one up to `deadline`.
     #[must_use]
     pub fn receive(&self, deadline: Time) -> Option<Item> {
-        let mut shared = lock(&self.shared.0);
+        let (mutex, arrived) = &*self.shared;
+        let mut shared = lock(mutex);
         loop {
             if let Some(item) = shared.items.pop_front() {
                 return Some(item);
             }
-            let wait = self.clock.until(deadline);
-            if wait.is_zero() {
+            if self.clock.now() >= deadline {
                 return None;
             }
-            shared =
-                self.shared.1.wait_timeout(shared, wait).unwrap_or_else(PoisonError::into_inner).0;
+            shared = self.clock.wait(arrived, mutex, shared, deadline);
         }
     }
 
@@ -143,19 +141,14 @@ impl Reader {
 impl Drop for Reader {
     fn drop(&mut self) {
         lock(&self.shared.0).stop = true;
-        if let Some(thread) = self.thread.take() {
+        if let Some(task) = self.task.take() {
             // A thread that panicked has already said so.
-            let _ = thread.join();
+            let _ = task.join();
         }
     }
 }
 
-/// A panic elsewhere leaves nothing half done here.
-fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
-    shared.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>, Condvar)) {
+fn pump(port: &mut Port, clock: &Clock, capacity: usize, shared: &(Mutex<Shared>, Signal)) {
     let (shared, arrived) = shared;
     let mut buffer = [0; PIECE];
     // When silence is to be reported.
@@ -180,7 +173,7 @@ fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>,
         let mut queue = lock(shared);
         if let Some(item) = item {
             queue.push(item, capacity);
-            arrived.notify_one();
+            clock.raise(arrived);
         }
         if queue.stop {
             return;
@@ -191,7 +184,7 @@ fn pump(port: &mut Port, clock: Clock, capacity: usize, shared: &(Mutex<Shared>,
             queue = lock(shared);
             if let Err(error) = written {
                 queue.push(Item::NotWritten(error), capacity);
-                arrived.notify_one();
+                clock.raise(arrived);
             }
         }
         queue.counts = port.counts();

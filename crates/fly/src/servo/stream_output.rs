@@ -21,8 +21,8 @@ pub struct StreamOutput {
 
 impl StreamOutput {
     /// Packets on `port`.
-    pub fn new(port: Port, clock: Clock) -> Self {
-        Self { port, clock, sequence: 0, started: false }
+    pub fn new(port: Port, clock: &Clock) -> Self {
+        Self { port, clock: clock.clone(), sequence: 0, started: false }
     }
 
     /// Opens the port where it is not open, without waiting; a change of its state.

@@ -3,7 +3,7 @@
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
 
-use crate::common::{Flown, Setup, all_flown, flown};
+use crate::common::{Setup, all_flown, flown};
 
 const PEDAL: &str = "[autopilot.excitation]\nfirst_s = 4.0\npause_s = 3.0\n\
     [[autopilot.excitation.inputs]]\nstick = 'pedal'\nkind = 'doublet'\ntimes = 2\n\
@@ -21,10 +21,6 @@ fn inputs_are_flown_and_recorded_and_a_stick_ends_them() {
         ("ended by the switch", vec!["engage@8:4.8"]),
     ];
     let flights = all_flown(&scenes, |(_, acts)| setup(acts, 31.0, PEDAL));
-    if !flights.iter().all(Flown::is_in_time) {
-        println!("skipped: the machine is too busy to fly in real time");
-        return;
-    }
     let [whole, by_stick, by_switch] = &flights[..] else { panic!("three flights") };
     let injected = whole.record.dataset().unwrap().injected;
     assert_eq!(injected.len(), whole.record.controls.len());
@@ -50,9 +46,7 @@ fn inputs_are_flown_and_recorded_and_a_stick_ends_them() {
     assert!(by_stick.statistics().engaged_s > 20.0, "the autopilot flew on");
 }
 
-/// Two minutes. `chrt -f 40` keeps other programs from making it too late.
 #[test]
-#[ignore = "needs a quiet machine"]
 fn a_model_is_identified_from_the_record_of_a_flight_that_excites_itself() {
     let mut keys = "[autopilot.excitation]\nfirst_s = 8.0\npause_s = 4.0\n".to_owned();
     for (stick, amplitude) in
@@ -64,7 +58,6 @@ fn a_model_is_identified_from_the_record_of_a_flight_that_excites_itself() {
         );
     }
     let flown = flown(&setup(&["engage@8:108"], 118.0, &keys));
-    assert!(flown.is_in_time(), "the machine was too busy");
     assert!(flown.at("all test inputs are flown").is_some());
     let mut dataset = flown.record.dataset().unwrap();
     let settings = dataset.settings().unwrap();

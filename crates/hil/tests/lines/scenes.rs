@@ -1,5 +1,4 @@
-//! Failsafes flown in the loop: the flight computer on real pseudo-terminals, in real time, every scene
-//! beside the others.
+//! Scenes flown in the loop: whatever is lost, the vehicle stays in the air.
 
 use hovernav_log::record::Level;
 
@@ -8,8 +7,8 @@ use crate::common::{Flown, Setup, all_flown};
 const LENGTH_S: f64 = 24.0;
 const ENGAGED: &str = "engage@8:13";
 
-/// From an act to the word of it: its own delay, a cycle, what lines and a loaded machine add.
-const SLACK_S: f64 = 0.6;
+/// From an act to the word of it, beside its own delay: a packet of the pilot's and a cycle.
+const SLACK_S: f64 = 0.055;
 
 #[test]
 fn every_failsafe_answers_in_time_and_nothing_crashes() {
@@ -27,10 +26,6 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     ];
     let flights =
         all_flown(&scenes, |(_, acts, pilot)| Setup { pilot, ..Setup::new(LENGTH_S, acts) });
-    if !flights.iter().all(Flown::is_in_time) {
-        println!("skipped: the machine is too busy to fly in real time");
-        return;
-    }
     let flights: Vec<(&str, Flown)> = scenes.iter().map(|(name, ..)| *name).zip(flights).collect();
     let of = |wanted: &str| &flights.iter().find(|(name, _)| *name == wanted).unwrap().1;
     for (name, flown) in &flights {
@@ -73,21 +68,6 @@ fn every_failsafe_answers_in_time_and_nothing_crashes() {
     assert_eq!(of("held").at("is good again"), None);
     assert!(of("held").at("tried on no model").is_some());
     let held = of("held").statistics();
-    for ((axis, mps), most_mps) in "uvw".chars().zip(held.velocity_rms_mps).zip(fastest_mps()) {
-        assert!(mps < most_mps, "{axis}, of {most_mps}: {held:?}");
-    }
+    assert!(held.velocity_rms_mps.iter().all(|mps| *mps < 0.5), "{held:?}");
     assert!(held.heading_rad < 0.15, "{held:?}");
-}
-
-/// Root mean squares of u, v and w, m/s, of the fastest of forty flights like "held" that have neither lines
-/// nor a clock: eight seconds of gusts are fast or slow by chance.
-fn fastest_mps() -> [f64; 3] {
-    let mut flight = Setup::new(21.0, &[]).flight;
-    flight.baro = None;
-    flight.engage_s = 8.0;
-    let flights = (1..=40).map(|seed| {
-        flight.seed = seed;
-        flight.fly().unwrap().statistics(13.0).velocity_rms_mps
-    });
-    flights.fold([0.0; 3], |most, one| [0, 1, 2].map(|axis| most[axis].max(one[axis])))
 }

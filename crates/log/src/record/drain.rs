@@ -19,7 +19,7 @@ use hovernav::time::Time;
 /// for the index at the end of the file: 19 MB an hour.
 const INTERVAL: Duration = Duration::from_millis(50);
 /// As much may wait in memory for a disk that is full or slow; beyond, entries stay in the queue.
-const MOST_WAITING: u64 = 8 << 20;
+pub(super) const MOST_WAITING: u64 = 8 << 20;
 
 /// Entries that make one chunk at most.
 const MOST_IN_CHUNK: usize = 8192;

@@ -9,7 +9,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::drain::Drain;
+use super::drain::{Drain, MOST_WAITING};
 use super::entry::{Entry, Line, Queued, RawBytes};
 use super::header::Header;
 use super::status::{Progress, Status};
@@ -28,7 +28,8 @@ const LONGEST_END: Duration = Duration::from_secs(10);
 
 /// Records a flight. The loop [`push`](Self::push)es, a thread of its own writes.
 ///
-/// No call but [`create`](Self::create) and [`finish`](Self::finish) waits for anything: entries go
+/// No call but [`create`](Self::create), [`catch_up`](Self::catch_up) and [`finish`](Self::finish) waits:
+/// entries go
 /// into a bounded queue that is made once. When it fills up, because the disk is full or slow, what
 /// a replay can compute again is left out first, raw bytes last; every loss is counted, and reported
 /// in the record as soon as there is room.
@@ -154,6 +155,17 @@ impl Recorder {
         let sent = self.queue.as_ref().is_some_and(|queue| queue.try_send(queued).is_ok());
         self.sent += u64::from(sent);
         sent
+    }
+
+    /// Waits until the queue has room again: for a flight that is faster than real time. Where the
+    /// disk refuses for good, it does not wait.
+    pub fn catch_up(&self) {
+        while self.fill() > QUEUE_FOR_ALL / 2
+            && self.progress.waiting.load(Ordering::Relaxed) < MOST_WAITING
+        {
+            self.threads.iter().for_each(|thread| thread.thread().unpark());
+            thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// How it goes.

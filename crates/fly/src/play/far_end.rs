@@ -1,0 +1,69 @@
+//! The device's end of a line: of a pseudo-terminal, or of a line of an emulation.
+
+use std::path::Path;
+
+use super::PlayError;
+use super::terminal::Terminal;
+use crate::serial::{Clock, DeviceEnd};
+use hovernav::time::Time;
+
+/// How often to look whether somebody has opened the port, s.
+const LOOK_S: f64 = 0.005;
+
+/// What came from the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Received {
+    /// So many bytes.
+    Bytes(usize),
+    /// Nothing.
+    Nothing,
+    /// The port is not open.
+    Closed,
+}
+
+/// The device's end of a line; the line vanishes with it.
+#[derive(Debug)]
+pub(super) enum FarEnd {
+    Terminal(Terminal),
+    Emulated(DeviceEnd),
+}
+
+impl FarEnd {
+    /// Makes a line that is to be found at `path`.
+    pub fn open(path: &Path, clock: &Clock) -> Result<Self, PlayError> {
+        if !clock.is_emulated() {
+            return Ok(Self::Terminal(Terminal::open(path)?));
+        }
+        let occupied = || PlayError::Occupied { path: path.into() };
+        Ok(Self::Emulated(DeviceEnd::new(path, clock).ok_or_else(occupied)?))
+    }
+
+    /// Sends to the host what its port takes at once; gives how many bytes that was.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<usize, PlayError> {
+        match self {
+            Self::Terminal(terminal) => terminal.send(bytes),
+            Self::Emulated(end) => Ok(end.send(bytes)),
+        }
+    }
+
+    /// Waits up to `deadline` for bytes from the host.
+    pub fn receive(
+        &mut self,
+        buffer: &mut [u8],
+        clock: &Clock,
+        deadline: Time,
+    ) -> Result<Received, PlayError> {
+        let received = match self {
+            Self::Terminal(terminal) => terminal.receive(buffer, clock.until(deadline))?,
+            Self::Emulated(end) => match end.receive(buffer, deadline) {
+                Some(count @ 1..) => Received::Bytes(count),
+                Some(0) => Received::Nothing,
+                None => Received::Closed,
+            },
+        };
+        if received == Received::Closed {
+            clock.sleep_until(deadline.min(clock.now() + LOOK_S * clock.speed()));
+        }
+        Ok(received)
+    }
+}

@@ -1,0 +1,95 @@
+//! An open serial line: the system's, or one of an emulation.
+
+use std::io;
+use std::path::Path;
+use std::time::Duration;
+
+use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, SerialPort, StopBits};
+
+use super::Clock;
+use super::port::{PortConfig, PortFault};
+use super::wire::HostEnd;
+use hovernav::time::Time;
+
+/// An open line; closed when it is dropped.
+pub(super) enum Line {
+    System(Box<dyn SerialPort>),
+    Emulated(HostEnd),
+}
+
+impl Line {
+    /// Opens the line of `config`, without what came before, which is of unknown age.
+    pub fn open(config: &PortConfig, clock: &Clock) -> Result<Self, PortFault> {
+        if clock.is_emulated() {
+            let mut line = HostEnd::open(Path::new(&config.path), clock)?;
+            line.clear_input();
+            return Ok(Self::Emulated(line));
+        }
+        let line = serialport::new(&config.path, config.baud)
+            .parity(config.parity)
+            .data_bits(DataBits::Eight)
+            .stop_bits(StopBits::One)
+            .flow_control(FlowControl::None)
+            .timeout(Duration::ZERO)
+            .open()?;
+        let _ = line.clear(ClearBuffer::Input);
+        Ok(Self::System(line))
+    }
+
+    /// Reads what there is, waiting for it up to `deadline`.
+    pub fn read(&mut self, buffer: &mut [u8], clock: &Clock, deadline: Time) -> io::Result<usize> {
+        match self {
+            Self::System(line) => {
+                line.set_timeout(clock.until(deadline))?;
+                line.read(buffer)
+            }
+            Self::Emulated(line) => line.read(buffer, deadline),
+        }
+    }
+
+    /// Writes what the line takes, waiting up to `deadline` for it to take any.
+    pub fn write(&mut self, bytes: &[u8], clock: &Clock, deadline: Time) -> io::Result<usize> {
+        match self {
+            Self::System(line) => {
+                line.set_timeout(clock.until(deadline))?;
+                line.write(bytes)
+            }
+            Self::Emulated(line) => line.write(bytes, deadline),
+        }
+    }
+
+    /// Drops what was written and not sent: a driver may wait for it before it closes.
+    pub fn clear_output(&self) {
+        if let Self::System(line) = self {
+            let _ = line.clear(ClearBuffer::Output);
+        }
+    }
+}
+
+impl From<serialport::Error> for PortFault {
+    fn from(error: serialport::Error) -> Self {
+        match error.kind() {
+            ErrorKind::NoDevice => Self::Busy,
+            ErrorKind::Io(kind) => Self::of(kind, || error.description),
+            _ => Self::Other(error.description),
+        }
+    }
+}
+
+impl From<io::Error> for PortFault {
+    fn from(error: io::Error) -> Self {
+        Self::of(error.kind(), || error.to_string())
+    }
+}
+
+impl PortFault {
+    fn of(kind: io::ErrorKind, text: impl FnOnce() -> String) -> Self {
+        match kind {
+            io::ErrorKind::NotFound => Self::Missing,
+            io::ErrorKind::PermissionDenied => Self::Denied,
+            io::ErrorKind::ResourceBusy => Self::Busy,
+            io::ErrorKind::BrokenPipe => Self::HungUp,
+            _ => Self::Other(text()),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! A serial line of an emulation, in memory.
+
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use super::Clock;
+use super::clock::{Signal, lock};
+use hovernav::time::Time;
+
+/// Bytes that each direction holds, as a pseudo-terminal's.
+const CAPACITY: usize = 4096;
+
+/// A serial line between two threads of an emulation.
+#[derive(Debug, Default)]
+pub(super) struct Wire {
+    state: Mutex<State>,
+    changed: Signal,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    to_host: VecDeque<u8>,
+    to_device: VecDeque<u8>,
+    /// Whether the host has it open.
+    is_open: bool,
+    /// Whether the device's end was taken away.
+    is_gone: bool,
+}
+
+/// The host's end, open until it is dropped.
+#[derive(Debug)]
+pub(super) struct HostEnd {
+    wire: Arc<Wire>,
+    clock: Clock,
+}
+
+/// The device's end of an emulated line; the line is gone when it is dropped.
+#[cfg(unix)]
+#[derive(Debug)]
+pub(crate) struct DeviceEnd {
+    wire: Arc<Wire>,
+    clock: Clock,
+    path: PathBuf,
+}
+
+impl HostEnd {
+    /// The line at `path`.
+    ///
+    /// # Errors
+    /// `NotFound` where there is none, `ResourceBusy` where it is open already.
+    pub fn open(path: &Path, clock: &Clock) -> io::Result<Self> {
+        let wire = clock.emulation().and_then(|emulation| emulation.wire(path));
+        let wire = wire.ok_or(ErrorKind::NotFound)?;
+        let is_busy = std::mem::replace(&mut lock(&wire.state).is_open, true);
+        if is_busy {
+            return Err(ErrorKind::ResourceBusy.into());
+        }
+        clock.raise(&wire.changed);
+        Ok(Self { wire, clock: clock.clone() })
+    }
+
+    /// Reads what there is, waiting for it up to `deadline`.
+    pub fn read(&mut self, buffer: &mut [u8], deadline: Time) -> io::Result<usize> {
+        let Self { wire, clock } = self;
+        let mut state = lock(&wire.state);
+        loop {
+            if !state.to_host.is_empty() {
+                return Ok(take(&mut state.to_host, buffer));
+            }
+            if state.is_gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
+            if clock.now() >= deadline {
+                return Err(ErrorKind::TimedOut.into());
+            }
+            state = clock.wait(&wire.changed, &wire.state, state, deadline);
+        }
+    }
+
+    /// Writes what there is room for, waiting for room up to `deadline`.
+    pub fn write(&mut self, bytes: &[u8], deadline: Time) -> io::Result<usize> {
+        let Self { wire, clock } = self;
+        let mut state = lock(&wire.state);
+        loop {
+            if state.is_gone {
+                return Err(ErrorKind::BrokenPipe.into());
+            }
+            let count = put(bytes, &mut state.to_device);
+            if count > 0 {
+                clock.raise(&wire.changed);
+                return Ok(count);
+            }
+            if clock.now() >= deadline {
+                return Err(ErrorKind::TimedOut.into());
+            }
+            state = clock.wait(&wire.changed, &wire.state, state, deadline);
+        }
+    }
+
+    /// Drops what came and was not read.
+    pub fn clear_input(&mut self) {
+        lock(&self.wire.state).to_host.clear();
+    }
+}
+
+impl Drop for HostEnd {
+    fn drop(&mut self) {
+        let mut state = lock(&self.wire.state);
+        state.is_open = false;
+        state.to_host.clear();
+        self.clock.raise(&self.wire.changed);
+    }
+}
+
+#[cfg(unix)]
+impl DeviceEnd {
+    /// A new line at `path`; `None` unless `clock` is that of an emulation in which nothing is there.
+    pub fn new(path: &Path, clock: &Clock) -> Option<Self> {
+        let mut wires = clock.emulation()?.wires();
+        if wires.contains_key(path) {
+            return None;
+        }
+        let wire = Arc::<Wire>::default();
+        wires.insert(path.into(), Arc::clone(&wire));
+        Some(Self { wire, clock: clock.clone(), path: path.into() })
+    }
+
+    /// Sends to the host what there is room for; gives how many bytes that was.
+    pub fn send(&mut self, bytes: &[u8]) -> usize {
+        let mut state = lock(&self.wire.state);
+        if !state.is_open {
+            return 0;
+        }
+        let count = put(bytes, &mut state.to_host);
+        if count > 0 {
+            self.clock.raise(&self.wire.changed);
+        }
+        count
+    }
+
+    /// Takes what came from the host, waiting for it up to `deadline`; `None` while the host has not
+    /// opened the line.
+    pub fn receive(&mut self, buffer: &mut [u8], deadline: Time) -> Option<usize> {
+        let Self { wire, clock, .. } = self;
+        let mut state = lock(&wire.state);
+        if state.to_device.is_empty() && clock.now() < deadline {
+            state = clock.wait(&wire.changed, &wire.state, state, deadline);
+        }
+        let count = take(&mut state.to_device, buffer);
+        (count > 0 || state.is_open).then_some(count)
+    }
+}
+
+#[cfg(unix)]
+impl Drop for DeviceEnd {
+    fn drop(&mut self) {
+        if let Some(emulation) = self.clock.emulation() {
+            emulation.wires().remove(&self.path);
+        }
+        lock(&self.wire.state).is_gone = true;
+        self.clock.raise(&self.wire.changed);
+    }
+}
+
+fn put(bytes: &[u8], queue: &mut VecDeque<u8>) -> usize {
+    let count = bytes.len().min(CAPACITY.saturating_sub(queue.len()));
+    queue.extend(bytes.iter().take(count));
+    count
+}
+
+fn take(queue: &mut VecDeque<u8>, buffer: &mut [u8]) -> usize {
+    let count = queue.len().min(buffer.len());
+    for (slot, byte) in buffer.iter_mut().zip(queue.drain(..count)) {
+        *slot = byte;
+    }
+    count
+}

@@ -1,0 +1,44 @@
+//! A record that finds no room: the flight goes on, and says so.
+
+use std::process::Command;
+
+use crate::common::flown;
+use crate::failsafes::{Moment, engaged_at};
+
+/// Says to the process with the limit which moment it is, by its number.
+const MOMENT: &str = "HOVERNAV_FULL_AT_MOMENT";
+const LENGTH_S: f64 = 22.0;
+/// Growth of a record, bytes a second: a limit of its file puts its end at a moment.
+const RECORD_PER_S: f64 = 125e3;
+
+/// The flight, in a process whose files may not grow beyond a limit.
+#[test]
+fn flight_with_a_limit() {
+    let Some(number) = std::env::var_os(MOMENT) else { return };
+    let moment = Moment::ALL[number.to_str().unwrap().parse::<usize>().unwrap()];
+    let flown = flown(&engaged_at(moment, LENGTH_S));
+    assert_eq!(flown.crashed_s, None);
+    let engaged_s = flown.statistics().engaged_s;
+    assert!(engaged_s > LENGTH_S - 10.0, "{moment:?}: {engaged_s} s");
+    let said = |text: &str| flown.said.iter().any(|line| line.text.as_str().contains(text));
+    assert!(said("the record is not written: File too large"), "{moment:?}: {:#?}", flown.said);
+    let record = &flown.record;
+    assert!(!record.is_ended && record.cycles.len() > 200, "it opens up to there");
+}
+
+#[test]
+fn a_flight_goes_on_without_room_for_its_record() {
+    for (number, moment) in Moment::ALL.into_iter().enumerate() {
+        let kibibytes = (moment.second() * RECORD_PER_S / 1024.0) as u32;
+        // The signal would end the process; ignored, writing fails as it does on a full disk.
+        let limited = format!("trap '' XFSZ; ulimit -f {kibibytes}; exec \"$0\" \"$@\"");
+        let flown = Command::new("bash")
+            .args(["-c", &limited])
+            .arg(std::env::current_exe().unwrap())
+            .args(["--exact", "full_record::flight_with_a_limit", "--nocapture"])
+            .env(MOMENT, number.to_string())
+            .output()
+            .unwrap();
+        assert!(flown.status.success(), "{moment:?}: {}", String::from_utf8_lossy(&flown.stderr));
+    }
+}
