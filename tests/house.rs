@@ -134,25 +134,41 @@ fn the_flight_core_has_few_crates_under_it() {
     assert!(all <= 20, "{all} crates");
 }
 
-/// Every Rust file of the library crates and the command.
-fn sources() -> Vec<PathBuf> {
-    let mut sources = Vec::new();
-    let mut places: Vec<PathBuf> = vec![format!("{ROOT}/src").into(), format!("{ROOT}/cli").into()];
-    places.push(format!("{ROOT}/crates").into());
-    places.push(format!("{ROOT}/ffi").into());
-    places.push(format!("{ROOT}/ground").into());
+/// Every Rust file below folders of the checkout, but not below a folder of a name in `without`.
+fn rust_files(folders: &[&str], without: &[&str]) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut places: Vec<PathBuf> =
+        folders.iter().map(|folder| Path::new(ROOT).join(folder)).collect();
     while let Some(place) = places.pop() {
         for entry in fs::read_dir(place).unwrap() {
             let path = entry.unwrap().path();
-            if path.is_dir() && !path.ends_with("tests") && !path.ends_with("target") {
+            if path.is_dir() && !without.iter().any(|folder| path.ends_with(folder)) {
                 places.push(path);
             } else if path.extension().is_some_and(|extension| extension == "rs") {
-                sources.push(path);
+                files.push(path);
             }
         }
     }
-    sources.sort();
-    sources
+    files.sort();
+    files
+}
+
+/// Every Rust file of the library crates and the command.
+fn sources() -> Vec<PathBuf> {
+    rust_files(&["src", "cli", "crates", "ffi", "ground"], &["tests", "target"])
+}
+
+#[test]
+fn no_test_skips_or_looks_for_shared_data_by_itself() {
+    let folders = ["benches", "cli", "crates", "examples", "ffi", "ground", "src", "tests"];
+    let files = rust_files(&folders, &["target", "crates/testing"]);
+    assert!(files.len() > 300, "{}", files.len());
+    for path in files.iter().filter(|path| !path.ends_with("tests/house.rs")) {
+        let text = fs::read_to_string(path).unwrap();
+        for words in ["\"skipped", "skipped\"", "../shared"] {
+            assert!(!text.contains(words), "{words} in {}: use crates/testing", path.display());
+        }
+    }
 }
 
 /// Lines that are neither empty nor a comment.

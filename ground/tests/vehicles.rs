@@ -21,19 +21,23 @@ use mavlink::dialects::common::{
     GLOBAL_POSITION_INT_DATA, MavAutopilot, MavMessage, MavType, SERVO_OUTPUT_RAW_DATA,
 };
 
-/// The log of an ArduSub vehicle on a bench beside its ground station, 11.5 s, which the crate `mavlink`
-/// brings for its own tests: moments, s, and the frames of both.
-fn recorded() -> Option<Vec<(f64, Vec<u8>)>> {
+/// `tests/log.tlog` of the crate `mavlink` in cargo's registry.
+fn log_of_the_crate() -> Option<Vec<u8>> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))?;
     let of = |directory: PathBuf| Some(std::fs::read_dir(directory).ok()?.flatten());
-    let log = of(home.join("registry/src"))?
+    of(home.join("registry/src"))?
         .filter_map(|index| of(index.path()))
         .flatten()
         .filter(|one| one.file_name().to_string_lossy().starts_with("mavlink-0."))
-        .find_map(|one| std::fs::read(one.path().join("tests/log.tlog")).ok());
-    let Some(log) = log else {
-        println!("skipped: the sources of the crate mavlink are not there");
+        .find_map(|one| std::fs::read(one.path().join("tests/log.tlog")).ok())
+}
+
+/// The log of an ArduSub vehicle on a bench beside its ground station, 11.5 s, which the crate `mavlink`
+/// brings for its own tests: moments, s, and the frames of both.
+fn recorded() -> Option<Vec<(f64, Vec<u8>)>> {
+    let Some(log) = log_of_the_crate() else {
+        hovernav_testing::skip("the sources of the crate mavlink are missing");
         return None;
     };
     let mut frames = Vec::new();

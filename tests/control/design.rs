@@ -6,17 +6,14 @@ use hovernav_design::{
     observability, reachability, root_locus, sampled_lqr, step_response, zero_order_hold,
 };
 use hovernav_model::{Signal, StateSpace, TimeDomain, hover, shipped};
+use hovernav_testing::shared;
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 use serde_json::Value;
 use std::path::Path;
 
 fn reference(name: &str) -> Option<Value> {
-    let path = format!("{}/../shared/reference/{name}.json", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(&path);
-    if text.is_err() {
-        println!("skipped: {path} is not here");
-    }
-    text.ok().map(|text| serde_json::from_str(&text).unwrap())
+    let text = std::fs::read_to_string(shared(format!("reference/{name}.json"))?).unwrap();
+    Some(serde_json::from_str(&text).unwrap())
 }
 
 fn matrix(value: &Value) -> DMatrix<f64> {

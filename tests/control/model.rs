@@ -283,11 +283,8 @@ fn a_step_matrix_taken_for_a_continuous_one_is_found_and_explained() {
 
 #[test]
 fn the_r50_loses_bar_and_flapping_as_its_reference_does() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/reference/mettler_r50.json");
-    let Ok(text) = std::fs::read_to_string(path) else {
-        println!("skipped: {path} is not here");
-        return;
-    };
+    let Some(path) = hovernav_testing::shared("reference/mettler_r50.json") else { return };
+    let text = std::fs::read_to_string(path).unwrap();
     let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
     let reference = &reference["hover"];
     let matrix = |key: &str| -> DMatrix<f64> {

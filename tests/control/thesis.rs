@@ -2,15 +2,12 @@
 
 use hovernav_design::thesis::PrintedDesign;
 use hovernav_design::{DISTURBED, DisturbanceResponse, TABLE_6_1};
+use hovernav_testing::shared;
 use serde_json::Value;
 
 fn reference() -> Option<Value> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/reference/thesis.json");
-    let text = std::fs::read_to_string(path);
-    if text.is_err() {
-        println!("skipped: {path} is not here");
-    }
-    text.ok().map(|text| serde_json::from_str(&text).unwrap())
+    let text = std::fs::read_to_string(shared("reference/thesis.json")?).unwrap();
+    Some(serde_json::from_str(&text).unwrap())
 }
 
 fn respond(state: &str, size: f64) -> DisturbanceResponse {

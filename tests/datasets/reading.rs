@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, HeadingReference, LogError, Manifest, Point};
+use hovernav_testing::shared;
 use tempfile::TempDir;
 
 const IMU_HEADER: &str =
@@ -414,11 +415,6 @@ fn sticks_in_percent_are_refused_with_the_unit_that_is_expected() {
 
 #[test]
 fn every_shared_dataset_is_read() {
-    let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets"));
-    if !shared.is_dir() {
-        println!("skipped: no folder {}", shared.display());
-        return;
-    }
     for (name, samples, fixes, warnings) in [
         ("car-rtk", 54_858, 2197, 0),
         ("quad-ardupilot-5hz", 32_936, 3341, 1),
@@ -426,7 +422,8 @@ fn every_shared_dataset_is_read() {
         ("quad-p4rtk-vibration", 22_902, 952, 0),
         ("uav-thor75-1hz", 34_811, 637, 1),
     ] {
-        let dataset = Dataset::open(&shared.join(name)).unwrap();
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
+        let dataset = Dataset::open(&dir).unwrap();
         assert_eq!(
             (dataset.imu.len(), dataset.fixes.len(), dataset.warnings.len()),
             (samples, fixes, warnings),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Finding, Keep, Reference, Run};
+use hovernav_testing::shared;
 
 fn heli_hover() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
@@ -42,13 +43,10 @@ fn run(dataset: &mut Dataset) -> (Run, Vec<String>) {
 
 #[test]
 fn a_flight_is_the_same_to_the_last_bit() {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");
     let names = ["quad-gps-glitch-aided", "quad-ardupilot-5hz", "uav-thor75-1hz"];
-    let (there, absent): (Vec<PathBuf>, _) =
-        names.map(|name| shared.join(name)).into_iter().partition(|log| log.exists());
-    println!("skipped, as they are not there: {absent:?}");
-    for log in [heli_hover()].iter().chain(&there) {
-        let mut both = both(log);
+    let logs = names.into_iter().filter_map(|name| shared(format!("datasets/{name}")));
+    for log in logs.chain([heli_hover()]) {
+        let mut both = both(&log);
         assert_same(&both);
         let [(whole, told), (left, told_of_left)] = both.each_mut().map(run);
         assert_eq!(left.solutions, whole.solutions);

@@ -10,6 +10,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Sensor, alternative};
 use hovernav_sim::faults::{Fault, Log};
+use hovernav_testing::shared;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -17,12 +18,8 @@ fn heli_hover() -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into()
 }
 
-fn shared(name: &str) -> Option<PathBuf> {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets").join(name);
-    if !dir.exists() {
-        println!("{} is missing: skipped", dir.display());
-    }
-    dir.exists().then_some(dir)
+fn dataset(name: &str) -> Option<PathBuf> {
+    shared(format!("datasets/{name}"))
 }
 
 /// The datasets that there are, real ones where they are at hand.
@@ -36,7 +33,7 @@ fn datasets() -> Vec<PathBuf> {
         "quad-p4rtk-vibration",
         "uav-thor75-1hz",
     ];
-    names.into_iter().filter_map(shared).chain([heli_hover()]).collect()
+    names.into_iter().filter_map(dataset).chain([heli_hover()]).collect()
 }
 
 /// A copy of `log` with a fault in it.
@@ -96,7 +93,7 @@ fn a_wrong_set_up_of_a_unit_with_its_own_attitude_is_refused_by_name() {
 #[test]
 fn a_velocity_of_a_wrong_unit_or_sign_is_refused_with_and_without_its_vertical_part() {
     for dir in
-        [shared("car-rtk"), shared("uav-thor75-1hz"), Some(heli_hover())].into_iter().flatten()
+        [dataset("car-rtk"), dataset("uav-thor75-1hz"), Some(heli_hover())].into_iter().flatten()
     {
         for (scale, expected) in [
             ([3.6, 3.6], "velocity in km/h"),
@@ -121,7 +118,7 @@ fn a_velocity_of_a_wrong_unit_or_sign_is_refused_with_and_without_its_vertical_p
 
 #[test]
 fn a_velocity_of_the_fix_before_or_after_is_named() {
-    let Some(dir) = shared("uav-thor75-1hz") else { return };
+    let Some(dir) = dataset("uav-thor75-1hz") else { return };
     for (later, expected) in [(1, "of the fix before"), (-1, "of the fix after")] {
         let mut dataset = Dataset::open(&dir).unwrap();
         let told: Vec<_> = dataset.fixes.iter().map(|fix| fix.horizontal_velocity_mps).collect();
@@ -148,7 +145,7 @@ fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_ot
         ("uav-thor75-1hz", "accel-sign=x", "accelerometer x of the wrong sign"),
         ("uav-thor75-1hz", "radians", "radians"),
     ] {
-        let Some(log) = shared(name) else { continue };
+        let Some(log) = dataset(name) else { continue };
         let dir = copy(&log, fault);
         let mut told = refusal(dir.path());
         if told.is_empty() {

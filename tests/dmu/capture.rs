@@ -1,19 +1,13 @@
 //! The synthetic captures: golden packets with their values, a clean and a damaged stream.
 
 use hovernav::dmu::{AnglePacket, Calibration, Decoder, Mode, Packet};
+use hovernav_testing::shared;
 use serde_json::Value;
 
 use crate::generator::decode;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/captures/dmu_synthetic/");
-
-/// A file of the captures, or `None` and a printed line where they are not.
 fn read(name: &str) -> Option<Vec<u8>> {
-    let bytes = std::fs::read(format!("{FOLDER}{name}")).ok();
-    if bytes.is_none() {
-        println!("skipped: no {name} among the captures");
-    }
-    bytes
+    shared(format!("captures/dmu_synthetic/{name}")).map(|path| std::fs::read(path).unwrap())
 }
 
 fn json(name: &str) -> Option<Value> {

@@ -1,6 +1,6 @@
 //! Every response of the estimator ends in a sentence that names sensor, time, size and cause.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
@@ -11,6 +11,7 @@ use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::faults::{Fault, Log};
+use hovernav_testing::shared;
 
 fn log_dir() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
@@ -25,15 +26,6 @@ fn findings(faults: &[&str]) -> Vec<Finding> {
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});
     dataset.findings(&run)
-}
-
-/// The directory of a shared set; `None`, and said, where it is missing.
-fn shared(name: &str) -> Option<PathBuf> {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets").join(name);
-    if !dir.exists() {
-        println!("{} is missing: skipped", dir.display());
-    }
-    dir.exists().then_some(dir)
 }
 
 #[test]
@@ -67,7 +59,7 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
         ("quad-ardupilot-5hz", &[FindingKind::Gap, FindingKind::Refused, FindingKind::TimeOffset]),
         ("quad-hover-aided", &[FindingKind::Refused, FindingKind::TimeOffset]),
     ] {
-        let Some(dir) = shared(name) else { continue };
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let mut dataset = Dataset::open(&dir).unwrap();
         let config = dataset.settings().unwrap();
         let run = dataset.estimate(&config, |_| {});
@@ -130,7 +122,7 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
     for (name, own_s, lates_s) in
         [("quad-p4rtk-vibration", -0.08, [0.8, 1.5]), ("uav-thor75-1hz", 0.0, [0.8, -0.7])]
     {
-        let Some(dir) = shared(name) else { continue };
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         for late_s in lates_s {
             let mut dataset = Dataset::open(&dir).unwrap();
             for fix in &mut dataset.fixes {
@@ -156,7 +148,7 @@ fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_told() {
         ("quad-ardupilot-5hz", -0.2),
         ("car-rtk", -0.2),
     ] {
-        let Some(dir) = shared(name) else { continue };
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let mut dataset = Dataset::open(&dir).unwrap();
         let start = dataset.imu[0].time;
         for sample in &mut dataset.imu {

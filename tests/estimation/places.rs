@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hovernav_log::Dataset;
+use hovernav_testing::shared;
 
 /// Root mean square distance, m, level, of a solution from the fixes that it was made of.
 fn from_fixes_m(dir: &Path) -> f64 {
@@ -26,15 +27,10 @@ fn from_fixes_m(dir: &Path) -> f64 {
 /// and the second 20 m from fixes that nothing was wrong with, better by every error that could be told.
 #[test]
 fn a_solution_stays_by_good_fixes() {
-    let datasets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets");
     for (name, most_m) in
         [("quad-hover-aided", 1.2), ("quad-ardupilot-5hz", 1.5), ("uav-thor75-1hz", 3.5)]
     {
-        let dir = datasets.join(name);
-        if !dir.exists() {
-            println!("{} is missing: skipped", dir.display());
-            continue;
-        }
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let off_m = from_fixes_m(&dir);
         assert!(off_m < most_m, "{name}: {off_m:.2} m");
         println!("{name}: {off_m:.2} m");

@@ -12,6 +12,7 @@ use hovernav::ins::{Integrator, NavState};
 use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
+use hovernav_testing::shared;
 
 /// The axes of the table in docs/embedded.md.
 const AXES: [Axis; 7] = [
@@ -57,40 +58,30 @@ fn errors(
     errors
 }
 
-/// Directory, and outages of so many seconds from the given times on.
+/// Dataset, and outages of so many seconds from the given times on.
 const SETS: [(&str, f64, &[f64]); 10] = [
-    ("datasets/heli-hover", 0.0, &[]),
+    ("heli-hover", 0.0, &[]),
+    ("car-rtk", 15.0, &[100.0, 143.0, 186.0, 229.0, 272.0, 315.0, 358.0, 401.0, 444.0, 487.0]),
+    ("car-rtk", 30.0, &[113.0, 188.0, 263.0, 338.0, 413.0, 488.0]),
     (
-        "../shared/datasets/car-rtk",
-        15.0,
-        &[100.0, 143.0, 186.0, 229.0, 272.0, 315.0, 358.0, 401.0, 444.0, 487.0],
-    ),
-    ("../shared/datasets/car-rtk", 30.0, &[113.0, 188.0, 263.0, 338.0, 413.0, 488.0]),
-    (
-        "../shared/datasets/uav-thor75-1hz",
+        "uav-thor75-1hz",
         10.0,
         &[240.0, 278.0, 316.0, 354.0, 392.0, 430.0, 468.0, 506.0, 544.0, 582.0, 620.0, 658.0],
     ),
-    (
-        "../shared/datasets/quad-p4rtk-vibration",
-        10.0,
-        &[200.0, 220.0, 240.0, 260.0, 280.0, 300.0, 320.0, 340.0],
-    ),
-    ("../shared/datasets/uav-thor75-1hz", 0.0, &[]),
-    ("../shared/datasets/quad-hover-aided", 0.0, &[]),
-    ("../shared/datasets/quad-gps-glitch", 0.0, &[]),
-    ("../shared/datasets/quad-gps-glitch-aided", 0.0, &[]),
-    ("../shared/datasets/quad-ardupilot-5hz", 0.0, &[]),
+    ("quad-p4rtk-vibration", 10.0, &[200.0, 220.0, 240.0, 260.0, 280.0, 300.0, 320.0, 340.0]),
+    ("uav-thor75-1hz", 0.0, &[]),
+    ("quad-hover-aided", 0.0, &[]),
+    ("quad-gps-glitch", 0.0, &[]),
+    ("quad-gps-glitch-aided", 0.0, &[]),
+    ("quad-ardupilot-5hz", 0.0, &[]),
 ];
 
 #[test]
 fn single_precision_is_as_accurate_as_double_on_every_known_flight() {
     for (name, duration_s, starts) in SETS {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
-        if !path.exists() {
-            println!("skipped: {name} is not there");
-            continue;
-        }
+        let own = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets")).join(name);
+        let own = own.exists().then_some(own);
+        let Some(path) = own.or_else(|| shared(format!("datasets/{name}"))) else { continue };
         let mut dataset = Dataset::open(&path).unwrap();
         let config = dataset.settings().unwrap();
         let starts = starts.iter().filter_map(|&start| Time::from_seconds(start));

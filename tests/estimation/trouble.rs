@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use hovernav_sim::faults::{Campaign, Flight, Outcome};
+use hovernav_testing::shared;
 
 /// The flights with one fault, or some of them together, fifteen times each.
 fn outcomes(flight: Flight, faults: &str) -> Vec<Outcome> {
@@ -22,13 +23,8 @@ fn heli_hover() -> Flight {
 }
 
 /// A set that is too large to be carried along.
-fn shared(name: &str) -> Option<Flight> {
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets").join(name);
-    if !dir.exists() {
-        println!("skipped: no folder {}", dir.display());
-        return None;
-    }
-    Some(Flight::Dataset(dir))
+fn dataset(name: &str) -> Option<Flight> {
+    shared(format!("datasets/{name}")).map(Flight::Dataset)
 }
 
 /// What a measure comes to at most, over the runs.
@@ -164,7 +160,7 @@ fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
 /// way up, and stayed so.
 #[test]
 fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
-    let Some(flight) = shared("quad-p4rtk-vibration") else { return };
+    let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
     let outcomes = outcomes(flight, "stuck=all@:5");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.back_after_s) < 1.0);
@@ -174,7 +170,7 @@ fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
 /// believed to be none.
 #[test]
 fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
-    let Some(flight) = shared("quad-p4rtk-vibration") else { return };
+    let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
     let outcomes = outcomes(flight, "frozen-fix");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.5);
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside_motion) < 0.03);
@@ -183,7 +179,7 @@ fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
 /// A magnet that only turns the level field: it came within the gate, and led the heading 43° away.
 #[test]
 fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
-    let Some(flight) = shared("quad-hover-aided") else { return };
+    let Some(flight) = dataset("quad-hover-aided") else { return };
     let outcomes = outcomes(flight, "mag-heading-only=30");
     assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 15.0);
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside[5]) < 0.05);

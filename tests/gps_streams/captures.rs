@@ -5,14 +5,14 @@
 //! bytes win, and the table below says how.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hovernav::gps::tsip::{Decoder, Framer, Report};
 use hovernav::gps::{Protocol, Receiver, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
+use hovernav_testing::shared;
 use serde_json::{Value, json};
 
-const CAPTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/captures");
 const DAY_NS: i64 = 86_400_000_000_000;
 
 /// A capture in a protocol that is read.
@@ -104,15 +104,6 @@ struct Reported {
     value: Value,
 }
 
-fn captures() -> Option<PathBuf> {
-    let folder = Path::new(CAPTURES).join("gpsd");
-    if !folder.is_dir() {
-        println!("skipped: no captures in {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
 /// The bytes of a capture, without the comment lines at its head.
 fn wire_bytes(path: &Path) -> Vec<u8> {
     let mut bytes = fs::read(path).unwrap();
@@ -201,7 +192,7 @@ fn least_difference<'a>(
 
 #[test]
 fn every_capture_gives_the_fixes_that_gpsd_reports() {
-    let Some(folder) = captures() else { return };
+    let Some(folder) = shared("captures/gpsd") else { return };
     for capture in READ {
         let name = capture.name;
         let fixes = fixes_of(capture.protocol, &wire_bytes(&folder.join(format!("{name}.log"))));
@@ -267,9 +258,9 @@ fn every_capture_gives_the_fixes_that_gpsd_reports() {
 
 #[test]
 fn no_capture_in_another_protocol_gives_a_fix() {
-    let Some(folder) = captures() else { return };
     let mut streams = 0;
-    for folder in [folder, Path::new(CAPTURES).join("trimble"), Path::new(CAPTURES).join("nmea")] {
+    for folder in ["gpsd", "trimble", "nmea"] {
+        let Some(folder) = shared(format!("captures/{folder}")) else { continue };
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             let extension = path.extension().and_then(|extension| extension.to_str());
@@ -293,7 +284,7 @@ fn no_capture_in_another_protocol_gives_a_fix() {
 
 #[test]
 fn a_capture_cut_into_any_pieces_gives_the_same_fixes() {
-    let Some(folder) = captures() else { return };
+    let Some(folder) = shared("captures/gpsd") else { return };
     for capture in READ {
         let bytes = wire_bytes(&folder.join(format!("{}.log", capture.name)));
         let whole = fixes_of(capture.protocol, &bytes);
@@ -313,7 +304,7 @@ fn a_capture_cut_into_any_pieces_gives_the_same_fixes() {
 
 #[test]
 fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
-    let Some(folder) = captures() else { return };
+    let Some(folder) = shared("captures/gpsd") else { return };
     for name in ["trimble-lassen_iq", "trimble-lassen_iq-playacar"] {
         let path = folder.join(format!("{name}.log"));
         // Offsets count from the start of the file, comments included.

@@ -1,20 +1,14 @@
 //! The recorded experiments the identification tests share.
 
 use std::fs;
-use std::path::Path;
 
 use hovernav_sysid::record::Experiment;
+use hovernav_testing::shared;
 use nalgebra::DMatrix;
 
-/// The record `name` of the shared identification sets, its first `inputs` columns the inputs;
-/// `None`, with a line printed, where the folder is missing.
+/// The record `name` of the shared identification sets, its first `inputs` columns the inputs.
 pub fn recorded(name: &str, inputs: usize, period_s: f64) -> Option<Experiment> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets/sysid"))
-        .join(format!("{name}.csv"));
-    let Ok(text) = fs::read_to_string(&path) else {
-        println!("skipped: no {}", path.display());
-        return None;
-    };
+    let text = fs::read_to_string(shared(format!("datasets/sysid/{name}.csv"))?).unwrap();
     let mut lines = text.lines();
     let names: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
     let rows: Vec<Vec<f64>> =

@@ -1,7 +1,7 @@
 //! From a recorded flight to its derivatives: `heli-hover` through the estimator.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::LazyLock;
 
 use hovernav_log::Dataset;
@@ -12,17 +12,12 @@ use hovernav_sysid::helicopter::{
 use hovernav_sysid::methods::prediction_error::{Estimates, Fit};
 use hovernav_sysid::record::{STICKS, find_test_points, stepped};
 
-fn folder() -> Option<PathBuf> {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/datasets/heli-hover"));
-    if path.is_dir() {
-        return Some(path);
-    }
-    println!("skipped: {} is missing", path.display());
-    None
+fn folder() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
 }
 
-fn identified(kind: Kind, velocity: Velocity) -> Option<Identification> {
-    let mut dataset = Dataset::open(&folder()?).unwrap();
+fn identified(kind: Kind, velocity: Velocity) -> Identification {
+    let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
     let found = identify(&dataset, &solutions, kind, velocity).unwrap();
@@ -31,13 +26,12 @@ fn identified(kind: Kind, velocity: Velocity) -> Option<Identification> {
     println!("{} iterations, AIC {:.0}", found.identified.iterations, found.identified.aic);
     println!("estimation: {}", found.estimation);
     println!("validation: {:#?}", found.validation.as_ref().unwrap().channels().0);
-    Some(found)
+    found
 }
 
 /// What several tests ask for.
-static YAW: LazyLock<Option<Identification>> =
-    LazyLock::new(|| identified(Kind::Yaw, Velocity::Estimated));
-static HEAVE: LazyLock<Option<Identification>> =
+static YAW: LazyLock<Identification> = LazyLock::new(|| identified(Kind::Yaw, Velocity::Estimated));
+static HEAVE: LazyLock<Identification> =
     LazyLock::new(|| identified(Kind::Heave, Velocity::Estimated));
 
 fn percent(fit: &Fit, name: &str) -> f64 {
@@ -46,7 +40,7 @@ fn percent(fit: &Fit, name: &str) -> f64 {
 
 /// What the dataset was made with: for this scorer alone.
 fn truth() -> HashMap<String, f64> {
-    let path = folder().unwrap().join("true-parameters.json");
+    let path = folder().join("true-parameters.json");
     let mut truth: HashMap<String, f64> =
         serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let tau = truth.remove("tau").unwrap();
@@ -87,8 +81,7 @@ fn score(found: &Identification, names: &[&str]) {
 
 #[test]
 fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_told_apart() {
-    let Some(folder) = folder() else { return };
-    let dataset = Dataset::open(&folder).unwrap();
+    let dataset = Dataset::open(folder()).unwrap();
     let points = find_test_points(&dataset.controls);
     for (stick, name) in STICKS.iter().enumerate() {
         let own: Vec<_> = points.iter().filter(|point| point.stick == Some(stick)).collect();
@@ -136,7 +129,7 @@ fn of_a_stick_that_is_held_and_stepped_the_steps_are_what_is_deliberate() {
 
 #[test]
 fn yaw_and_heave_alone_return_their_derivatives() {
-    let (Some(yaw), Some(heave)) = (&*YAW, &*HEAVE) else { return };
+    let (yaw, heave) = (&*YAW, &*HEAVE);
     score(yaw, &["Nr", "Nped"]);
     assert!(percent(yaw.validation.as_ref().unwrap(), "r") > 90.0);
     score(heave, &["Zw", "Zcol"]);
@@ -145,7 +138,7 @@ fn yaw_and_heave_alone_return_their_derivatives() {
 
 #[test]
 fn the_whole_hover_returns_its_derivatives_and_flies_what_it_has_not_seen() {
-    let Some(found) = identified(Kind::Hybrid, Velocity::Estimated) else { return };
+    let found = identified(Kind::Hybrid, Velocity::Estimated);
     score(&found, &["Zw", "Zcol", "Nr", "Nped", "Lb", "Ma", "Blat/tau_f", "Alon/tau_f"]);
     for fit in [&found.estimation, found.validation.as_ref().unwrap()] {
         for name in ["r", "w", "p", "q"] {
@@ -159,16 +152,14 @@ fn the_whole_hover_returns_its_derivatives_and_flies_what_it_has_not_seen() {
 
 #[test]
 fn held_gps_velocity_loses_what_the_estimators_keeps() {
-    let Some(estimated) = &*HEAVE else { return };
-    let held = identified(Kind::Heave, Velocity::HeldGps).unwrap();
+    let held = identified(Kind::Heave, Velocity::HeldGps);
     let of = |found: &Identification| percent(found.validation.as_ref().unwrap(), "w");
-    assert!(of(estimated) > of(&held) + 30.0, "{} against {}", of(estimated), of(&held));
+    assert!(of(&HEAVE) > of(&held) + 30.0, "{} against {}", of(&HEAVE), of(&held));
 }
 
 #[test]
 fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
-    let Some(folder) = folder() else { return };
-    let mut dataset = Dataset::open(&folder).unwrap();
+    let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
     let parts: [(Kind, &[&str]); 3] = [
@@ -184,8 +175,8 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
     let of =
         |dataset: &Dataset, kind| identify(dataset, &solutions, kind, Velocity::Estimated).unwrap();
     let before = parts.into_iter().flat_map(|(kind, sticks)| match kind {
-        Kind::Yaw => late_s(YAW.as_ref().unwrap(), sticks),
-        Kind::Heave => late_s(HEAVE.as_ref().unwrap(), sticks),
+        Kind::Yaw => late_s(&YAW, sticks),
+        Kind::Heave => late_s(&HEAVE, sticks),
         _ => late_s(&of(&dataset, kind), sticks),
     });
     let before: Vec<f64> = before.collect();
@@ -203,11 +194,10 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
 
 #[test]
 fn what_was_not_recorded_is_left_out_and_told() {
-    let Some(folder) = folder() else { return };
-    let mut dataset = Dataset::open(&folder).unwrap();
+    let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let mut solutions = dataset.smooth(&config, |_| ()).solutions;
-    let whole = YAW.as_ref().unwrap();
+    let whole = &*YAW;
     let start = solutions[0].time;
     let after_s = |time: hovernav::time::Time| time - start;
     dataset.controls.retain(|(time, _)| !(160.0..175.0).contains(&after_s(*time)));

@@ -1,14 +1,13 @@
 //! A flight whose gyro errs by far for a moment: the fixes deny what smoothing makes of it, and the filter's own
 //! solution stands there. A flight without fault is smoothed throughout.
 
-use std::path::Path;
-
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
 use hovernav_log::{Axis, Dataset, Reference, score};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
+use hovernav_testing::shared;
 
 /// A flight of 100 s with a yaw gyro that reads `error_radps` too much from 50 s to 51 s.
 fn flight(error_radps: f64) -> (Dataset, EstimatorConfig) {
@@ -62,10 +61,7 @@ fn where_the_fixes_deny_it_the_filter_s_own_solution_stands() {
 
 #[test]
 fn a_launch_that_the_filter_was_refused_over_is_not_smoothed_away() {
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/datasets/uav-thor75-1hz");
-    if !place.exists() {
-        return println!("skipped: there is no {}", place.display());
-    }
+    let Some(place) = shared("datasets/uav-thor75-1hz") else { return };
     let mut dataset = Dataset::open(&place).unwrap();
     let config = dataset.settings().unwrap();
     let reference = Reference::open(&place, &dataset.manifest).unwrap().unwrap();

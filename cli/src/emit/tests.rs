@@ -138,6 +138,9 @@ fn headers_are_c_and_cpp_whatever_they_are_made_of() {
         for (compiler, language, standard) in
             [("gcc", "c", "c99"), ("g++", "c++", "c++11"), ("g++", "c++", "c++20")]
         {
+            if !hovernav_testing::installed(compiler) {
+                continue;
+            }
             let program = place.path().join("program");
             let text = format!("#include \"{name}.h\"\nint main(void) {{ return 0; }}\n");
             std::fs::write(&program, text).unwrap();
@@ -145,11 +148,8 @@ fn headers_are_c_and_cpp_whatever_they_are_made_of() {
                 .args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"])
                 .args([&format!("-std={standard}"), &format!("-I{HEADER}"), "-x", language])
                 .arg(&program)
-                .output();
-            let Ok(built) = built else {
-                println!("skipped: {compiler} is not there");
-                continue;
-            };
+                .output()
+                .unwrap();
             let errors = String::from_utf8_lossy(&built.stderr);
             assert!(built.status.success(), "{name}, {standard}: {errors}");
         }

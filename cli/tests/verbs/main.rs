@@ -13,8 +13,6 @@ mod identify;
 mod inject;
 mod long_logs;
 mod manners;
-#[path = "../../../tests/common/python.rs"]
-mod python;
 #[cfg(feature = "lab")]
 mod robustness;
 mod trajectories;

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
+use hovernav_testing::python;
 use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
-use crate::python::python;
 
 /// Where the helicopter's solution lies in every format: once for all tests, which read it.
 fn exported() -> &'static Path {

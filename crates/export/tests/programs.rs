@@ -2,9 +2,6 @@
 //!
 //! They come from the Python package index. Where they cannot be had, the test says so and is skipped.
 
-#[path = "../../../tests/common/python.rs"]
-mod python;
-
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
@@ -12,7 +9,7 @@ use std::process::Command;
 
 use hovernav_export::{Export, ExportFormat, LAYOUT};
 use hovernav_log::Dataset;
-use python::python;
+use hovernav_testing::python;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 const PACKAGES: [&str; 6] = ["evo", "fastkml", "gpx", "jsonschema", "lxml", "mcap"];

@@ -1,10 +1,15 @@
 //! What the tests of the workspace share.
 //!
-//! A test that needs data or a program which may be missing calls [`shared`] or [`skip`]. With
-//! `HOVERNAV_STRICT=1` in the environment, as in CI, a skip is a failure.
+//! A test that needs data or a program which may be missing calls [`shared`], [`installed`], [`python`] or [`skip`].
+//! With `HOVERNAV_STRICT=1` in the environment, as in CI, a skip is a failure.
+
+mod python;
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+pub use python::python;
 
 /// Path of a file or folder of the shared data, which lie next to the checkout.
 ///
@@ -20,6 +25,22 @@ pub fn shared(relative: impl AsRef<Path>) -> Option<PathBuf> {
         skip(format_args!("{} is missing", path.display()));
     }
     path.exists().then_some(path)
+}
+
+/// Whether `program` starts with `--version`; [`skip`] where it does not.
+///
+/// # Panics
+/// As [`skip`].
+#[must_use]
+#[track_caller]
+pub fn installed(program: &str) -> bool {
+    let mut command = Command::new(program);
+    let starts =
+        command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok();
+    if !starts {
+        skip(format_args!("{program} is not installed"));
+    }
+    starts
 }
 
 /// Prints that a test, or a part of one, is skipped, and why.

@@ -9,6 +9,7 @@ use hovernav::event::Event;
 use hovernav::imu::NotchConfig;
 use hovernav_c::{HOVERNAV_ABI, Solution};
 use hovernav_log::Dataset;
+use hovernav_testing::installed;
 
 /// What Rust's standard library needs of the system, in the static library.
 const SYSTEM: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
@@ -20,14 +21,6 @@ fn root() -> PathBuf {
 /// Where cargo put the library that this test is linked with.
 fn libraries() -> PathBuf {
     std::env::current_exe().unwrap().parent().unwrap().to_path_buf()
-}
-
-fn found(program: &str) -> bool {
-    let there = Command::new(program).arg("--version").output().is_ok();
-    if !there {
-        println!("skipped: {program} is not installed");
-    }
-    there
 }
 
 fn text(output: &Output) -> String {
@@ -45,7 +38,7 @@ fn text(output: &Output) -> String {
 fn build(source: &str, more: &[&str], place: &Path) -> Option<PathBuf> {
     let (compiler, standard) =
         if source.ends_with(".c") { ("gcc", "-std=c11") } else { ("g++", "-std=c++17") };
-    if !found(compiler) {
+    if !installed(compiler) {
         return None;
     }
     let program = place.join("program");
@@ -161,7 +154,7 @@ fn and_so_it_does_without_the_vibration_of_a_rotor() {
 
 #[test]
 fn the_shared_library_gives_them_too() {
-    if !found("gcc") {
+    if !installed("gcc") {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -193,7 +186,7 @@ fn dynamic(file: &Path, kind: &str) -> Vec<String> {
 #[cfg(target_os = "linux")]
 #[test]
 fn the_name_that_programs_load_the_library_by_ends_with_the_version_of_the_binary_interface() {
-    if !found("readelf") {
+    if !installed("readelf") {
         return;
     }
     let name = format!("libhovernav_c.so.{HOVERNAV_ABI}");
@@ -217,7 +210,7 @@ fn the_name_that_programs_load_the_library_by_ends_with_the_version_of_the_binar
 #[test]
 fn valgrind_finds_nothing_in_the_replay() {
     let place = tempfile::tempdir().unwrap();
-    if !found("valgrind") {
+    if !installed("valgrind") {
         return;
     }
     let Some(program) = build(REPLAY, &[], place.path()) else { return };
@@ -246,7 +239,7 @@ fn bytes_of_a_receiver_reach_the_sticks_in_cpp() {
     let place = tempfile::tempdir().unwrap();
     let Some(program) = build(LINES, &[], place.path()) else { return };
     reach(&mut Command::new(&program));
-    if found("valgrind") {
+    if installed("valgrind") {
         let valgrind = ["--quiet", "--error-exitcode=9", "--leak-check=full"];
         reach(Command::new("valgrind").args(valgrind).arg(&program));
     }
@@ -263,7 +256,7 @@ fn install(prefix: &Path) {
 
 /// What `program` asks the system to load is the library of this binary interface.
 fn needs_the_interface(program: &Path) {
-    if cfg!(target_os = "linux") && found("readelf") {
+    if cfg!(target_os = "linux") && installed("readelf") {
         let needed = dynamic(program, "NEEDED");
         assert!(needed.contains(&format!("libhovernav_c.so.{HOVERNAV_ABI}")), "{needed:?}");
     }
@@ -271,7 +264,7 @@ fn needs_the_interface(program: &Path) {
 
 #[test]
 fn pkg_config_finds_what_was_installed() {
-    if !found("gcc") || !found("pkg-config") {
+    if !installed("gcc") || !installed("pkg-config") {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -312,7 +305,7 @@ fn configure(prefix: &Path, languages: &str, text: &str) -> (Output, PathBuf) {
 
 #[test]
 fn cmake_finds_what_was_installed() {
-    if !found("cmake") || !found("gcc") || !found("g++") {
+    if !installed("cmake") || !installed("gcc") || !installed("g++") {
         return;
     }
     let place = tempfile::tempdir().unwrap();
@@ -350,7 +343,7 @@ fn cmake_finds_what_was_installed() {
 /// Before version 1 each minor version may change what the header declares.
 #[test]
 fn cmake_is_refused_another_minor_version() {
-    if !found("cmake") || !found("gcc") {
+    if !installed("cmake") || !installed("gcc") {
         return;
     }
     for (version, fits) in

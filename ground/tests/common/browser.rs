@@ -12,13 +12,8 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// Where Chromium may be.
-const PLACES: [&str; 4] = [
-    "/usr/bin/chromium",
-    "/usr/bin/chromium-browser",
-    "/usr/bin/google-chrome",
-    "/usr/bin/google-chrome-stable",
-];
+/// Names of Chromium's program.
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// A page in a browser of its own; both end when it is dropped.
 pub struct Browser {
@@ -30,12 +25,13 @@ pub struct Browser {
     _profile: tempfile::TempDir,
 }
 
-/// Chromium, or `None` and a printed reason.
+/// Chromium; `None`, after a skip, where it is missing.
 pub fn chromium() -> Option<PathBuf> {
     let given = std::env::var_os("CHROMIUM").map(PathBuf::from);
-    let found = given.into_iter().chain(PLACES.map(PathBuf::from)).find(|path| path.is_file());
+    let starts = |program: &PathBuf| Command::new(program).arg("--version").output().is_ok();
+    let found = given.into_iter().chain(NAMES.map(PathBuf::from)).find(starts);
     if found.is_none() {
-        println!("skipped: no Chromium in {PLACES:?} nor in $CHROMIUM");
+        hovernav_testing::skip(format_args!("none of {NAMES:?} nor $CHROMIUM starts"));
     }
     found
 }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use hovernav_formats::{Log, Options, open};
+use hovernav_testing::shared;
 
 fn log(name: &str, bytes: &[u8]) -> Log {
     let dir = tempfile::tempdir().unwrap();
@@ -139,15 +140,10 @@ fn the_rangefinder_of_a_telemetry_log_without_distance_sensor_is_read() {
 
 #[test]
 fn real_logs_have_the_distances_that_they_have() {
-    let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/logs");
     for name in
         ["px4-quad-vibration-2025.ulg", "sample_log_small.ulg", "px4-quad-motor-failure.ulg"]
     {
-        let path = logs.join(name);
-        if !path.exists() {
-            println!("skipped: there is no {}", path.display());
-            continue;
-        }
+        let Some(path) = shared(format!("logs/{name}")) else { continue };
         let dataset = open(&path, &Options::default()).unwrap().dataset;
         println!("{name}: {} distances, {} headings", dataset.ranges.len(), dataset.headings.len());
         let sound = dataset.ranges.iter().all(|reading| (0.0..=1e4).contains(&reading.range_m));

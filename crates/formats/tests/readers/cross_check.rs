@@ -10,22 +10,13 @@ use std::process::Command;
 
 use hovernav::imu::Motion;
 use hovernav_formats::{Log, Options};
-
-use crate::python::python;
+use hovernav_testing::{python, shared};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
 /// The interpreter of an environment with the reference readers.
 fn reference_readers() -> Option<PathBuf> {
     python(&["pyulog", "pymavlink"])
-}
-
-fn shared_log(name: &str) -> Option<PathBuf> {
-    let path = Path::new(HERE).join("../../../shared/logs").join(name);
-    if !path.exists() {
-        println!("skipped: there is no {}", path.display());
-    }
-    path.exists().then_some(path)
 }
 
 /// Samples of each kind: a time and numbers.
@@ -144,7 +135,7 @@ fn compare(name: &str, expected: &Samples, found: &Samples) {
 fn check(oracle: &str, names: &[&str]) {
     let Some(python) = reference_readers() else { return };
     for name in names {
-        let Some(path) = shared_log(name) else { continue };
+        let Some(path) = shared(format!("logs/{name}")) else { continue };
         let log = hovernav_formats::open(&path, &Options::default()).unwrap();
         compare(name, &expected(&python, oracle, &path), &found(&log));
     }
@@ -169,7 +160,7 @@ fn dataflash_logs_hold_what_pymavlink_reads() {
 
 #[test]
 fn a_dataflash_log_in_text_holds_what_it_holds_in_bytes() {
-    let Some(path) = shared_log("ardupilot-short.bin") else { return };
+    let Some(path) = shared("logs/ardupilot-short.bin") else { return };
     let Some(python) = reference_readers() else { return };
     let script = "import sys\nfrom pymavlink import DFReader\nlog = DFReader.DFReader_binary(sys.argv[1])\n\
                   rows = []\nnames = {}\n\

@@ -1,21 +1,14 @@
 //! Real logs of other autopilots: read or refused, and estimated without going astray.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use hovernav::time::Time;
 use hovernav_formats::{Format, Log, Options, open};
 use hovernav_log::Dataset;
-
-fn shared_log(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/logs").join(name);
-    if !path.exists() {
-        println!("skipped: there is no {}", path.display());
-    }
-    path.exists().then_some(path)
-}
+use hovernav_testing::shared;
 
 fn read(name: &str) -> Option<Log> {
-    shared_log(name).map(|path| open(&path, &Options::default()).unwrap())
+    shared(format!("logs/{name}")).map(|path| open(&path, &Options::default()).unwrap())
 }
 
 fn says(log: &Log, words: &str) -> bool {
@@ -76,7 +69,7 @@ fn remarks_say_what_a_log_lacks() {
 
 #[test]
 fn an_instance_is_read_by_its_number_or_refused() {
-    let Some(path) = shared_log("ardupilot-short.bin") else { return };
+    let Some(path) = shared("logs/ardupilot-short.bin") else { return };
     let mut options = Options::default();
     options.imu = Some(1);
     let second = open(&path, &options).unwrap();

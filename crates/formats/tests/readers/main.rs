@@ -11,8 +11,6 @@ mod mapping_samples;
 mod mapping_times;
 mod mapping_units;
 mod onboard_innovations;
-#[path = "../../../../tests/common/python.rs"]
-mod python;
 mod raw;
 mod ros2;
 mod ros2_reference;

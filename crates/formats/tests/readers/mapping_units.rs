@@ -6,6 +6,7 @@ use std::path::Path;
 
 use hovernav::gps::Fix;
 use hovernav_formats::Proposal;
+use hovernav_testing::shared;
 
 use crate::mapped::mapped;
 
@@ -286,12 +287,7 @@ fn a_vertical_velocity_that_the_heights_deny_is_a_doubt() {
 
 #[test]
 fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
-    let dir =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/datasets/quad-hover-aided");
-    if !dir.exists() {
-        println!("{} is missing: skipped", dir.display());
-        return;
-    }
+    let Some(dir) = shared("datasets/quad-hover-aided") else { return };
     let place = tempfile::tempdir().unwrap();
     let paths = [
         ("imu.csv", "time_s,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z"),

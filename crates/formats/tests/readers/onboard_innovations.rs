@@ -4,14 +4,10 @@ use std::path::Path;
 
 use hovernav::ekf::{Channel, Innovation, Notice};
 use hovernav_formats::{Log, Onboard, OnboardInnovation, Options, open, open_bytes};
+use hovernav_testing::shared;
 
 fn read(name: &str) -> Option<Log> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/logs").join(name);
-    if !path.exists() {
-        println!("skipped: there is no {}", path.display());
-        return None;
-    }
-    Some(open(&path, &Options::default()).unwrap())
+    shared(format!("logs/{name}")).map(|path| open(&path, &Options::default()).unwrap())
 }
 
 fn of(onboard: &Onboard, channel: Channel) -> Vec<OnboardInnovation> {

@@ -1,21 +1,10 @@
 //! Captures of sensors' lines, opened like any log.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 
 use hovernav_formats::{Format, Options, open};
+use hovernav_testing::shared;
 use serde_json::Value;
-
-const CAPTURES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/captures");
-
-fn captures(folder: &str) -> Option<PathBuf> {
-    let folder = Path::new(CAPTURES).join(folder);
-    if !folder.is_dir() {
-        println!("skipped: no captures in {}", folder.display());
-        return None;
-    }
-    Some(folder)
-}
 
 /// The fixes that every capture of a receiver has, and its day; `None` where the receiver had no fix,
 /// or speaks of other things.
@@ -58,9 +47,9 @@ const FIXES: &[(&str, Option<(usize, &str)>)] = &[
 
 #[test]
 fn every_capture_of_a_receiver_gives_its_fixes_and_its_day() {
-    let Some(_) = captures("gpsd") else { return };
+    let Some(captures) = shared("captures") else { return };
     for (name, expected) in FIXES {
-        let opened = open(&Path::new(CAPTURES).join(name), &Options::default());
+        let opened = open(&captures.join(name), &Options::default());
         let Some((fixes, day)) = expected else {
             let refusal = opened.unwrap_err().to_string();
             assert!(
@@ -81,7 +70,7 @@ fn every_capture_of_a_receiver_gives_its_fixes_and_its_day() {
 
 #[test]
 fn a_stream_in_a_language_that_is_not_read_is_refused() {
-    let Some(folder) = captures("gpsd") else { return };
+    let Some(folder) = shared("captures/gpsd") else { return };
     for name in ["bu303-moving", "bu303-nofix", "ublox-sirf1", "skytraq-err", "passthrough"] {
         let path = folder.join(format!("{name}.log"));
         let refusal = open(&path, &Options::default()).unwrap_err().to_string();
@@ -91,7 +80,7 @@ fn a_stream_in_a_language_that_is_not_read_is_refused() {
 
 #[test]
 fn a_dmus_stream_gives_every_whole_packet_its_time() {
-    let Some(folder) = captures("dmu_synthetic") else { return };
+    let Some(folder) = shared("captures/dmu_synthetic") else { return };
     let log = open(&folder.join("clean_330.bin"), &Options::default()).unwrap();
     assert_eq!(log.format, Format::Raw);
     let expected: Vec<Value> =

@@ -7,8 +7,7 @@ use std::process::Command;
 use hovernav::imu::Motion;
 use hovernav_formats::{Options, open};
 use hovernav_log::pressure_altitude_m;
-
-use crate::python::python;
+use hovernav_testing::python;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
