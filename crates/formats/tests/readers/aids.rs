@@ -1,7 +1,6 @@
 //! Rangefinders and second antennas in the logs of other autopilots.
 
 use std::fs;
-use std::path::Path;
 
 use hovernav_formats::{Log, Options, open};
 use hovernav_testing::shared;

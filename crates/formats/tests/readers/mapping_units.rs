@@ -2,7 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
-use std::path::Path;
 
 use hovernav::gps::Fix;
 use hovernav_formats::Proposal;
