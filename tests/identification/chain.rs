@@ -307,7 +307,8 @@ fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let reasons = &vehicle.verdict().unwrap().reasons;
     println!("heave {heave:.0}, Zcol {} ± {}, {true_strength}", strength.value, strength.bound);
     assert!((strength.value - true_strength).abs() < 2.0 * strength.bound);
-    assert!(heave < 150.0, "{heave}");
+    // Costs 75: the flight's own gusts leave Zcol 20 % weak, which is one of its bounds.
+    assert!(heave < 80.0, "{heave}");
     assert!(reasons.iter().any(|own| own.contains(&format!("{stick} to {output}"))), "{reasons:?}");
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hovernav_log::record::{Line, Record, Recorder, Status};
 
@@ -163,16 +163,13 @@ fn a_disk_that_hangs_does_not_hold_the_loop() {
     let bytes = Arc::new(Mutex::new(Vec::new()));
     let mut recorder = Recorder::start(Hanging(Arc::clone(&bytes)), &header()).unwrap();
     let hanging = bytes.lock().unwrap();
-    let (mut now, mut longest) = (START, Duration::ZERO);
+    let mut now = START;
     // Would never end if one of these calls waited for the disk.
     while recorder.status().lost_raw < 1000 {
         now = now + 1e-3;
-        let before = Instant::now();
         recorder.raw(Line::Dmu, &[0x55; 30], now);
-        longest = longest.max(before.elapsed());
     }
     drop(hanging);
-    println!("longest call {longest:?}");
     let lost = recorder.finish().lost_raw;
     let record = Record::read(&bytes.lock().unwrap(), Path::new("slow.mcap")).unwrap();
     assert!(record.is_ended);
@@ -204,8 +201,7 @@ fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
             thread::sleep(Duration::from_millis(1));
         }
     }
-    let begun = Instant::now();
+    // Would never end if it waited for room.
     let status = recorder.finish();
     assert!(status.bytes_waiting >= 8 << 20 && status.queued > 0, "{status:?}");
-    assert!(begun.elapsed() < Duration::from_secs(60), "it ends");
 }

@@ -31,8 +31,9 @@ fn the_thesis_design_is_reproduced_and_replaced() {
     let summary = summary(&out);
     assert!(summary["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
     for stick in ["lateral", "longitudinal", "collective", "pedal"] {
-        // With the servo's lag in the loop; the printed model's longitudinal loop has 44.4°.
-        assert!(summary["margins"][stick]["phase_deg"].as_f64().expect("a number") >= 44.0);
+        // With the servo's lag in the loop.
+        let phase_deg = summary["margins"][stick]["phase_deg"].as_f64().expect("a number");
+        assert!(phase_deg >= 45.0, "{stick}: {phase_deg}");
     }
     assert_eq!(summary["disturbances"].as_object().expect("nine").len(), 9);
     assert!(fs::metadata(out.join("report.html")).expect("a page").len() > 1_000_000);

@@ -1,4 +1,4 @@
-//! What the tests of the workspace share.
+//! Shared code of the workspace's tests and of the tools that measure it.
 //!
 //! A test that needs data or a program which may be missing calls [`shared`], [`installed`], [`python`] or [`skip`].
 //! With `HOVERNAV_STRICT=1` in the environment, as in CI, a skip is a failure.
@@ -11,7 +11,10 @@ use std::process::{Command, Stdio};
 
 pub use python::python;
 
-/// Path of a file or folder of the shared data, which lie next to the checkout.
+/// Directory of the shared data, next to the checkout. It may be missing.
+pub const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
+
+/// Path of a file or folder of the shared data.
 ///
 /// `None`, after [`skip`], where it is missing.
 ///
@@ -20,7 +23,7 @@ pub use python::python;
 #[must_use]
 #[track_caller]
 pub fn shared(relative: impl AsRef<Path>) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared").join(relative);
+    let path = Path::new(SHARED).join(relative);
     if !path.exists() {
         skip(format_args!("{} is missing", path.display()));
     }

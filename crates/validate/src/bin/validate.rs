@@ -27,7 +27,7 @@ struct Arguments {
     #[arg(long, value_name = "KEY=VALUE")]
     settings: Vec<String>,
     /// Directory with datasets, cases and logs
-    #[arg(long, value_name = "DIR", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared"))]
+    #[arg(long, value_name = "DIR", default_value = hovernav_testing::SHARED)]
     shared: PathBuf,
     /// Exit with status 1 if anything moved
     #[arg(long)]
