@@ -1,0 +1,104 @@
+//! How far two filters are apart, each quantity in units of what it may be.
+
+use std::collections::BTreeMap;
+
+use hovernav::ekf::{Channel, Innovation};
+use hovernav::ekf::layout::{GYRO_BIAS, Layout};
+
+use crate::filter::Filter;
+use crate::mechanization::{Earth, Vector};
+use crate::shipped::Snapshot;
+use crate::update::Compared;
+
+/// How far the shipped filter may be from the oracle.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// Share of a value, or of its one-sigma where that is more; of covariances, of both one-sigmas.
+    pub relative: f64,
+    /// Of what is a difference of two places, m: latitude and longitude are rounded to 3 nm.
+    pub place_m: f64,
+}
+
+impl Tolerance {
+    pub const DOUBLE: Self = Self { relative: 1e-9, place_m: 2e-8 };
+}
+
+/// The largest difference of each quantity, as a share of what is allowed; kept to be printed.
+#[derive(Clone, Debug, Default)]
+pub struct Differences(pub BTreeMap<(String, &'static str), f64>);
+
+impl Differences {
+    fn note(&mut self, what: &str, quantity: &'static str, off: f64, allowed: f64, detail: &dyn Fn() -> String) {
+        let share = off / allowed;
+        let largest = self.0.entry((what.to_owned(), quantity)).or_default();
+        *largest = largest.max(share);
+        assert!(
+            share <= 1.0 || std::env::var_os("ORACLE_SURVEY").is_some(),
+            "{what}, {quantity}: {off:e} apart, {allowed:e} allowed; {}",
+            detail()
+        );
+    }
+
+    /// Compares nominal states, parameters and covariances.
+    pub fn of_states<L: Layout<N>, const N: usize>(
+        &mut self,
+        what: &str,
+        shipped: &Snapshot<N>,
+        oracle: &Filter<L, N>,
+        tolerance: &Tolerance,
+    ) {
+        let Tolerance { relative, place_m } = *tolerance;
+        let (a, b) = (&shipped.nominal, &oracle.nominal);
+        assert_eq!(a.time, b.time, "{what}: time");
+        let sigma = |state: usize| shipped.covariance[(state, state)].max(0.0).sqrt();
+        let off_m = Earth::at(&a.place).displacement(&a.place, &b.place);
+        self.note(what, "place", off_m.norm(), place_m, &|| format!("{off_m:?}"));
+        let off_mps: Vector = a.velocity_mps - b.velocity_mps;
+        let size = a.velocity_mps.norm().max(1.0);
+        self.note(what, "velocity", off_mps.norm(), relative * size, &|| format!("{off_mps:?}"));
+        let off_rad = a.attitude.angle_to(&b.attitude);
+        self.note(what, "attitude", off_rad, relative.max(5e-8), &|| String::new());
+        for state in GYRO_BIAS..N {
+            let (a, b) = (shipped.parameters[state], oracle.parameters[state]);
+            let allowed = relative * a.abs().max(sigma(state)) + f64::MIN_POSITIVE;
+            self.note(what, "parameters", (a - b).abs(), allowed, &|| format!("{state}: {a:e} {b:e}"));
+        }
+        for row in 0..N {
+            for column in 0..N {
+                let (a, b) = (shipped.covariance[(row, column)], oracle.covariance[(row, column)]);
+                let allowed = relative * sigma(row) * sigma(column) + f64::MIN_POSITIVE;
+                self.note(what, "covariance", (a - b).abs(), allowed, &|| {
+                    format!("{row}, {column}: {a:e} {b:e}, sigmas {:e} {:e}", sigma(row), sigma(column))
+                });
+            }
+        }
+    }
+
+    /// Compares an innovation and its one-sigma.
+    pub fn of_innovations(
+        &mut self,
+        what: &str,
+        shipped: &Innovation,
+        oracle: &Compared,
+        tolerance: &Tolerance,
+    ) {
+        assert_eq!(shipped.channel, oracle.channel, "{what}");
+        let is_place = matches!(
+            shipped.channel,
+            Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown
+        );
+        let rounding = if is_place { tolerance.place_m } else { 0.0 };
+        let size = shipped.innovation.abs().max(shipped.sigma);
+        let off = (shipped.innovation - oracle.innovation).abs();
+        let detail = || format!("{shipped:?} {oracle:?}");
+        self.note(what, "innovation", off, tolerance.relative * size + rounding, &detail);
+        let off = (shipped.sigma - oracle.sigma).abs();
+        self.note(what, "its sigma", off, tolerance.relative * shipped.sigma, &detail);
+    }
+
+    pub fn print(&self, name: &str) {
+        for ((what, quantity), share) in &self.0 {
+            println!("{name:24} {what:24} {quantity:12} {share:.1e} of what is allowed");
+        }
+    }
+}

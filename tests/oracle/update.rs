@@ -1,0 +1,91 @@
+//! The measurement update in its textbook form: scalar rows in sequence, Joseph's covariance, error injection.
+
+use hovernav::ekf::Channel;
+use nalgebra::{SVector, UnitQuaternion};
+
+use crate::filter::Filter;
+use crate::mechanization::{Earth, Vector};
+use crate::transition::Matrix;
+use hovernav::ekf::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+
+/// One axis of a measurement: measured less predicted, its row of H, its variance R.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<const N: usize> {
+    pub channel: Channel,
+    pub innovation: f64,
+    pub h: SVector<f64, N>,
+    pub noise: f64,
+}
+
+/// An innovation after the axes before it, and its one-sigma.
+#[derive(Clone, Copy, Debug)]
+pub struct Compared {
+    pub channel: Channel,
+    pub innovation: f64,
+    pub sigma: f64,
+}
+
+impl<const N: usize> Row<N> {
+    /// An axis that sees no state yet.
+    pub fn new(channel: Channel, innovation: f64, noise: f64) -> Self {
+        Self { channel, innovation, h: SVector::zeros(), noise }
+    }
+
+    /// Adds ∂z/∂x of one state.
+    #[must_use]
+    pub fn sees(mut self, state: usize, derivative: f64) -> Self {
+        self.h[state] += derivative;
+        self
+    }
+
+    /// Adds the derivatives by three consecutive states.
+    #[must_use]
+    pub fn sees_block(mut self, first: usize, derivatives: [f64; 3]) -> Self {
+        for (axis, derivative) in derivatives.into_iter().enumerate() {
+            self.h[first + axis] += derivative;
+        }
+        self
+    }
+}
+
+/// One scalar row (K6), with Joseph's form of the covariance: P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ. Gives the gain.
+pub fn joseph<const N: usize>(p: &mut Matrix<N>, row: &Row<N>) -> SVector<f64, N> {
+    let seen = *p * row.h;
+    let gain = seen / (row.h.dot(&seen) + row.noise);
+    let left = Matrix::identity() - gain * row.h.transpose();
+    *p = left * *p * left.transpose() + gain * gain.transpose() * row.noise;
+    gain
+}
+
+impl<L: Layout<N>, const N: usize> Filter<L, N> {
+    /// Takes in rows one after the other, those that are `accepted`, and corrects the state by all of them together.
+    pub fn take_in(&mut self, rows: &[Row<N>], accepted: &[bool]) -> Vec<Compared> {
+        let mut correction = SVector::<f64, N>::zeros();
+        let mut compared = Vec::new();
+        for (row, &accepted) in rows.iter().zip(accepted) {
+            let innovation = row.innovation - row.h.dot(&correction);
+            let variance = row.h.dot(&(self.covariance * row.h)) + row.noise;
+            compared.push(Compared { channel: row.channel, innovation, sigma: variance.sqrt() });
+            if accepted {
+                correction += joseph(&mut self.covariance, row) * innovation;
+            }
+        }
+        self.inject(&correction);
+        compared
+    }
+
+    /// Adds an error state to the estimates (K1). The attitude error is then zero again; that it has turned its own
+    /// covariance by half of it is left out, as in Solà (section 7.2.2: to first order nothing).
+    fn inject(&mut self, error: &SVector<f64, N>) {
+        let block = |first: usize| Vector::new(error[first], error[first + 1], error[first + 2]);
+        let nominal = &mut self.nominal;
+        let turned = UnitQuaternion::from_scaled_axis(block(ATTITUDE));
+        nominal.attitude = turned * nominal.attitude;
+        nominal.attitude.renormalize();
+        nominal.velocity_mps += block(VELOCITY);
+        nominal.place = Earth::at(&nominal.place).displaced(&nominal.place, &block(POSITION));
+        for state in GYRO_BIAS..N {
+            self.parameters[state] += error[state];
+        }
+    }
+}
