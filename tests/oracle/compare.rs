@@ -56,8 +56,8 @@ impl Differences {
         let off_mps: Vector = a.velocity_mps - b.velocity_mps;
         let size = a.velocity_mps.norm().max(1.0);
         self.note(what, "velocity", off_mps.norm(), relative * size, &|| format!("{off_mps:?}"));
-        let off_rad = a.attitude.angle_to(&b.attitude);
-        self.note(what, "attitude", off_rad, relative.max(5e-8), &|| String::new());
+        let off_rad = 2.0 * a.attitude.rotation_to(&b.attitude).imag().norm();
+        self.note(what, "attitude", off_rad, relative, &|| String::new());
         for state in GYRO_BIAS..N {
             let (a, b) = (shipped.parameters[state], oracle.parameters[state]);
             let allowed = relative * a.abs().max(sigma(state)) + f64::MIN_POSITIVE;

@@ -29,8 +29,9 @@ pub struct Pair<L, const N: usize, T = f64> {
     one_step: bool,
     tolerance: Tolerance,
     pub differences: Differences,
-    /// When a barometric height was last taken in.
-    baro_used: Option<Time>,
+    /// When a barometric height was last taken in. Before the first, the shipped filter counts from the zero of the
+    /// clock, so that its wind (M10) is up to five times as much in a log that begins within a second of it.
+    baro_used: Time,
     pub counts: Counts,
 }
 
@@ -69,7 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
             one_step,
             tolerance,
             differences: Differences::default(),
-            baro_used: None,
+            baro_used: Time::ZERO,
             counts: Counts::default(),
         };
         pair.take_over(&begun);
@@ -159,7 +160,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
     }
 
     pub fn baro(&mut self, time: Time, height_m: f64) {
-        let since_s = Filter::<L, N>::since_s(time, self.baro_used);
+        let since_s = time - self.baro_used;
         let accepted = self.measure(
             "barometric height",
             |shipped, recorder| shipped.update_baro(time, height_m, recorder),
@@ -168,7 +169,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
             |oracle, after, _| oracle.baro_rows(height_m, since_s, after),
         );
         if accepted {
-            self.baro_used = Some(time);
+            self.baro_used = time;
         }
     }
 
