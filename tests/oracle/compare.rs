@@ -21,6 +21,7 @@ pub struct Tolerance {
 
 impl Tolerance {
     pub const DOUBLE: Self = Self { relative: 1e-9, place_m: 2e-8 };
+    pub const SINGLE: Self = Self { relative: 1e-4, place_m: 1e-3 };
 }
 
 /// The largest difference of each quantity, as a share of what is allowed; kept to be printed.
@@ -94,6 +95,19 @@ impl Differences {
         self.note(what, "innovation", off, tolerance.relative * size + rounding, &detail);
         let off = (shipped.sigma - oracle.sigma).abs();
         self.note(what, "its sigma", off, tolerance.relative * shipped.sigma, &detail);
+    }
+
+    pub fn survey(&self) {
+        use std::sync::Mutex;
+        static ALL: Mutex<BTreeMap<(String, &'static str), f64>> = Mutex::new(BTreeMap::new());
+        let mut all = ALL.lock().unwrap();
+        for (key, share) in &self.0 {
+            let largest = all.entry(key.clone()).or_default();
+            if *share > *largest {
+                *largest = *share;
+                println!("SURVEY {key:?} {share:e}");
+            }
+        }
     }
 
     pub fn print(&self, name: &str) {

@@ -9,6 +9,7 @@ mod history;
 mod mechanization;
 mod noise;
 mod pair;
+mod sequences;
 mod shipped;
 mod transition;
 mod update;
