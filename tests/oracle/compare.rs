@@ -8,6 +8,7 @@ use hovernav::ekf::layout::{GYRO_BIAS, Layout};
 use crate::filter::Filter;
 use crate::mechanization::{Earth, Vector};
 use crate::shipped::Snapshot;
+use crate::transition::Matrix;
 use crate::update::Compared;
 
 /// How far the shipped filter may be from the oracle.
@@ -19,6 +20,10 @@ pub struct Tolerance {
     pub place_m: f64,
 }
 
+/// A state that becomes more than three hundred times surer at a stroke is compared in this share of its one-sigma
+/// before: P − K H P loses as many digits as it falls by, whatever the order of its terms.
+const LOST: f64 = 3e-3;
+
 impl Tolerance {
     pub const DOUBLE: Self = Self { relative: 1e-9, place_m: 2e-8 };
     pub const SINGLE: Self = Self { relative: 1e-4, place_m: 1e-3 };
@@ -26,12 +31,16 @@ impl Tolerance {
 
 /// The largest difference of each quantity, as a share of what is allowed; kept to be printed.
 #[derive(Clone, Debug, Default)]
-pub struct Differences(pub BTreeMap<(String, &'static str), f64>);
+pub struct Differences {
+    largest: BTreeMap<(String, &'static str), f64>,
+    /// The largest one-sigma of each state since the filters were last made equal: rounding is a share of that.
+    sigmas: Vec<f64>,
+}
 
 impl Differences {
     fn note(&mut self, what: &str, quantity: &'static str, off: f64, allowed: f64, detail: &dyn Fn() -> String) {
         let share = off / allowed;
-        let largest = self.0.entry((what.to_owned(), quantity)).or_default();
+        let largest = self.largest.entry((what.to_owned(), quantity)).or_default();
         *largest = largest.max(share);
         assert!(
             share <= 1.0 || std::env::var_os("ORACLE_SURVEY").is_some(),
@@ -51,7 +60,13 @@ impl Differences {
         let Tolerance { relative, place_m } = *tolerance;
         let (a, b) = (&shipped.nominal, &oracle.nominal);
         assert_eq!(a.time, b.time, "{what}: time");
-        let sigma = |state: usize| shipped.covariance[(state, state)].max(0.0).sqrt();
+        let sigmas = shipped.covariance.map_diagonal(|variance| variance.max(0.0).sqrt());
+        for (largest, sigma) in self.sigmas.iter_mut().zip(&sigmas) {
+            *largest = largest.max(*sigma);
+        }
+        let units: Vec<f64> =
+            sigmas.iter().zip(&self.sigmas).map(|(sigma, most)| sigma.max(LOST * most)).collect();
+        let sigma = |state: usize| units[state];
         let off_m = Earth::at(&a.place).displacement(&a.place, &b.place);
         self.note(what, "place", off_m.norm(), place_m, &|| format!("{off_m:?}"));
         let off_mps: Vector = a.velocity_mps - b.velocity_mps;
@@ -75,6 +90,11 @@ impl Differences {
         }
     }
 
+    /// Both filters are equal from here on.
+    pub fn restart<const N: usize>(&mut self, covariance: &Matrix<N>) {
+        self.sigmas = covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect();
+    }
+
     /// Compares an innovation and its one-sigma.
     pub fn of_innovations(
         &mut self,
@@ -89,19 +109,20 @@ impl Differences {
             Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown
         );
         let rounding = if is_place { tolerance.place_m } else { 0.0 };
-        let size = shipped.innovation.abs().max(shipped.sigma);
+        let unit = shipped.sigma.max(LOST * oracle.sigma_before);
+        let size = shipped.innovation.abs().max(unit);
         let off = (shipped.innovation - oracle.innovation).abs();
         let detail = || format!("{shipped:?} {oracle:?}");
         self.note(what, "innovation", off, tolerance.relative * size + rounding, &detail);
         let off = (shipped.sigma - oracle.sigma).abs();
-        self.note(what, "its sigma", off, tolerance.relative * shipped.sigma, &detail);
+        self.note(what, "its sigma", off, tolerance.relative * unit, &detail);
     }
 
     pub fn survey(&self) {
         use std::sync::Mutex;
         static ALL: Mutex<BTreeMap<(String, &'static str), f64>> = Mutex::new(BTreeMap::new());
         let mut all = ALL.lock().unwrap();
-        for (key, share) in &self.0 {
+        for (key, share) in &self.largest {
             let largest = all.entry(key.clone()).or_default();
             if *share > *largest {
                 *largest = *share;
@@ -111,7 +132,7 @@ impl Differences {
     }
 
     pub fn print(&self, name: &str) {
-        for ((what, quantity), share) in &self.0 {
+        for ((what, quantity), share) in &self.largest {
             println!("{name:24} {what:24} {quantity:12} {share:.1e} of what is allowed");
         }
     }

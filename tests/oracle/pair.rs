@@ -77,7 +77,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         pair
     }
 
-    pub fn take_over(&mut self, from: &Snapshot<N>) {
+    /// Lets the oracle go on from the shipped filter's state.
+    fn take_over(&mut self, from: &Snapshot<N>) {
+        self.differences.restart(&from.covariance);
         self.oracle.nominal = from.nominal;
         self.oracle.parameters = from.parameters;
         self.oracle.covariance = from.covariance;

@@ -23,6 +23,8 @@ pub struct Compared {
     pub channel: Channel,
     pub innovation: f64,
     pub sigma: f64,
+    /// The one-sigma that it would have had before any axis of the same moment, were the states not correlated.
+    pub sigma_before: f64,
 }
 
 impl<const N: usize> Row<N> {
@@ -62,10 +64,16 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     pub fn take_in(&mut self, rows: &[Row<N>], accepted: &[bool]) -> Vec<Compared> {
         let mut correction = SVector::<f64, N>::zeros();
         let mut compared = Vec::new();
+        let before = self.covariance.diagonal();
         for (row, &accepted) in rows.iter().zip(accepted) {
             let innovation = row.innovation - row.h.dot(&correction);
             let variance = row.h.dot(&(self.covariance * row.h)) + row.noise;
-            compared.push(Compared { channel: row.channel, innovation, sigma: variance.sqrt() });
+            compared.push(Compared {
+                channel: row.channel,
+                innovation,
+                sigma: variance.sqrt(),
+                sigma_before: (row.h.component_mul(&row.h).dot(&before) + row.noise).sqrt(),
+            });
             if accepted {
                 correction += joseph(&mut self.covariance, row) * innovation;
             }
