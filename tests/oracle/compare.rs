@@ -18,15 +18,14 @@ pub struct Tolerance {
     pub relative: f64,
     /// Of what is a difference of two places, m: latitude and longitude are rounded to 3 nm.
     pub place_m: f64,
+    /// A state that becomes surer at a stroke by more than the inverse of this is compared in this share of its
+    /// one-sigma before: P − K H P loses as many digits as it falls by, whatever the order of its terms.
+    pub lost: f64,
 }
 
-/// A state that becomes more than three hundred times surer at a stroke is compared in this share of its one-sigma
-/// before: P − K H P loses as many digits as it falls by, whatever the order of its terms.
-const LOST: f64 = 3e-3;
-
 impl Tolerance {
-    pub const DOUBLE: Self = Self { relative: 1e-9, place_m: 2e-8 };
-    pub const SINGLE: Self = Self { relative: 1e-4, place_m: 1e-3 };
+    pub const DOUBLE: Self = Self { relative: 1e-9, place_m: 2e-8, lost: 3e-3 };
+    pub const SINGLE: Self = Self { relative: 1e-3, place_m: 1e-3, lost: 0.05 };
 }
 
 /// The largest difference of each quantity, as a share of what is allowed; kept to be printed.
@@ -57,7 +56,7 @@ impl Differences {
         oracle: &Filter<L, N>,
         tolerance: &Tolerance,
     ) {
-        let Tolerance { relative, place_m } = *tolerance;
+        let Tolerance { relative, place_m, lost } = *tolerance;
         let (a, b) = (&shipped.nominal, &oracle.nominal);
         assert_eq!(a.time, b.time, "{what}: time");
         let sigmas = shipped.covariance.map_diagonal(|variance| variance.max(0.0).sqrt());
@@ -65,7 +64,7 @@ impl Differences {
             *largest = largest.max(*sigma);
         }
         let units: Vec<f64> =
-            sigmas.iter().zip(&self.sigmas).map(|(sigma, most)| sigma.max(LOST * most)).collect();
+            sigmas.iter().zip(&self.sigmas).map(|(sigma, most)| sigma.max(lost * most)).collect();
         let sigma = |state: usize| units[state];
         let off_m = Earth::at(&a.place).displacement(&a.place, &b.place);
         self.note(what, "place", off_m.norm(), place_m, &|| format!("{off_m:?}"));
@@ -109,7 +108,7 @@ impl Differences {
             Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown
         );
         let rounding = if is_place { tolerance.place_m } else { 0.0 };
-        let unit = shipped.sigma.max(LOST * oracle.sigma_before);
+        let unit = shipped.sigma.max(tolerance.lost * oracle.sigma_before);
         let size = shipped.innovation.abs().max(unit);
         let off = (shipped.innovation - oracle.innovation).abs();
         let detail = || format!("{shipped:?} {oracle:?}");
