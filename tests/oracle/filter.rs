@@ -2,9 +2,7 @@
 
 use std::marker::PhantomData;
 
-use hovernav::ekf::layout::{
-    ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY,
-};
+use hovernav::ekf::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use hovernav::ekf::{EkfConfig, Learned};
 use hovernav::imu::ImuSample;
 use hovernav::ins::Mounting;
@@ -73,7 +71,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     }
 
     fn unit_errors(&self) -> UnitErrors {
-        let optional = |first: Option<usize>| first.map_or(Vector::zeros(), |first| self.block(first));
+        let optional =
+            |first: Option<usize>| first.map_or(Vector::zeros(), |first| self.block(first));
         UnitErrors {
             bias: [self.block(GYRO_BIAS), self.block(ACCEL_BIAS)],
             scale: [optional(L::GYRO_SCALE), optional(L::ACCEL_SCALE)],
@@ -96,11 +95,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let withheld = Vector::from(learned.suspicion.withheld_mps2.to_array());
         step.velocity_mps -= withheld * seconds;
         let is_gap = seconds > self.config.imu.gap_s;
-        let frame_rate_radps = if is_gap {
-            self.coast(sample, learned)
-        } else {
-            self.step(sample, &step, learned)
-        };
+        let frame_rate_radps =
+            if is_gap { self.coast(sample, learned) } else { self.step(sample, &step, learned) };
         let against_ground = self.nominal.attitude.inverse() * frame_rate_radps;
         self.rate_radps = step.last_rate_radps - against_ground;
         if is_gap { Step::Coasted } else { Step::Stepped }

@@ -16,7 +16,14 @@ use crate::pair::Pair;
 
 /// Flies up to `most` samples of a dataset with both filters. Every other fix is taken in as it comes, every other once
 /// the samples reach 0.06 s beyond it, as the estimator does.
-fn fly(dir: &Path, config: &EstimatorConfig, dataset: &Dataset, most: usize, one_step: bool, tolerance: Tolerance) -> Pair<Full, 28> {
+fn fly(
+    dir: &Path,
+    config: &EstimatorConfig,
+    dataset: &Dataset,
+    most: usize,
+    one_step: bool,
+    tolerance: Tolerance,
+) -> Pair<Full, 28> {
     let mut aligner = Aligner::new(config.alignment, config.mounting);
     let mut pair: Option<Pair<Full, 28>> = None;
     let (mut held, mut waits): (Option<Fix>, bool) = (None, false);
@@ -108,13 +115,27 @@ fn a_step_of_every_known_flight_comes_to_the_same() {
     }
 }
 
-/// With gates that nothing is beyond, the oracle flies the whole of it by itself.
+/// With gates that nothing is beyond, the oracle flies the whole of it by itself: only what the watches have learned, and
+/// what they open, comes from the shipped filter.
 #[test]
 fn a_whole_hover_comes_to_the_same() {
-    let dir = own("heli-hover");
-    let (dataset, mut config) = opened(&dir);
+    fly_whole(&own("heli-hover"));
+}
+
+/// The same with heights, a magnetometer and vibration.
+#[test]
+fn whole_flights_of_multirotors_come_to_the_same() {
+    for name in ["quad-gps-glitch", "quad-hover-aided", "quad-p4rtk-vibration"] {
+        if let Some(dir) = shared(format!("datasets/{name}")) {
+            fly_whole(&dir);
+        }
+    }
+}
+
+fn fly_whole(dir: &Path) {
+    let (dataset, mut config) = opened(dir);
     config.ekf.gate.sigmas = 1e4;
-    let pair = fly(&dir, &config, &dataset, usize::MAX, false, Tolerance::DOUBLE);
-    pair.differences.print("heli-hover");
+    let pair = fly(dir, &config, &dataset, usize::MAX, false, Tolerance::DOUBLE);
+    pair.differences.print(&dir.display().to_string());
     assert_eq!(pair.counts.rejected + pair.counts.reopened, 0);
 }

@@ -1,8 +1,6 @@
 //! A fix: (M3) to (M6) and (M14).
 
-use hovernav::ekf::layout::{
-    ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY,
-};
+use hovernav::ekf::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use hovernav::ekf::{Channel, Learned};
 use hovernav::gps::Fix;
 use nalgebra::Matrix3;
@@ -39,9 +37,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     pub fn moments(&self, fix: &Fix) -> Option<Moments> {
         let parameter = |state: Option<usize>| state.map_or(0.0, |state| self.parameters[state]);
         let delay_s = parameter(L::GPS_DELAY).max(-MOST_AHEAD_S);
-        let latency_s = L::LATENCY.map_or(0.0, |_| {
-            (parameter(L::GPS_DELAY) + parameter(L::LATENCY)).max(-MOST_AHEAD_S)
-        });
+        let latency_s = L::LATENCY
+            .map_or(0.0, |_| (parameter(L::GPS_DELAY) + parameter(L::LATENCY)).max(-MOST_AHEAD_S));
         let reach_s = self.history.reach_s(fix.time);
         let back = |late_s: f64| {
             self.history.look_back(&self.nominal, fix.time.offset_by(-late_s.min(reach_s)))

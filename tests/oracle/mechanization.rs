@@ -141,7 +141,8 @@ impl Increment {
         seconds: f64,
         errors: &UnitErrors,
     ) -> Self {
-        let vector = |v: hovernav::frames::Vector<hovernav::frames::Body>| Vector::from(v.to_array());
+        let vector =
+            |v: hovernav::frames::Vector<hovernav::frames::Body>| Vector::from(v.to_array());
         match sample.motion {
             Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
                 let w1 = errors.removed(0, &vector(angular_rate_radps), 1.0);
@@ -159,9 +160,7 @@ impl Increment {
                         let f0 = errors.removed(1, &vector(specific_force_mps2), 1.0);
                         Self::of_rates(seconds, [w0, w1], [f0, f1])
                     }
-                    Some(Motion::Increments { .. }) => {
-                        Self::of_rates(seconds, [w1, w1], [f1, f1])
-                    }
+                    Some(Motion::Increments { .. }) => Self::of_rates(seconds, [w1, w1], [f1, f1]),
                 }
             }
             Motion::Increments { angle_rad, velocity_mps } => {

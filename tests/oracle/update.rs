@@ -97,3 +97,30 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         }
     }
 }
+
+mod tests {
+    use nalgebra::{SMatrix, SVector};
+
+    use super::*;
+
+    /// Axes that are not correlated may come one after the other or all at once: K = P Hᵀ (H P Hᵀ + R)⁻¹.
+    #[test]
+    fn rows_in_sequence_are_the_update_by_all_of_them() {
+        let root = Matrix::<4>::from_fn(|i, j| {
+            ((i * 7 + j * 3) % 5) as f64 - 1.5 + f64::from(u8::from(i == j))
+        });
+        let before = root * root.transpose();
+        let h = SMatrix::<f64, 2, 4>::from_fn(|i, j| ((i * 5 + j * 2) % 3) as f64 - 0.7);
+        let r = SVector::<f64, 2>::new(0.3, 0.8);
+        let s = h * before * h.transpose() + SMatrix::from_diagonal(&r);
+        let gain = before * h.transpose() * s.try_inverse().unwrap();
+        let at_once = before - gain * h * before;
+        let mut in_sequence = before;
+        for axis in 0..2 {
+            let mut row = Row::new(Channel::Yaw, 0.0, r[axis]);
+            row.h = h.row(axis).transpose();
+            joseph(&mut in_sequence, &row);
+        }
+        assert!((at_once - in_sequence).norm() < 1e-12 * before.norm());
+    }
+}
