@@ -98,7 +98,7 @@ impl History {
     /// How long before `time` one may look back, s.
     pub fn reach_s(&self, time: Time) -> f64 {
         match self.0.get(ENTRIES - 1) {
-            Some(oldest) => (time - oldest.end).max(0.0).min(REACH_S),
+            Some(oldest) => (time - oldest.end).clamp(0.0, REACH_S),
             None => REACH_S,
         }
     }
