@@ -22,7 +22,6 @@ fn fly(
     dataset: &Dataset,
     most: usize,
     one_step: bool,
-    tolerance: Tolerance,
 ) -> Pair<Full, 28> {
     let mut aligner = Aligner::new(config.alignment, config.mounting);
     let mut pair: Option<Pair<Full, 28>> = None;
@@ -30,7 +29,8 @@ fn fly(
     for event in dataset.events() {
         let Some(pair) = &mut pair else {
             pair = aligner.push(&event).map(|alignment| {
-                Pair::new(config.ekf, config.mounting, alignment.start, one_step, tolerance)
+                let (ekf, mounting) = (config.ekf, config.mounting);
+                Pair::new(ekf, mounting, alignment.start, one_step, Tolerance::DOUBLE)
             });
             continue;
         };
@@ -98,7 +98,7 @@ fn opened(dir: &Path) -> (Dataset, EstimatorConfig) {
 fn a_step_of_a_hover_comes_to_the_same() {
     let dir = own("heli-hover");
     let (dataset, config) = opened(&dir);
-    let pair = fly(&dir, &config, &dataset, usize::MAX, true, Tolerance::DOUBLE);
+    let pair = fly(&dir, &config, &dataset, usize::MAX, true);
     pair.differences.print("heli-hover");
     assert!(pair.counts.axes > 5_000, "{:?}", pair.counts);
 }
@@ -109,7 +109,7 @@ fn a_step_of_every_known_flight_comes_to_the_same() {
     for name in SHARED {
         let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let (dataset, config) = opened(&dir);
-        let pair = fly(&dir, &config, &dataset, 6_000, true, Tolerance::DOUBLE);
+        let pair = fly(&dir, &config, &dataset, 12_000, true);
         pair.differences.print(name);
         assert!(pair.counts.axes > 300, "{name}: {:?}", pair.counts);
     }
@@ -137,7 +137,7 @@ fn the_first_minute_of_every_known_flight_comes_to_the_same() {
 fn fly_alone(dir: &Path, most: usize) {
     let (dataset, mut config) = opened(dir);
     config.ekf.gate.sigmas = 1e4;
-    let pair = fly(dir, &config, &dataset, most, false, Tolerance::DOUBLE);
+    let pair = fly(dir, &config, &dataset, most, false);
     pair.differences.print(&dir.display().to_string());
     assert_eq!(pair.counts.rejected + pair.counts.reopened, 0);
 }

@@ -30,7 +30,7 @@ pub struct Pair<L, const N: usize, T = f64> {
     tolerance: Tolerance,
     pub differences: Differences,
     /// When a barometric height was last taken in. Before the first, the shipped filter counts from the zero of the
-    /// clock, so that its wind (M10) is up to five times as much in a log that begins within a second of it.
+    /// clock: where the clock begins with the log, the wind of (M10) then counts up to 500 times as much.
     baro_used: Time,
     pub counts: Counts,
 }
