@@ -22,6 +22,7 @@ mod heading_search;
 mod history;
 mod innovation;
 mod joint;
+mod learned;
 mod measurement;
 mod motion_sum;
 mod net_turn;
@@ -46,6 +47,8 @@ pub use filter::Ekf;
 pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};
 pub use joint::JointCovariance;
+#[doc(hidden)]
+pub use learned::Learned;
 pub use measurement::{Aid, Report, Unusable};
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]

@@ -1,0 +1,92 @@
+//! What a filter has learned of its sensors: the numbers that its equations take as given.
+//!
+//! The textbook filter in `tests/oracle` reads them, and computes everything else by itself.
+
+use super::filter::Ekf;
+use super::layout::Layout;
+use super::scalar::Scalar;
+use crate::frames::Vector;
+use crate::imu::Suspicion;
+use crate::time::Time;
+
+/// Learned and monitored quantities of a filter, as of its last sample or measurement.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct Learned {
+    /// Variance of the vibration of each gyro, (rad/s)², and of each accelerometer, (m/s²)² (S12).
+    pub vibration: [[f64; 3]; 2],
+    /// What is known against the last sample (S13, S16).
+    pub suspicion: Suspicion,
+    /// Factor on the variances of the inertial noise (K18).
+    pub excess: f64,
+    /// Growth of the variance of each accelerometer bias by vibration that comes or goes, (m/s²)²/s (K24).
+    pub rectification: [f64; 3],
+    /// Share of the level specific force that counts as motion (K23).
+    pub level_share: f64,
+    /// Size of the GPS errors against the stated or configured one: variances of position, of horizontal and
+    /// vertical velocity (M7).
+    pub gps_size: [f32; 3],
+    /// One-sigmas of the slow GPS errors: position horizontal and vertical, m, velocity likewise, m/s (M5).
+    pub gps_wander: Option<[f32; 4]>,
+    /// Slow error of the source of heading: one-sigma, rad, and correlation time, s.
+    pub heading_wander: [f64; 2],
+    /// Antenna from its declared position, body axes, m, and the variance that this leaves of a level velocity for
+    /// each (rad/s)² of turn (M16).
+    pub antenna: ([f64; 3], f32),
+    /// Mean square swing of the attitude reference in tilt and heading, rad² (M8).
+    pub attitude_swing: [f64; 2],
+    /// When an attitude or a magnetic heading was last used.
+    pub attitude_used: Option<Time>,
+    /// When a gap last hid the attitude, until one is measured (K20).
+    pub attitude_lost: Option<Time>,
+    /// Level of the barometer, m, and the variance of its white error, m² (M18).
+    pub baro: (f64, f64),
+    /// Height of the ground beneath the rangefinder at its first reading, m (M12).
+    pub ground_height_m: Option<f64>,
+    /// When the heading of two antennas was last used.
+    pub antenna_heading_used: Time,
+    /// Mean rate of a second of rest that ended with the last sample, rad/s (M11).
+    pub resting_rate_radps: Option<[f64; 3]>,
+    /// Mean velocity of the last fixes of a vehicle at rest, m/s (M11).
+    pub resting_fixes_mps: [f32; 3],
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// What the filter has learned, for a second implementation of its equations.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn learned(&self) -> Learned {
+        let integrity = &self.samples.integrity;
+        let vibration = [integrity.gyro_vibration(), integrity.accel_vibration()];
+        let ones = Vector::new(T::ONE, T::ONE, T::ONE);
+        // A reading of no interval moves the scatter of a copy by nothing.
+        let mut barometer = self.barometer;
+        let baro_variance = barometer.scatter(0.0, 0.0, 0.0, self.config.baro.noise_m);
+        Learned {
+            vibration: vibration.map(|axes| axes.map(Scalar::wide)),
+            suspicion: self.samples.suspicion.cast(),
+            excess: self.excess.factor(),
+            rectification: self.samples.rectification.variance([1.0; 3], 1.0),
+            level_share: self.level_force.of_motion(ones).x().wide(),
+            gps_size: self.gps_learned,
+            gps_wander: self.gps_wander,
+            heading_wander: self.heading_wander,
+            antenna: (
+                self.antenna.offset_m().cast().to_array(),
+                self.antenna.velocity_variance(1.0),
+            ),
+            // Without noise, over two seconds, the excess is the swing itself.
+            attitude_swing: self.attitude_watch.excess(0.0, 2.0),
+            attitude_used: self.attitude_used,
+            attitude_lost: self.attitude_lost,
+            baro: (self.barometer.level_m(), baro_variance),
+            ground_height_m: self.ground.height_m,
+            antenna_heading_used: self.antenna_heading.used,
+            resting_rate_radps: self
+                .samples
+                .resting_rate_radps
+                .map(|rate| rate.to_array().map(Scalar::wide)),
+            resting_fixes_mps: self.samples.rest.fixes_mean_mps(),
+        }
+    }
+}

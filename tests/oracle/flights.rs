@@ -1,0 +1,143 @@
+//! Recorded flights: each step from the same state, and whole flights where nothing is gated.
+
+use std::path::{Path, PathBuf};
+
+use hovernav::ekf::EstimatorConfig;
+use hovernav::ekf::layout::Full;
+use hovernav::event::Event;
+use hovernav::frames::Rotation;
+use hovernav::gps::Fix;
+use hovernav::ins::Aligner;
+use hovernav_log::Dataset;
+use hovernav_testing::shared;
+
+use crate::compare::Tolerance;
+use crate::pair::Pair;
+
+/// Flies up to `most` samples of a dataset with both filters. Every other fix is taken in as it comes, every other once
+/// the samples reach 0.06 s beyond it, as the estimator does.
+fn fly(
+    dir: &Path,
+    config: &EstimatorConfig,
+    dataset: &Dataset,
+    most: usize,
+    one_step: bool,
+) -> Pair<Full, 28> {
+    let mut aligner = Aligner::new(config.alignment, config.mounting);
+    let mut pair: Option<Pair<Full, 28>> = None;
+    let (mut held, mut waits): (Option<Fix>, bool) = (None, false);
+    for event in dataset.events() {
+        let Some(pair) = &mut pair else {
+            pair = aligner.push(&event).map(|alignment| {
+                let (ekf, mounting) = (config.ekf, config.mounting);
+                Pair::new(ekf, mounting, alignment.start, one_step, Tolerance::DOUBLE)
+            });
+            continue;
+        };
+        if pair.counts.samples >= most {
+            break;
+        }
+        match event {
+            Event::Imu(sample) => {
+                pair.predict(&sample);
+                pair.rest();
+                if held.is_some_and(|fix| sample.time - fix.time > 0.06) {
+                    held.take().iter().for_each(|fix| pair.fix(fix));
+                }
+                if let Some(mut angles) = sample.attitude.filter(|_| config.aiding.attitude) {
+                    angles.yaw_rad += config.alignment.attitude_declination_rad;
+                    pair.attitude(sample.time, Rotation::from_euler(angles));
+                } else if let Some(field) = sample.magnetic_field_gauss {
+                    pair.magnetic(sample.time, field, config.alignment.declination_rad);
+                }
+            }
+            Event::Gps(fix) => {
+                waits = !waits;
+                held.take().iter().for_each(|fix| pair.fix(fix));
+                if waits { held = Some(fix) } else { pair.fix(&fix) }
+            }
+            Event::Baro { time, height_m } => pair.baro(time, height_m),
+            Event::Magnetometer { time, field_gauss } => {
+                pair.magnetic(time, field_gauss, config.alignment.declination_rad);
+            }
+            Event::AntennaHeading(reading) => {
+                let (baseline, model) = (config.alignment.baseline_m, config.antenna_heading);
+                pair.antenna_heading(&reading, baseline, &model);
+            }
+            Event::Range(reading) => pair.range(&reading, &config.rangefinder),
+        }
+    }
+    let pair = pair.unwrap_or_else(|| panic!("{} is not aligned", dir.display()));
+    println!("{}: {:?}", dir.display(), pair.counts);
+    pair
+}
+
+fn own(name: &str) -> PathBuf {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets")).join(name)
+}
+
+/// The sets next to the checkout.
+const SHARED: [&str; 7] = [
+    "car-rtk",
+    "quad-ardupilot-5hz",
+    "quad-gps-glitch",
+    "quad-gps-glitch-aided",
+    "quad-hover-aided",
+    "quad-p4rtk-vibration",
+    "uav-thor75-1hz",
+];
+
+fn opened(dir: &Path) -> (Dataset, EstimatorConfig) {
+    let mut dataset = Dataset::open(dir).unwrap();
+    let config = dataset.settings().unwrap();
+    (dataset, config)
+}
+
+/// Every step of the own set, from the same state.
+#[test]
+fn a_step_of_a_hover_comes_to_the_same() {
+    let dir = own("heli-hover");
+    let (dataset, config) = opened(&dir);
+    let pair = fly(&dir, &config, &dataset, usize::MAX, true);
+    pair.differences.print("heli-hover");
+    assert!(pair.counts.axes > 5_000, "{:?}", pair.counts);
+}
+
+/// The first minutes of every other set.
+#[test]
+fn a_step_of_every_known_flight_comes_to_the_same() {
+    for name in SHARED {
+        let Some(dir) = shared(format!("datasets/{name}")) else { continue };
+        let (dataset, config) = opened(&dir);
+        let pair = fly(&dir, &config, &dataset, 12_000, true);
+        pair.differences.print(name);
+        assert!(pair.counts.axes > 300, "{name}: {:?}", pair.counts);
+    }
+}
+
+/// With gates that nothing is beyond, the oracle flies the whole of it by itself: only what the watches have learned, and
+/// what they open, comes from the shipped filter.
+#[test]
+fn a_whole_hover_comes_to_the_same() {
+    fly_alone(&own("heli-hover"), usize::MAX);
+}
+
+/// The same for a minute or so of the others. Later rounding has grown: with every fix accepted, the moment at which a fix
+/// holds and the states found from it lead each other on, from 1e-17 to 1e-10 in 100 s of `quad-hover-aided`. The
+/// receiver that jumps is left out, for open gates accept the jump.
+#[test]
+fn the_first_minute_of_every_known_flight_comes_to_the_same() {
+    for name in SHARED.into_iter().filter(|name| !name.contains("glitch")) {
+        if let Some(dir) = shared(format!("datasets/{name}")) {
+            fly_alone(&dir, 3_000);
+        }
+    }
+}
+
+fn fly_alone(dir: &Path, most: usize) {
+    let (dataset, mut config) = opened(dir);
+    config.ekf.gate.sigmas = 1e4;
+    let pair = fly(dir, &config, &dataset, most, false);
+    pair.differences.print(&dir.display().to_string());
+    assert_eq!(pair.counts.rejected + pair.counts.reopened, 0);
+}
