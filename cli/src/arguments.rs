@@ -37,7 +37,7 @@ pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajector
     }
     let file = path.join("solution.csv");
     if !file.exists() && path.join("mapping.toml").exists() {
-        return Ok(hovernav_formats::trajectory(path)?);
+        return mapped_trajectory(path);
     }
     ensure!(
         file.exists(),
@@ -46,6 +46,17 @@ pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajector
         path.display()
     );
     Ok(Trajectory::open(&file, axes)?)
+}
+
+/// The trajectory in the files that the mapping in the directory `path` names.
+#[cfg(feature = "formats")]
+fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
+    Ok(hovernav_formats::trajectory(path)?)
+}
+
+#[cfg(not(feature = "formats"))]
+fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
+    Err(crate::memory::left_out(path, "text in columns"))
 }
 
 /// Which of several sensors to read, where a log has more than one.

@@ -16,12 +16,14 @@ mod page;
 mod stop;
 mod summary;
 
+#[cfg(feature = "bench")]
 mod bench;
 mod compare;
 mod config;
 mod convert;
 mod estimate;
 mod info;
+#[cfg(feature = "formats")]
 mod init;
 #[cfg(feature = "manual")]
 mod manual;
@@ -92,6 +94,7 @@ enum Verb {
     Config(config::Arguments),
     /// Say what the columns of foreign text files are, names, units and axes; writes a mapping and a
     /// commented dataset.toml for estimate, info and convert to take
+    #[cfg(feature = "formats")]
     Init(init::Arguments),
     /// Make a copy of a log with faults in it: vibration, gaps, GPS glitches and many more
     #[cfg(feature = "lab")]
@@ -111,6 +114,7 @@ enum Verb {
     /// Lay solutions over each other: solution.csv, TUM or EuRoC; writes summary.json and report.html
     Compare(compare::Arguments),
     /// Time the filter and the flight loop on this machine, against the loop's period
+    #[cfg(feature = "bench")]
     Bench(bench::Arguments),
     /// Score a trajectory of anybody's against a reference: solution.csv, TUM or EuRoC
     Score(score::Arguments),
@@ -138,6 +142,7 @@ impl Verb {
             Self::Ground(arguments) => ground::run(arguments),
             Self::Convert(arguments) => convert::run(arguments),
             Self::Config(arguments) => config::run(arguments),
+            #[cfg(feature = "formats")]
             Self::Init(arguments) => init::run(arguments),
             #[cfg(feature = "lab")]
             Self::Inject(arguments) => inject::run(arguments),
@@ -148,6 +153,7 @@ impl Verb {
             #[cfg(feature = "lab")]
             Self::Campaign(arguments) => campaign::run(arguments),
             Self::Compare(arguments) => compare::run(arguments),
+            #[cfg(feature = "bench")]
             Self::Bench(arguments) => bench::run(arguments),
             Self::Score(arguments) => score::run(arguments),
             #[cfg(feature = "manual")]
@@ -168,6 +174,10 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("fly", "feature `fly` on Linux"),
     #[cfg(not(feature = "fly"))]
     ("play", "feature `fly`"),
+    #[cfg(not(feature = "bench"))]
+    ("bench", "feature `bench`"),
+    #[cfg(not(feature = "formats"))]
+    ("init", "feature `formats`"),
     #[cfg(not(feature = "ground"))]
     ("ground", "feature `ground`"),
     #[cfg(not(feature = "manual"))]

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use anyhow::ensure;
+use anyhow::{anyhow, ensure};
 use hovernav_formats::{Log, Options};
-use hovernav_log::Dataset;
+use hovernav_log::{Dataset, LogError};
 
 /// What a page and files take beside the log.
 const BESIDE: u64 = 64 << 20;
@@ -12,7 +12,18 @@ const BESIDE: u64 = 64 << 20;
 /// Opens `log`, unless that and what is made of it take more memory than is free: so many times the log's own.
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     check(log, options, times)?;
-    Ok(hovernav_formats::open(log, options)?)
+    hovernav_formats::open(log, options).map_err(|error| match error {
+        LogError::LeftOut { path, format, .. } => left_out(&path, &format),
+        other => other.into(),
+    })
+}
+
+/// Why the file at `path` cannot be read, which is of a `format` of another program.
+pub fn left_out(path: &Path, format: &str) -> anyhow::Error {
+    anyhow!(
+        "{}: found {format}, which this build cannot read: it lacks the feature `formats`",
+        path.display()
+    )
 }
 
 /// Refuses `log` where to read it and what is made of it take more memory than is free.

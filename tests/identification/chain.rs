@@ -237,23 +237,26 @@ fn assert_margins_hold(seed: u64) {
     assert!(had.0 > promised.0 - 8.0 && had.1 > promised.1 - 2.0, "{promised:?} {had:?}");
 }
 
-// One test a flight, so that they run side by side.
+// One test a flight, so that they run side by side; the first is the sample of each day.
 #[test]
 fn margins_on_the_vehicle_are_those_promised_of_a_first_flight() {
     assert_margins_hold(1500);
 }
 
 #[test]
+#[ignore = "ten seconds: a flight, its identification and design"]
 fn margins_on_the_vehicle_are_those_promised_of_a_second_flight() {
     assert_margins_hold(1501);
 }
 
 #[test]
+#[ignore = "ten seconds: a flight, its identification and design"]
 fn margins_on_the_vehicle_are_those_promised_of_a_third_flight() {
     assert_margins_hold(1502);
 }
 
 #[test]
+#[ignore = "ten seconds: a flight, its identification and design"]
 fn margins_on_the_vehicle_are_those_promised_of_a_fourth_flight() {
     assert_margins_hold(1503);
 }

@@ -10,6 +10,7 @@ use hovernav::ekf::Solution;
 use hovernav_export::{Export, ExportError, ExportFormat, LAYOUT};
 use hovernav_log::{Manifest, WholeFile};
 
+use super::EXPORTED;
 use crate::output::{self, cannot_write};
 
 /// A format by its name, or `-`: standard output.
@@ -49,16 +50,14 @@ fn formats(asked: &[ExportArgument]) -> Vec<ExportFormat> {
 /// What goes with [`ExportFormat::Mcap`] for the program that shows it.
 const LAYOUT_FILE: &str = "solution.foxglove-layout.json";
 
-/// The files of the formats that are not `asked` for.
-pub fn not_asked(asked: &[ExportArgument]) -> Vec<String> {
+/// The files of [`EXPORTED`] that are not `asked` for.
+pub fn not_asked(asked: &[ExportArgument]) -> Vec<&'static str> {
     // Formats on standard output have no file.
     let in_files = if is_piped(asked) { Vec::new() } else { formats(asked) };
-    let absent = ExportFormat::ALL.into_iter().filter(|format| !in_files.contains(format));
-    let mut names: Vec<_> = absent.map(ExportFormat::file_name).collect();
-    if !in_files.contains(&ExportFormat::Mcap) {
-        names.push(LAYOUT_FILE.to_owned());
-    }
-    names
+    let layout = in_files.contains(&ExportFormat::Mcap).then(|| LAYOUT_FILE.to_owned());
+    let files: Vec<String> =
+        in_files.into_iter().map(ExportFormat::file_name).chain(layout).collect();
+    EXPORTED.into_iter().filter(|name| files.iter().all(|file| file != name)).collect()
 }
 
 /// Refuses what cannot be, before anything is estimated.
@@ -156,4 +155,17 @@ impl Exports {
 /// Whether this says that the reader of a pipe has gone.
 fn is_unread(error: Option<&ExportError>) -> bool {
     matches!(error, Some(ExportError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_an_export_is_known_to_those_who_clear_away_earlier_ones() {
+        let all = ExportFormat::ALL.map(ExportArgument::Format);
+        assert_eq!(not_asked(&[]), EXPORTED);
+        assert_eq!(not_asked(&all), [""; 0]);
+        assert_eq!(EXPORTED.len(), all.len() + 1, "the layout is the one that is no format");
+    }
 }

@@ -1,6 +1,7 @@
 //! `hovernav estimate`: the filter over a log, scored and drawn.
 
 mod columns;
+#[cfg_attr(not(feature = "export"), path = "no_export.rs")]
 mod export;
 mod files;
 mod table;
@@ -82,6 +83,18 @@ fn positive(text: &str) -> Result<f64, String> {
         .filter(|&value: &f64| value.is_finite() && value > 0.0)
         .ok_or_else(|| format!("found \"{text}\", expected a number of hertz above 0"))
 }
+
+/// The files that `--export` writes next to `solution.csv`.
+const EXPORTED: [&str; 8] = [
+    "solution.parquet",
+    "solution.kml",
+    "solution.gpx",
+    "solution.pos",
+    "solution.tum",
+    "solution.euroc.csv",
+    "solution.mcap",
+    "solution.foxglove-layout.json",
+];
 
 /// Of a longer log the inertial samples stay in their file, and so do the sticks, and are read anew whenever they are
 /// gone over: 36 MB of samples, two hours at 33 Hz.
@@ -215,7 +228,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         };
         flight_page::page(&page).write(&out.join(output::REPORT))?;
     }
-    let page = arguments.no_report.then(|| output::REPORT.to_owned());
+    let page = arguments.no_report.then_some(output::REPORT);
     output::remove_stale(out, export::not_asked(&arguments.export).into_iter().chain(page));
     drop(judging);
     summary.wall_s = started.elapsed().as_secs_f64();

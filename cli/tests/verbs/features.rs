@@ -1,17 +1,23 @@
-//! What a build without every feature says of the verbs that it lacks.
+//! A build without every feature names the feature of what it lacks.
 
-use crate::common::{hovernav, refusal};
+use crate::common::{HELI, hovernav, place, refusal, text};
 
 #[test]
 fn a_verb_that_is_left_out_names_its_feature() {
-    let lab = ["campaign", "design", "identify", "inject", "simulate"].map(|verb| (verb, "lab"));
-    let fly = ["fly", "play"].map(|verb| (verb, "fly"));
-    for (verb, feature) in lab.into_iter().chain(fly).chain([("ground", "ground")]) {
-        let built = match feature {
-            "lab" => cfg!(feature = "lab"),
-            "ground" => cfg!(feature = "ground"),
-            _ => cfg!(feature = "fly") && (verb == "play" || cfg!(target_os = "linux")),
-        };
+    for (verb, feature, built) in [
+        ("bench", "bench", cfg!(feature = "bench")),
+        ("init", "formats", cfg!(feature = "formats")),
+        ("ground", "ground", cfg!(feature = "ground")),
+        ("fly", "fly", cfg!(all(feature = "fly", target_os = "linux"))),
+        ("play", "fly", cfg!(feature = "fly")),
+        ("campaign", "lab", cfg!(feature = "lab")),
+        ("design", "lab", cfg!(feature = "lab")),
+        ("identify", "lab", cfg!(feature = "lab")),
+        ("inject", "lab", cfg!(feature = "lab")),
+        ("simulate", "lab", cfg!(feature = "lab")),
+        ("completions", "manual", cfg!(feature = "manual")),
+        ("man", "manual", cfg!(feature = "manual")),
+    ] {
         if built {
             assert!(hovernav(&[verb, "--help"]).status.success(), "{verb}");
         } else {
@@ -19,4 +25,19 @@ fn a_verb_that_is_left_out_names_its_feature() {
             assert!(message.contains(verb) && message.contains(feature), "{message}");
         }
     }
+}
+
+#[test]
+fn a_log_and_an_export_that_are_left_out_name_their_features() {
+    let place = place("left-out");
+    let log = place.join("flight.ulg");
+    std::fs::write(&log, b"ULog\x01\x12\x35\x01").unwrap();
+    let message = refusal(&["info", text(&log)]);
+    let is_named = message.contains("lacks the feature `formats`");
+    assert_eq!(is_named, !cfg!(feature = "formats"), "{message}");
+
+    let asked = hovernav(&["estimate", HELI, "--out", text(&place), "--export", "kml"]);
+    assert_eq!(asked.status.success(), cfg!(feature = "export"), "{asked:?}");
+    let message = String::from_utf8_lossy(&asked.stderr);
+    assert_eq!(message.contains("feature `export`"), !cfg!(feature = "export"), "{message}");
 }

@@ -8,12 +8,16 @@ mod common;
 #[cfg(feature = "lab")]
 mod control;
 mod features;
+mod full_disk;
 #[cfg(feature = "lab")]
 mod identify;
 mod inject;
 mod long_logs;
 mod manners;
+mod play;
+mod record;
 #[cfg(feature = "lab")]
 mod robustness;
+mod signals;
 mod trajectories;
 mod validate;

@@ -2,13 +2,11 @@
 //! the file and the cause.
 #![cfg(target_os = "linux")]
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use common::{HELI, place, succeeds, text};
+use crate::common::{HELI, place, succeeds, text};
 
 /// Runs the command where no file may grow beyond `most` bytes, a multiple of 512: what a disk does to one that is full
 /// at that length, without a disk.

@@ -1,15 +1,13 @@
 //! The page in a real browser: channels chosen by search, moving, zoomed, paused, continued, recorded,
 //! retrieved, sought, exported, marked.
 
-mod common;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use common::browser::{Browser, chromium};
-use common::{cycle, serve};
+use crate::common::browser::{Browser, chromium};
+use crate::common::{cycle, serve};
 use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::station::now_s;
 

@@ -1,12 +1,10 @@
 //! The server among friends and strangers.
 
-mod common;
-
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use common::{Client, Served, cycle, serve};
+use crate::common::{Client, Served, cycle, serve};
 use hovernav_ground::link::lock;
 use tungstenite::Message;
 

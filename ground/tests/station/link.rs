@@ -1,8 +1,6 @@
 //! The link over a pseudo-terminal and over UDP: `#`, `$`, cut and back.
 #![cfg(unix)]
 
-mod common;
-
 use std::io::{Read as _, Write as _};
 use std::net::UdpSocket;
 use std::os::unix::fs::symlink;
@@ -11,7 +9,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::{cycle, station};
+use crate::common::{cycle, station};
 use hovernav_ground::link::{Link, SharedStation, Source, lock};
 use hovernav_ground::station::now_s;
 use serialport::{SerialPort as _, TTYPort};

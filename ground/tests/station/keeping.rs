@@ -1,11 +1,9 @@
 //! The core without a screen: an hour, damage, an outage, an end without warning.
 
-mod common;
-
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{cycle, snapshot};
+use crate::common::{cycle, snapshot};
 use hovernav_ground::channel::Id;
 use hovernav_ground::decode::Protocol;
 use hovernav_ground::frames::Rigging;
@@ -136,7 +134,7 @@ fn a_record_that_is_ended_by_kill_opens_up_to_the_last_200_ms() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("killed.mcap");
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["records_until_killed", "--exact", "--ignored", "--nocapture"])
+        .args(["keeping::records_until_killed", "--exact", "--ignored", "--nocapture"])
         .env("HOVERNAV_RECORD", &file)
         .stdout(Stdio::piped())
         .spawn()

@@ -1,15 +1,13 @@
 //! What the command makes of a flight record.
 #![cfg(all(feature = "fly", feature = "lab"))]
 
-#[path = "../../tests/record/flight.rs"]
+#[path = "../../../tests/record/flight.rs"]
 mod flight;
-
-mod common;
 
 use std::fs;
 use std::path::PathBuf;
 
-use common::{place, refusal, succeeds, summary, text};
+use crate::common::{place, refusal, succeeds, summary, text};
 use hovernav_log::record::{Entry, Recorder};
 
 /// A place of this test's own, with the record of a flight in it.

@@ -1,14 +1,12 @@
 //! What signals do to a flight: most nothing, and those that end it let it end in order.
 #![cfg(all(feature = "fly", target_os = "linux"))]
 
-mod common;
-
 use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use common::place;
+use crate::common::place;
 
 fn send(signals: &[&str], flight: &Child) {
     let to = flight.id().to_string();

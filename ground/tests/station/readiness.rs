@@ -1,9 +1,7 @@
 //! What a vehicle of another maker says of whether it may be armed, and of how old its fix is.
 
-mod common;
-
-use common::sender::Sender;
-use common::snapshot;
+use crate::common::sender::Sender;
+use crate::common::snapshot;
 use hovernav::time::Time;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;

@@ -1,16 +1,14 @@
 //! Vehicles of other makers: a real one's stream, and what makers do that this project does not.
 
-mod common;
-
 use std::net::UdpSocket;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use common::browser::{Browser, chromium};
-use common::sender::Sender;
-use common::serve;
+use crate::common::browser::{Browser, chromium};
+use crate::common::sender::Sender;
+use crate::common::serve;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::lamps::{Light, control, lamps};

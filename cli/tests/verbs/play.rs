@@ -1,13 +1,11 @@
 //! `hovernav play` as a flight computer finds it: ports where it was told, and nothing left behind.
 #![cfg(all(unix, feature = "fly"))]
 
-mod common;
-
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use common::{HELI, hovernav, place};
+use crate::common::{HELI, hovernav, place};
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
 use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 

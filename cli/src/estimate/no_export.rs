@@ -1,0 +1,48 @@
+//! What a build without `--export` has in its place.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use hovernav::ekf::Solution;
+use hovernav_log::Manifest;
+
+/// Nothing can be asked for.
+#[derive(Clone, Copy)]
+pub enum ExportArgument {}
+
+impl FromStr for ExportArgument {
+    type Err = &'static str;
+
+    fn from_str(_: &str) -> Result<Self, Self::Err> {
+        Err("no format is in this build, which lacks the feature `export`")
+    }
+}
+
+pub fn is_piped(_: &[ExportArgument]) -> bool {
+    false
+}
+
+pub fn not_asked(_: &[ExportArgument]) -> Vec<&'static str> {
+    super::EXPORTED.into()
+}
+
+pub fn check(_: &[ExportArgument], _logs: usize) -> anyhow::Result<()> {
+    Ok(())
+}
+
+/// No files.
+pub struct Exports;
+
+impl Exports {
+    pub fn begin(_: &[ExportArgument], _: &Manifest, _out: &Path) -> anyhow::Result<Self> {
+        Ok(Self)
+    }
+
+    pub fn push(&mut self, _: &Solution) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    pub fn finish(self) -> anyhow::Result<()> {
+        Ok(())
+    }
+}

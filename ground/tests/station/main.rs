@@ -1,0 +1,11 @@
+//! The ground station behind its links, its server and its page.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod browser;
+mod keeping;
+mod link;
+mod readiness;
+mod server;
+mod vehicles;
