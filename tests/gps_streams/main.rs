@@ -4,6 +4,7 @@
 mod captures;
 mod damage;
 mod nmea;
+mod nmea_oracle;
 mod quality;
 mod round_trip;
 mod tsip;

@@ -147,6 +147,49 @@ fn gsa_gives_the_dimension_and_gst_the_sigmas() {
 }
 
 #[test]
+fn gsa_with_other_than_twelve_satellites_gives_no_dilution() {
+    let twelve = "01,02,03,,,,,,,,,";
+    for (satellites, system) in [
+        // Each misses one field, so the system is where the vertical dilution should be.
+        ("01,02,03,,,,,,,,", ",1"),
+        ("01,02,03,04,05,06,07,08,09,10,11", ",2"),
+        // Each has more, so satellites are where the dilutions should be.
+        ("01,02,03,04,05,06,07,08,09,10,11,12,13", ""),
+        ("01,02,03,04,05,06,07,08,09,10,11,12,13,,,,,,,,,,,", ""),
+        ("01,02,03,04,05,06,07,08,09,10,11,12,13,14,15,,,,,,,,,", ""),
+        ("01,02,1e3,,,,,,,,,", ""),
+    ] {
+        let gsa = format!("GPGSA,A,3,{satellites},4.0,3.0,1.3{system}");
+        let fix = read(&[RMC, GGA, &gsa])[0];
+        assert_eq!((fix.dimension, fix.dilution.position), (None, None), "{gsa}");
+    }
+    for system in ["", ",", ",1", ",A"] {
+        let gsa = format!("GPGSA,A,3,{twelve},4.0,3.0,1.3{system}");
+        let fix = read(&[RMC, GGA, &gsa])[0];
+        assert_eq!(fix.dilution.vertical, Some(1.3), "{gsa}");
+    }
+}
+
+#[test]
+fn a_mode_or_status_of_more_than_one_letter_is_a_damaged_sentence() {
+    for end in ["NX", "CA", "Ep", "A,UX", "1"] {
+        let rmc = format!("GPRMC,094812.00,A,0120.5,N,10341.0,E,4.0,90.0,230305,,,{end}");
+        assert_eq!(read(&[&rmc]), [], "{rmc}");
+    }
+    assert_eq!(read(&["GNGNS,094812.00,0120.5,N,10341.0,E,AA,09,0.9,31.0,7.0,,,UX"]), []);
+}
+
+#[test]
+fn a_fix_with_the_status_unsafe_is_no_fix() {
+    let rmc = |status| format!("GPRMC,094812.00,A,0120.5,N,10341.0,E,4.0,90.0,230305,,,A{status}");
+    assert_eq!(read(&[&rmc(",U")]), []);
+    assert_eq!(read(&["GNGNS,094812.00,0120.5,N,10341.0,E,AA,09,0.9,31.0,7.0,,,U"]), []);
+    for status in ["", ",", ",S", ",C", ",V"] {
+        assert_eq!(read(&[&rmc(status)]).len(), 1, "{status}");
+    }
+}
+
+#[test]
 fn a_course_left_empty_near_rest_leaves_the_direction_unknown_but_not_the_speed() {
     let fix = read(&["GPRMC,094812.00,A,0120.5,N,10341.0,E,0.250,,230305,,,A"])[0];
     assert_eq!(fix.horizontal_velocity_mps, None);

@@ -31,7 +31,7 @@ const GST: Kinds = 32;
 ///
 /// * Position is that of GGA, else GNS, else RMC (which has no height). It is no fix if *any*
 ///   sentence of the epoch says so: GGA quality 0 or 6 to 8, RMC status V or mode N, E, M, S or U,
-///   GSA mode 1, GNS without a valid mode.
+///   GSA mode 1, GNS without a valid mode, RMC or GNS with the navigational status U.
 /// * Velocity is RMC's; VTG's where the receiver sends no RMC. Down velocity is unknown. At rest
 ///   many receivers leave the course empty: then only the ground speed is known.
 /// * Sigmas are GST's; else unknown.

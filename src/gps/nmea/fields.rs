@@ -23,6 +23,11 @@ impl<'a> Fields<'a> {
         Self(Some(data))
     }
 
+    /// Whether all fields have been read.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// The next field as it was sent.
     pub fn text(&mut self) -> Result<&'a [u8], Malformed> {
         let rest = self.0.ok_or(Malformed)?;
@@ -50,6 +55,15 @@ impl<'a> Fields<'a> {
     /// The next field if it is a single letter.
     pub fn letter(&mut self) -> Result<Option<u8>, Malformed> {
         Ok(single(self.text()?).filter(u8::is_ascii_alphabetic))
+    }
+
+    /// The next field, a single letter; `None` where it is empty or missing.
+    pub fn optional_letter(&mut self) -> Result<Option<u8>, Malformed> {
+        match self.text().unwrap_or_default() {
+            [] => Ok(None),
+            [letter] if letter.is_ascii_alphabetic() => Ok(Some(*letter)),
+            _ => Err(Malformed),
+        }
     }
 
     /// The next field if it is a single digit.

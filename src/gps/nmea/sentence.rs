@@ -165,7 +165,7 @@ fn gns(mut fields: Fields<'_>) -> Reading {
     let altitude_msl_m = fields.number()?;
     let geoid_separation_m = fields.number()?;
     fields.skip(2)?;
-    let status = fields.letter().ok().flatten();
+    let status = fields.optional_letter()?;
     let correction = match mode {
         b'A' => Correction::None,
         b'D' | b'P' => Correction::Differential,
@@ -187,7 +187,8 @@ fn gns(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// Status, place, speed in knots, course, date, magnetic variation and its letter, mode.
+/// Status, place, speed in knots, course, date, magnetic variation and its letter, mode (since version
+/// 2.3), navigational status (since version 4.1).
 fn rmc(mut fields: Fields<'_>) -> Reading {
     let status = fields.letter()?.filter(|status| b"ADV".contains(status)).ok_or(Malformed)?;
     let place = fields.place()?;
@@ -195,9 +196,10 @@ fn rmc(mut fields: Fields<'_>) -> Reading {
     let day = fields.day()?;
     // Sent in too many forms to judge a sentence by, and not used.
     fields.skip(2)?;
-    let mode = fields.letter().ok().flatten();
+    let mode = fields.optional_letter()?;
+    let is_unsafe = fields.optional_letter()? == Some(b'U');
     // No data, dead reckoning, typed in by hand, simulated, unsafe.
-    if status == b'V' || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
+    if status == b'V' || is_unsafe || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
         return Ok(Content::NoFix);
     }
     Ok(Content::Rmc(RecommendedMinimum {
@@ -219,7 +221,8 @@ fn vtg(mut fields: Fields<'_>) -> Reading {
     Ok(Content::Vtg(ground_velocity(speed_knots, direction_deg)?))
 }
 
-/// How the dimension is chosen, dimension, twelve satellites, PDOP, HDOP, VDOP.
+/// How the dimension is chosen, dimension, twelve satellites, PDOP, HDOP, VDOP, satellite system (one
+/// digit, since version 4.1).
 fn gsa(mut fields: Fields<'_>) -> Reading {
     fields.letter()?.filter(|choice| b"MA".contains(choice)).ok_or(Malformed)?;
     let dimension = match fields.digit()? {
@@ -228,12 +231,19 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
         Some(b'3') => Dimension::ThreeD,
         _ => return Err(Refusal::Malformed),
     };
-    fields.skip(12)?;
+    // Some receivers send more satellites, or fewer: their numbers would be read as dilutions.
+    for _ in 0..12 {
+        fields.count()?;
+    }
     let dilution = DilutionOfPrecision {
         position: dilution(fields.number()?),
         horizontal: dilution(fields.number()?),
         vertical: dilution(fields.number()?),
     };
+    let system = fields.text().unwrap_or_default();
+    if system.len() > 1 || !fields.is_empty() {
+        return Err(Refusal::Malformed);
+    }
     Ok(Content::Gsa(Geometry { dimension, dilution }))
 }
 
