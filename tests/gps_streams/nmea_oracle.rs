@@ -58,7 +58,7 @@ fn agree(quantity: Quantity, ours: f64, oracle: f64, limit: f64) -> bool {
     difference <= limit || (quantity == Quantity::LongitudeDeg && 360.0 - difference <= limit)
 }
 
-/// Sentences compared, and what came of it.
+/// Result of comparing the two readers over many sentences.
 #[derive(Default)]
 struct Comparison {
     sentences: usize,

@@ -20,7 +20,7 @@ const KNOT_MPS: f64 = 1_852.0 / 3_600.0;
 /// 1 January 1970, days since the start of year 1.
 const DAY_1970: i32 = 719_163;
 
-/// What a sentence reports.
+/// A value of a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quantity {
     TimeOfDayNs,
@@ -59,7 +59,7 @@ fn present<const N: usize>(values: [(Quantity, Option<f64>); N]) -> Values {
 /// Values by the reader of this project; `None` where it rejects the sentence, or where the sentence
 /// does not vouch for a fix.
 ///
-/// The reader hands on fixes, and VTG, GSA and GST alone make none: a GGA with nothing but the
+/// The reader hands on fixes, and VTG, GSA and GST alone give no fix: a GGA with only a
 /// position precedes them.
 pub fn ours(sentence: &Sentence) -> Option<Values> {
     let kind = sentence.kind;
@@ -159,7 +159,7 @@ fn nanoseconds(time: NaiveTime) -> f64 {
 
 fn velocity(speed_knots: Option<f32>, course_deg: Option<f32>) -> Values {
     let speed_mps = single(speed_knots).map(|knots| knots * KNOT_MPS);
-    // At rest any course is the same velocity, and so is none.
+    // At rest the velocity is zero with any course or without one.
     let course_deg = single(course_deg).or(speed_mps.filter(|speed| *speed == 0.0));
     let course_rad = course_deg.map(f64::to_radians);
     let component = |of: fn(f64) -> f64| Some(speed_mps? * of(course_rad?));

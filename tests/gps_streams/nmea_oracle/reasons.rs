@@ -7,7 +7,7 @@ use super::sentences::{Kind, Sentence, angle, decimal, whole_digits};
 /// A rule that one of the readers does not follow, or that NMEA 0183 leaves open.
 pub struct Reason {
     pub name: &'static str,
-    /// What NMEA 0183 says, and which reader is right.
+    /// The rule of NMEA 0183, and the reader that follows it.
     pub rule: &'static str,
     /// Whether this accounts for the difference.
     pub explains: fn(&Sentence, &Difference) -> bool,
@@ -61,7 +61,7 @@ pub const REASONS: &[Reason] = &[
     },
     Reason {
         name: "fraction of a nanosecond",
-        rule: "No rule: ours cuts it off, the oracle rounds, and rejects what it rounds to a second.",
+        rule: "No rule: ours truncates, the oracle rounds, and rejects a fraction rounded to 1 s.",
         explains: |sentence, difference| {
             let digits =
                 sentence.field(0).split_once('.').map_or(0, |(_, fraction)| fraction.len());

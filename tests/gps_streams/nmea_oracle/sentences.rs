@@ -63,7 +63,7 @@ pub struct Sentence {
 }
 
 impl Sentence {
-    /// `None` unless `text` begins as one of the kinds, whatever its talker.
+    /// `None` unless `text` begins as one of the kinds, with any talker.
     pub fn new(text: &str) -> Option<Self> {
         let name = text.strip_prefix('$')?.get(2..)?.split(',').next()?;
         let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name)?;
@@ -79,12 +79,12 @@ impl Sentence {
             .collect()
     }
 
-    /// What is between `$` and `*`.
+    /// Text between `$` and `*`.
     pub fn body(&self) -> &str {
         self.text[1..].split('*').next().unwrap_or_default()
     }
 
-    /// What is behind `*`.
+    /// Text behind `*`.
     pub fn checksum(&self) -> &str {
         self.text.split_once('*').map_or("", |(_, checksum)| checksum)
     }
@@ -267,7 +267,7 @@ impl Generator {
         fields
     }
 
-    /// What a field may hold that should not be there.
+    /// A text that most fields should not hold.
     fn oddity(&mut self) -> &'static str {
         self.pick(&[
             "",
