@@ -1,4 +1,4 @@
-//! What a filter has learned of its sensors: the numbers that its equations take as given.
+//! Learned sensor errors of a filter: the numbers that its equations take as given.
 //!
 //! The textbook filter in `tests/oracle` reads them, and computes everything else by itself.
 
@@ -15,7 +15,7 @@ use crate::time::Time;
 pub struct Learned {
     /// Variance of the vibration of each gyro, (rad/s)², and of each accelerometer, (m/s²)² (S12).
     pub vibration: [[f64; 3]; 2],
-    /// What is known against the last sample (S13, S16).
+    /// Faults of the last sample (S13, S16).
     pub suspicion: Suspicion,
     /// Factor on the variances of the inertial noise (K18).
     pub excess: f64,
@@ -52,7 +52,7 @@ pub struct Learned {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// What the filter has learned, for a second implementation of its equations.
+    /// The learned quantities, for a second implementation of the filter's equations.
     #[doc(hidden)]
     #[must_use]
     pub fn learned(&self) -> Learned {

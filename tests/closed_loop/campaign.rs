@@ -112,7 +112,7 @@ fn where_wind_and_gusts_end_it() {
                 "wind {wind_mps:4.1} m/s, gusts {gust_mps:4.2} m/s: {crashes:2} of 20 crash, \
                  velocity of the others up to {worst_mps:.2} m/s RMS"
             );
-            // What docs/flying.md states of the envelope.
+            // The envelope that docs/flying.md states.
             if wind_mps <= 8.0 && gust_mps <= 3.0 {
                 assert!(crashes == 0 && worst_mps < 0.615);
             }

@@ -10,7 +10,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, LogError, Sensor, alternative};
 use hovernav_sim::faults::{Fault, Log};
-use hovernav_testing::shared;
+use hovernav_testing::{FLIGHTS, shared};
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
@@ -24,16 +24,7 @@ fn dataset(name: &str) -> Option<PathBuf> {
 
 /// The datasets that there are, real ones where they are at hand.
 fn datasets() -> Vec<PathBuf> {
-    let names = [
-        "car-rtk",
-        "quad-ardupilot-5hz",
-        "quad-gps-glitch",
-        "quad-gps-glitch-aided",
-        "quad-hover-aided",
-        "quad-p4rtk-vibration",
-        "uav-thor75-1hz",
-    ];
-    names.into_iter().filter_map(dataset).chain([heli_hover()]).collect()
+    FLIGHTS.into_iter().filter_map(dataset).chain([heli_hover()]).collect()
 }
 
 /// A copy of `log` with a fault in it.

@@ -9,7 +9,7 @@ use hovernav::frames::Rotation;
 use hovernav::gps::Fix;
 use hovernav::ins::Aligner;
 use hovernav_log::Dataset;
-use hovernav_testing::shared;
+use hovernav_testing::{FLIGHTS, shared};
 
 use crate::compare::Tolerance;
 use crate::pair::Pair;
@@ -76,17 +76,6 @@ fn own(name: &str) -> PathBuf {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets")).join(name)
 }
 
-/// The sets next to the checkout.
-const SHARED: [&str; 7] = [
-    "car-rtk",
-    "quad-ardupilot-5hz",
-    "quad-gps-glitch",
-    "quad-gps-glitch-aided",
-    "quad-hover-aided",
-    "quad-p4rtk-vibration",
-    "uav-thor75-1hz",
-];
-
 fn opened(dir: &Path) -> (Dataset, EstimatorConfig) {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
@@ -106,7 +95,7 @@ fn a_step_of_a_hover_comes_to_the_same() {
 /// The first minutes of every other set.
 #[test]
 fn a_step_of_every_known_flight_comes_to_the_same() {
-    for name in SHARED {
+    for name in FLIGHTS {
         let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let (dataset, config) = opened(&dir);
         let pair = fly(&dir, &config, &dataset, 12_000, true);
@@ -127,7 +116,7 @@ fn a_whole_hover_comes_to_the_same() {
 /// receiver that jumps is left out, for open gates accept the jump.
 #[test]
 fn the_first_minute_of_every_known_flight_comes_to_the_same() {
-    for name in SHARED.into_iter().filter(|name| !name.contains("glitch")) {
+    for name in FLIGHTS.into_iter().filter(|name| !name.contains("glitch")) {
         if let Some(dir) = shared(format!("datasets/{name}")) {
             fly_alone(&dir, 3_000);
         }

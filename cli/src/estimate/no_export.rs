@@ -1,4 +1,4 @@
-//! What a build without `--export` has in its place.
+//! Stand-in for `--export` in a build without the feature `export`.
 
 use std::path::Path;
 use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! A build without every feature names the feature of what it lacks.
+//! A build that lacks a feature names it.
 
 use crate::common::{HELI, hovernav, place, refusal, text};
 

@@ -14,6 +14,17 @@ pub use python::python;
 /// Directory of the shared data, next to the checkout. It may be missing.
 pub const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
 
+/// Names of the flights in `datasets` of the shared data.
+pub const FLIGHTS: [&str; 7] = [
+    "car-rtk",
+    "quad-ardupilot-5hz",
+    "quad-gps-glitch",
+    "quad-gps-glitch-aided",
+    "quad-hover-aided",
+    "quad-p4rtk-vibration",
+    "uav-thor75-1hz",
+];
+
 /// Path of a file or folder of the shared data.
 ///
 /// `None`, after [`skip`], where it is missing.
