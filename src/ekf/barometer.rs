@@ -73,12 +73,17 @@ impl Barometer {
         explained: f64,
         noise_m: f64,
     ) -> f64 {
-        let least = square(noise_m);
-        let known = f64::from(self.variance).max(least);
+        let known = f64::from(self.variance).max(square(noise_m));
         let differs = 0.5 * square(innovation_m - f64::from(self.left_m)) - explained;
         let counted = differs.max(0.0).min(square(MOST_SIGMAS) * known);
         let share = (interval_s / SCATTER_S).clamp(0.0, MOST_SHARE);
         self.variance += (share * (counted - f64::from(self.variance))) as f32;
+        self.noise_variance(noise_m)
+    }
+
+    /// Variance of its white error as its readings have scattered, m², and no less than that of `noise_m`.
+    pub fn noise_variance(&self, noise_m: f64) -> f64 {
+        let least = square(noise_m);
         f64::from(self.variance).max(least).min(square(MOST) * least)
     }
 

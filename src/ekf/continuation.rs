@@ -26,7 +26,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         self.take_base(other);
         self.samples = other.samples;
-        self.gps_learned = other.gps_learned;
+        self.own = other.own;
         self.gates = other.gates;
     }
 
@@ -34,7 +34,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn take_base<M: Layout<K>, const K: usize>(&mut self, other: &Ekf<M, K, T>) {
         self.state = other.state;
         self.history.copy_from(&other.history);
-        self.angular_rate_radps = other.angular_rate_radps;
+        self.own.angular_rate_radps = other.own.angular_rate_radps;
         for (to, from) in self.parameters.iter_mut().zip(&other.parameters).take(BASE) {
             *to = *from;
         }
@@ -62,7 +62,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.gates.set_gps(&other.gates.gps());
         self.unpropagated = None;
-        self.level_force = LevelForce::NONE;
+        self.own.level_force = LevelForce::NONE;
         self.attitude_lost = None;
     }
 

@@ -211,14 +211,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                     self.take_at_once(fix, trace, notify);
                 }
             }
-            Event::Baro { time, height_m } => {
-                if self.aiding.baro {
-                    let result = self
-                        .navigating_at(*time)
-                        .and_then(|filter| filter.update_baro(*time, *height_m, trace));
-                    notify(Notice::of_update(*time, Aid::Baro, result));
-                }
-            }
+            Event::Baro { time, height_m } => self.barometer(*time, *height_m, trace, notify),
             Event::Magnetometer { time, field_gauss } => {
                 self.magnetometer(*time, *field_gauss, trace, notify);
             }

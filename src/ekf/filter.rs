@@ -11,18 +11,17 @@ use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
 use super::field_watch::FieldWatch;
-use super::force_sum::ForceSum;
 use super::gate::Gates;
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::level_force::LevelForce;
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
-use super::net_turn::NetTurn;
+use super::own::Own;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::rectification::Rectification;
 use super::scalar::Scalar;
+use super::self_contradiction::SelfContradiction;
 use super::square;
 use super::trace::Trace;
 use crate::earth::Local;
@@ -41,7 +40,7 @@ pub(super) struct Samples<T> {
     pub integrity: Integrity<T>,
     /// What is known against the last sample.
     pub suspicion: Suspicion<T>,
-    pub force_sum: ForceSum<T>,
+    pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
     /// Mean rate of a second of rest that ended with the last sample.
@@ -55,7 +54,7 @@ impl<T: Scalar> Samples<T> {
         integrator: Integrator::EMPTY,
         integrity: Integrity::NONE,
         suspicion: Suspicion::NONE,
-        force_sum: ForceSum::NONE,
+        self_contradiction: SelfContradiction::NONE,
         rest: Rest::NONE,
         rectification: Rectification::NONE,
         resting_rate_radps: None,
@@ -67,7 +66,7 @@ impl<T: Scalar> Samples<T> {
         self.integrator = Integrator::EMPTY;
         self.integrity = Integrity::NONE;
         self.suspicion = Suspicion::NONE;
-        self.force_sum = ForceSum::NONE;
+        self.self_contradiction = SelfContradiction::NONE;
         self.rest = Rest::NONE;
         self.rectification = Rectification::NONE;
         self.resting_rate_radps = None;
@@ -112,18 +111,11 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) wander_unknown: bool,
     /// The steps that the covariance has not been propagated over yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
-    pub(super) net_turn: NetTurn<T>,
-    pub(super) level_force: LevelForce<T>,
-    /// How long the parameters have not relaxed, s, at the last propagation.
-    pub(super) unrelaxed_s: T,
-    /// Learned size of the GPS errors against what is stated or configured: variances of position and of
-    /// horizontal and vertical velocity.
-    pub(super) gps_learned: [f32; 3],
+    pub(super) own: Own<T>,
     pub(super) antenna: AntennaOffset,
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples<T>,
-    pub(super) angular_rate_radps: Vector<Body, T>,
     layout: PhantomData<L>,
 }
 
@@ -163,15 +155,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gps_wander: None,
             wander_unknown: false,
             unpropagated: None,
-            net_turn: NetTurn::NONE,
-            level_force: LevelForce::NONE,
-            unrelaxed_s: T::ZERO,
-            gps_learned: [1.0; 3],
+            own: Own::START,
             antenna: AntennaOffset::UNSEEN,
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
             samples: Samples::NONE,
-            angular_rate_radps: Vector::ZERO,
             layout: PhantomData,
         }
     }
@@ -197,15 +185,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = None;
         self.wander_unknown = false;
         self.unpropagated = None;
-        self.net_turn = NetTurn::NONE;
-        self.level_force = LevelForce::NONE;
-        self.unrelaxed_s = T::ZERO;
-        self.gps_learned = [1.0; 3];
+        self.own = Own::START;
         self.antenna = AntennaOffset::UNSEEN;
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples.clear();
-        self.angular_rate_radps = Vector::ZERO;
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
         self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
         self.open(VELOCITY, start.velocity_sigma_mps.to_array());
@@ -365,7 +349,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Ok(Prediction::Reset(ResetCause::Diverged));
         };
         let rate = increment.angular_rate(&motion, &errors);
-        self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
+        self.own.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
@@ -386,7 +370,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
         let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck.any());
-        self.samples.force_sum.add(advance.from_specific_force_mps, whole);
+        self.samples.self_contradiction.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
 
@@ -397,7 +381,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
         self.gates.doubt_filter(time);
-        let rotation_rad = self.state.coast(time, self.angular_rate_radps);
+        let rotation_rad = self.state.coast(time, self.own.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
             return None;
@@ -409,7 +393,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
-        self.samples.force_sum.add(Vector::ZERO, false);
+        self.samples.self_contradiction.add(Vector::ZERO, false);
         let local = Local::about(&self.state.position);
         Some(local.earth_rate_radps + local.transport_rate(self.state.velocity_mps))
     }

@@ -25,8 +25,7 @@
 //!   filter's own.
 //!
 //! Where a place is believed by its word alone, the one before stays in dispute for as long as it was told: the one-sigma of
-//! the solution reaches back to it, and three fixes that return to it are believed. So it is where places walk away from
-//! the receiver's own velocity, too slowly for a gate: either may be right, so they are taken in.
+//! the solution reaches back to it, and three fixes that return to it are believed.
 //!
 //! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
 //! answers lie within it; the fix is then taken. That is reported as
@@ -86,21 +85,15 @@ pub(super) struct Gates {
     height_taken_s: f32,
     /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
-    /// How far fixes have moved of late where the next is expected, north and east, m.
-    walked_m: [f32; 2],
-    /// Whether that is further than right ones do: their places have walked away from their own velocity.
-    walks: bool,
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
-    /// Whether the fixes' velocity has changed as the accelerometers deny.
-    astray: bool,
+    /// Whether the receiver contradicts itself: it resets nothing; and whether that is proven: nothing of it is taken in.
+    contradicts: bool,
+    contradicts_proven: bool,
     /// Whether the barometer's last reading denied the filter's height.
     baro_denies: bool,
     /// Whether the fixes have borne out the filter's heading of late.
     heading_borne_out: bool,
-    /// One-sigma of what the wind of the vehicle's own speed makes of a barometer's height, dm, at most 255. In metres
-    /// it would take eight bytes more in each filter of an estimator, which has few left of its 40 kB.
-    wind_dm: u8,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -129,8 +122,8 @@ struct Gate {
 
 impl Gate {
     const NONE: Self = Self {
-        accepted: Time::ZERO,
-        since: Time::ZERO,
+        accepted: NEVER,
+        since: NEVER,
         spread: 0.0,
         lean: 0.0,
         disputed_m: 0.0,
@@ -161,11 +154,18 @@ impl Gate {
 pub(super) struct GpsGates {
     gates: [Gate; Group::GPS],
     lost_until: Time,
+    height_taken_s: f32,
+    pub(super) place_taken_s: f32,
 }
 
 impl GpsGates {
     /// Gates that have seen nothing.
-    pub const NONE: Self = Self { gates: [Gate::NONE; Group::GPS], lost_until: NEVER };
+    pub const NONE: Self = Self {
+        gates: [Gate::NONE; Group::GPS],
+        lost_until: NEVER,
+        height_taken_s: 0.0,
+        place_taken_s: 0.0,
+    };
 }
 
 /// Without a measurement for this long, s, the filter may have gone anywhere.
@@ -190,10 +190,6 @@ const UPRIGHT: f32 = 0.75;
 /// fix, m/s: one that is further off has jumped.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
-/// A barometer may be off by so many one-sigmas of the wind.
-const WIND_SIGMAS: f64 = 3.0;
-/// It says nothing of a vertical velocity where it feels more wind than this, one-sigma, m.
-const LEAST_WIND_M: f64 = 0.3;
 /// A heading that is refused for this long, s, is believed in the end.
 const HEADING_S: f64 = 120.0;
 /// A height that a barometer denies by always the same amount is believed after this long, s, at most: sooner where the
@@ -203,10 +199,6 @@ const LEVEL_S: f64 = 120.0;
 const DISPUTED_MOST_S: f32 = 200.0;
 /// What is left of a dispute below this, m, is nothing.
 const DISPUTED_LEAST_M: f32 = 0.1;
-/// Memory of how far fixes have moved the place, s.
-const WALKED_S: f32 = 20.0;
-/// A place that has been taken in for less than this, s, has yet to settle.
-const SETTLED_S: f32 = 5.0;
 /// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
 const MOST_BETWEEN_S: f32 = 3.0;
 
@@ -219,13 +211,11 @@ impl Gates {
         unproven_until: NEVER,
         height_taken_s: 0.0,
         place_taken_s: 0.0,
-        walked_m: [0.0; 2],
-        walks: false,
         height_off_m: 0.0,
-        astray: false,
+        contradicts: false,
+        contradicts_proven: false,
         baro_denies: false,
         heading_borne_out: false,
-        wind_dm: 0,
     };
 
     /// Forgets everything that the gates have seen. Field by field: [`NONE`](Self::NONE) as a whole would be stored as
@@ -237,12 +227,11 @@ impl Gates {
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
         self.place_taken_s = 0.0;
-        self.forget_walk();
         self.height_off_m = 0.0;
-        self.astray = false;
+        self.contradicts = false;
+        self.contradicts_proven = false;
         self.baro_denies = false;
         self.heading_borne_out = false;
-        self.wind_dm = 0;
     }
 
     /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
@@ -270,9 +259,9 @@ impl Gates {
         time < self.lost_until
     }
 
-    /// Notes whether the fixes' velocity has changed as no vehicle with these accelerations can.
-    pub fn set_astray(&mut self, astray: bool) {
-        self.astray = astray;
+    /// Notes whether the receiver is suspected to contradict itself, and whether that is proven.
+    pub fn set_contradiction(&mut self, suspected: bool, proven: bool) {
+        (self.contradicts, self.contradicts_proven) = (suspected, proven);
     }
 
     /// Notes whether the fixes have borne out the filter's heading of late.
@@ -292,34 +281,24 @@ impl Gates {
         by_fixes || self.is_open(other, time)
     }
 
-    /// Notes the one-sigma of what the wind of the vehicle's own speed makes of a barometer's height, m.
-    pub fn set_wind(&mut self, wind_m: f64) {
-        self.wind_dm = (10.0 * wind_m) as u8;
-    }
-
     /// Notes whether a reading of the barometer denies the filter's height.
     pub fn set_baro_denies(&mut self, denies: bool) {
         self.baro_denies = denies;
     }
 
-    /// Whether a height that is off by `off_m`, or a vertical velocity, may be right although a barometer agrees with
-    /// the filter: the wind of the vehicle's own speed may have moved the barometer's height by as much.
-    fn may_be_wind(&self, group: Group, off_m: f64) -> bool {
-        let wind_m = 0.1 * f64::from(self.wind_dm);
-        match group {
-            Group::VerticalPosition => off_m.abs() <= WIND_SIGMAS * wind_m,
-            _ => wind_m > LEAST_WIND_M,
-        }
-    }
-
-    /// Whether the fixes' velocity has changed as no vehicle with these accelerations can.
-    pub fn are_astray(&self) -> bool {
-        self.astray
+    /// Whether a group is that of a receiver which is proven to contradict itself.
+    pub fn is_contradicted(&self, group: Group) -> bool {
+        self.contradicts_proven && (group as usize) < Group::GPS
     }
 
     /// The gates of the GPS.
     pub fn gps(&self) -> GpsGates {
-        let mut gps = GpsGates { lost_until: self.lost_until, ..GpsGates::NONE };
+        let mut gps = GpsGates {
+            gates: [Gate::NONE; Group::GPS],
+            lost_until: self.lost_until,
+            height_taken_s: self.height_taken_s,
+            place_taken_s: self.place_taken_s,
+        };
         for (to, from) in gps.gates.iter_mut().zip(&self.gates) {
             *to = *from;
         }
@@ -329,9 +308,18 @@ impl Gates {
     /// Puts the gates of the GPS back.
     pub fn set_gps(&mut self, gps: &GpsGates) {
         self.lost_until = gps.lost_until;
+        self.height_taken_s = gps.height_taken_s;
+        self.place_taken_s = gps.place_taken_s;
         for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
             *to = *from;
         }
+    }
+
+    /// Puts back all but the gates of the GPS.
+    pub fn set_all_but_gps(&mut self, before: &Self) {
+        let gps = self.gps();
+        *self = *before;
+        self.set_gps(&gps);
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Gives whether such innovations lean to
@@ -339,16 +327,13 @@ impl Gates {
     /// and barometer the one that leans first drifts.
     pub fn leans(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
         let normalised = off / sigma;
-        let may_be_wind = self.may_be_wind(group, off);
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
         gate.lean += newest * ((normalised as f32).clamp(-MOST_LEAN, MOST_LEAN) - gate.lean);
         let leans = gate.lean.abs() > LEANING;
         leans
             && match group {
-                Group::VerticalPosition | Group::VerticalVelocity => {
-                    !may_be_wind && self.agrees(Group::Baro, time)
-                }
+                Group::VerticalPosition | Group::VerticalVelocity => self.agrees(Group::Baro, time),
                 Group::Baro => [Group::VerticalPosition, Group::VerticalVelocity]
                     .into_iter()
                     .all(|group| self.agrees(group, time)),
@@ -369,12 +354,7 @@ impl Gates {
             let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             match group {
                 Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
-                Group::HorizontalPosition if gate.was_open => {
-                    self.place_taken_s += since_s;
-                    let memory_s = if self.walks { self.place_taken_s } else { WALKED_S };
-                    let left = 1.0 - since_s / memory_s.clamp(WALKED_S, DISPUTED_MOST_S);
-                    self.walked_m = self.walked_m.map(|walked_m| left * walked_m);
-                }
+                Group::HorizontalPosition if gate.was_open => self.place_taken_s += since_s,
                 _ => {}
             }
             (gate.accepted, gate.was_open) = (time, true);
@@ -384,54 +364,10 @@ impl Gates {
         }
     }
 
-    /// Notes by how much, m, north and east, a fix has moved where the next is expected. Where fixes whose velocity was
-    /// taken in too have moved it by more than `least_m`, their places walk away from that velocity, until they are back
-    /// within half of it; meanwhile where the walk began is in dispute. Gives how far that is, m; zero where they do not.
-    ///
-    /// # Source
-    /// Equation (K25) of docs/equations.md.
-    pub fn place_moved(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
-        if self.place_taken_s < SETTLED_S {
-            self.forget_walk();
-            return 0.0;
-        }
-        let tells_motion = self.is_open(Group::HorizontalVelocity, time);
-        if tells_motion && !self.doubts_filter(time) && !self.were_reopened(time) {
-            self.expect_elsewhere(moved_m);
-        }
-        self.walks = self.walk_m() > if self.walks { 0.5 * least_m } else { least_m };
-        if self.walks { self.walk_m() } else { 0.0 }
-    }
-
-    /// Adds to how far where the next fix is expected has moved, other than with the vehicle, north and east, m.
-    pub fn expect_elsewhere(&mut self, moved_m: [f32; 2]) {
-        for (walked, moved) in self.walked_m.iter_mut().zip(moved_m) {
-            *walked += moved;
-        }
-    }
-
-    /// How far back a place that is off by so much, north and east, m, leads on the way that places walk, m; on where
-    /// negative. Zero where they do not walk.
-    pub fn leads_back(&self, off_m: [f32; 2]) -> f32 {
-        let ([north, east], [off_north, off_east]) = (self.walked_m, off_m);
-        if self.walks { -(north * off_north + east * off_east) / self.walk_m() } else { 0.0 }
-    }
-
-    fn walk_m(&self) -> f32 {
-        let [north, east] = self.walked_m;
-        libm::hypotf(north, east)
-    }
-
     /// How far off, m, the place and the height that were told before lie, where they may still be right.
     pub fn disputed_m(&self) -> [f32; 2] {
-        let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m));
-        [if self.walks { level_m.max(self.walk_m()) } else { level_m }, vertical_m]
-    }
-
-    /// Counts anew how far fixes move where the next is expected.
-    pub fn forget_walk(&mut self) {
-        (self.walked_m, self.walks) = ([0.0; 2], false);
+        [Group::HorizontalPosition, Group::VerticalPosition]
+            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m))
     }
 
     /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.

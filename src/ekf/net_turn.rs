@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 /// slow, and that is gone once it is turned back. What aids correct meanwhile comes anew, hence the fading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetTurn<T> {
-    angle_rad: [T; 3],
+    pub(super) angle_rad: [T; 3],
     greatest: [T; 3],
 }
 

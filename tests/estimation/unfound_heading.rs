@@ -72,3 +72,33 @@ fn position_and_velocity_are_no_surer_than_the_receiver_and_the_headings_allow()
         }
     }
 }
+
+/// Fixes end after 40 s of a hover; a barometer goes on. Nothing tells the heading, and height needs none.
+#[test]
+fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
+    let (recording, mut estimator) =
+        flown_unaided::<Full, 28>(&plan(true), &GpsConfig::default(), 4);
+    let mut fixes = recording.fixes.iter().take_while(|fix| fix.time.seconds() < 40.0).peekable();
+    let (mut farthest_m, mut farthest_sigmas) = (0.0_f64, 0.0_f64);
+    for (count, (sample, truth)) in recording.imu.iter().zip(&recording.truth).enumerate() {
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |_| ());
+        }
+        estimator.push(&Event::Imu(*sample), |_| ());
+        if count % 5 == 0 {
+            let height_m = truth.position.height_m + 30.0;
+            estimator.push(&Event::Baro { time: sample.time, height_m }, |_| ());
+        }
+        if sample.time.seconds() > 40.0
+            && let Some(solution) = estimator.solution()
+        {
+            let off_m = solution.position.displacement_from(&truth.position).z().abs();
+            farthest_m = farthest_m.max(off_m);
+            farthest_sigmas = farthest_sigmas.max(off_m / solution.position_sigma_m.z());
+        }
+    }
+    assert!(estimator.filter().is_none(), "its heading is unknown to the end");
+    // Without the barometer it is 500 m and more.
+    assert!(farthest_m < 8.0, "{farthest_m} m");
+    assert!(farthest_sigmas < 3.0, "{farthest_sigmas} sigma");
+}

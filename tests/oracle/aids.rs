@@ -91,7 +91,10 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let Some(state) = L::BARO else { return Vec::new() };
         let (level_m, white) = after.baro;
         let innovation = height_m - level_m - self.nominal.place.height_m - self.parameters[state];
-        let head_m = self.nominal.velocity_mps.norm_squared() / (2.0 * STANDARD_GRAVITY_MPS2);
+        let unknown: f64 =
+            (VELOCITY..VELOCITY + 3).map(|state| self.covariance[(state, state)]).sum();
+        let squared = (self.nominal.velocity_mps.norm_squared() - unknown).max(0.0);
+        let head_m = squared / (2.0 * STANDARD_GRAVITY_MPS2);
         let wind = (WIND_SHARE * head_m).powi(2);
         let noise = white + wind * 2.0 * WIND_TIME_S / since_s.clamp(0.01, WIND_TIME_S);
         let row = Row::new(Channel::BaroHeight, innovation, noise)

@@ -29,8 +29,7 @@ pub struct Pair<L, const N: usize, T = f64> {
     one_step: bool,
     tolerance: Tolerance,
     pub differences: Differences,
-    /// When a barometric height was last taken in. Before the first, the shipped filter counts from the zero of the
-    /// clock: where the clock begins with the log, the wind of (M10) then counts up to 500 times as much.
+    /// When a barometric height was last taken in; before every time there is until the first.
     baro_used: Time,
     pub counts: Counts,
 }
@@ -70,7 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
             one_step,
             tolerance,
             differences: Differences::default(),
-            baro_used: Time::ZERO,
+            baro_used: Time::from_nanoseconds(i64::MIN),
             counts: Counts::default(),
         };
         pair.take_over(&begun);

@@ -19,7 +19,7 @@ mod update;
 
 pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
 pub use joint::{Joint, Sensitivities};
-pub(super) use packed::PackedBase;
+pub(super) use packed::PackedCovariance;
 pub use propagation::{Relaxation, Transition};
 pub use sensitivity::{MOST, Sensitivity};
 pub use update::Gain;

@@ -96,6 +96,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         true
     }
 
+    /// Height needs no heading: filters that search one take it in too.
+    #[inline(never)]
+    pub(super) fn barometer(
+        &mut self,
+        time: Time,
+        height_m: f64,
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        if !self.aiding.baro {
+            return;
+        }
+        let mut result =
+            self.navigating_at(time).and_then(|filter| filter.update_baro(time, height_m, trace));
+        if self.search.is_open() && matches!(result, Ok(_) | Err(Unusable::HeadingUnknown)) {
+            let searched = self.search.update_baro(time, height_m);
+            result = result.or(searched);
+        }
+        notify(Notice::of_update(time, Aid::Baro, result));
+    }
+
     #[inline(never)]
     pub(super) fn range(
         &mut self,

@@ -35,8 +35,7 @@ struct Evidence {
 }
 
 impl Gates {
-    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma, of a place
-    /// how far it [leads back](Self::leads_back).
+    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
     /// Gives what has to be reopened, if anything.
     pub fn refused(
         &mut self,
@@ -52,7 +51,7 @@ impl Gates {
             _ => 0.0,
         };
         let denied = (evidence.witness && !evidence.level_disputed)
-            || (self.astray && (group as usize) < Group::GPS);
+            || (self.contradicts && (group as usize) < Group::GPS);
         let gate = self.gates.get_mut(group as usize)?;
         gate.refuse(group, time, off[0], &evidence);
         let patience_s = gate.patience_s(group, off[0], f64::from(told_s), &evidence, config);
@@ -64,10 +63,7 @@ impl Gates {
         gate.reopen(group, time, off[0], told_s, &evidence);
         match group {
             Group::VerticalPosition => self.height_taken_s = 0.0,
-            Group::HorizontalPosition => {
-                self.place_taken_s = 0.0;
-                self.forget_walk();
-            }
+            Group::HorizontalPosition => self.place_taken_s = 0.0,
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
@@ -85,8 +81,7 @@ impl Gates {
         config: &GateConfig,
     ) -> Evidence {
         let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.barometer_agrees(time)
-            && !self.may_be_wind(group, off[0]);
+            && self.barometer_agrees(time);
         let was_lost = self.were_reopened(time);
         Evidence {
             witness,
@@ -104,17 +99,14 @@ impl Gates {
             },
             alone: self.tells_motion_alone(group, time),
             borne_out: self.is_heading_borne_out(group, time),
-            back: self.may_be_back(group, off, config),
+            back: self.may_be_back(group, off[0], config),
         }
     }
 
-    /// Whether a position lies within reach of the one that the filter's is in dispute with, or of where a walk began, back
-    /// the way that it has gone.
-    fn may_be_back(&self, group: Group, [off_m, back_m]: [f64; 2], config: &GateConfig) -> bool {
+    /// Whether a position lies within reach of the one that the filter's is in dispute with.
+    fn may_be_back(&self, group: Group, off_m: f64, config: &GateConfig) -> bool {
         let disputed_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m);
-        let leads_back = group == Group::HorizontalPosition && back_m > 0.0;
-        let reach_m = if leads_back { disputed_m.max(self.walk_m()) } else { disputed_m };
-        off_m.abs() <= config.sigmas * f64::from(reach_m)
+        off_m.abs() <= config.sigmas * f64::from(disputed_m)
     }
 
     /// Whether a group is a position of a receiver that does not tell its velocity.

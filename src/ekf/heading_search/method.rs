@@ -37,6 +37,7 @@ pub(in super::super) mod sealed {
         fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>);
         fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
         fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
+        fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable>;
         fn found(&mut self) -> Option<FoundHeading<'_, T>>;
         /// The filter that leads, found or not.
         fn leading(&mut self) -> Option<FoundHeading<'_, T>>;
@@ -84,6 +85,9 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     }
     fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
         self.update_gps(fix)
+    }
+    fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable> {
+        self.update_baro(time, height_m)
     }
     fn found(&mut self) -> Option<FoundHeading<'_, T>> {
         self.found()
@@ -142,6 +146,9 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
         Ok(Prediction::Stepped)
     }
     fn update_gps(&mut self, _: &Fix) -> Result<Report, Unusable> {
+        Err(Unusable::HeadingUnknown)
+    }
+    fn update_baro(&mut self, _: Time, _: f64) -> Result<Report, Unusable> {
         Err(Unusable::HeadingUnknown)
     }
     fn found(&mut self) -> Option<FoundHeading<'_, T>> {

@@ -34,8 +34,9 @@ use monitor::Monitor;
 
 use super::config::{EkfConfig, GpsModel};
 use super::filter::{Ekf, Samples};
+use super::gate::Group;
 use super::history::Cursor;
-use super::layout::{ATTITUDE, Base, Layout};
+use super::layout::{ATTITUDE, Layout, WithBarometer};
 use super::measurement::{Report, Unusable};
 use super::prediction::{ImuFault, Prediction};
 use super::scalar::Scalar;
@@ -47,6 +48,10 @@ use crate::ins::{Mounting, Start};
 use crate::time::Time;
 use sector::Sector;
 use turns::Waiting;
+
+/// The filter of a sector, and the length of its state vector.
+type SectorEkf<T> = Ekf<WithBarometer, STATES, T>;
+const STATES: usize = 16;
 
 /// Number of sectors.
 const SECTORS: usize = 12;
@@ -83,7 +88,7 @@ const WHITENED: f64 = 1.7;
 pub struct HeadingSearch<T = f64> {
     sectors: [Option<Sector<T>>; SECTORS],
     /// Steps for each sector in turn.
-    filter: Ekf<Base, 16, T>,
+    filter: SectorEkf<T>,
     last_fix: Option<Time>,
     /// The fix that not all sectors have taken in yet.
     waiting: Option<Waiting>,
@@ -95,6 +100,8 @@ pub struct HeadingSearch<T = f64> {
     fast: bool,
     /// Since when the monitor has borne out the leader.
     borne_out: Option<Time>,
+    /// Which sector follows the leader in taking in the next barometric height.
+    next_height: u8,
     /// What wanders of the last fix, which no sector has states for.
     wander: Wander,
     /// Watches the heading once there is one.
@@ -138,6 +145,7 @@ impl<T: Scalar> HeadingSearch<T> {
             sample_s: 0.0,
             fast: false,
             borne_out: None,
+            next_height: 0,
             wander: Wander::NONE,
             monitor: Monitor::none(),
         }
@@ -247,7 +255,7 @@ impl<T: Scalar> HeadingSearch<T> {
     #[inline(never)]
     fn predict_all(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         let mut verdict = Prediction::Stepped;
-        let Samples { integrator, force_sum, .. } = self.filter.samples;
+        let Samples { integrator, self_contradiction, .. } = self.filter.samples;
         let mut watched = self.filter.samples;
         let before: Cursor<T> = self.filter.history.cursor();
         let mut forgotten = false;
@@ -259,7 +267,7 @@ impl<T: Scalar> HeadingSearch<T> {
             verdict = filter.predict(sample)?;
             if watched.watched != filter.samples.watched {
                 // What the first has found the others need not look for; what they integrate is their own.
-                watched = Samples { integrator, force_sum, ..filter.samples };
+                watched = Samples { integrator, self_contradiction, ..filter.samples };
             }
             filter.update_at_rest(&mut ());
             sector.store(filter);
@@ -305,6 +313,28 @@ impl<T: Scalar> HeadingSearch<T> {
         self.waiting = Some(waiting);
         if left_s < 2.0 * self.sample_s {
             self.finish_turns();
+        }
+        Ok(report)
+    }
+
+    /// Takes a barometric height, m, into the sector that leads, whose report is given, and into another in turn: height
+    /// needs no heading.
+    ///
+    /// # Errors
+    /// As [`Ekf::update_baro`].
+    #[inline(never)]
+    pub(super) fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable> {
+        let open = self.sectors.iter().flatten().count();
+        let elapsed_s = open as f64 * self.filter.gates.since_accepted_s(Group::Baro, time);
+        let leader = self.leader();
+        let sector = self.sectors.get_mut(leader).and_then(Option::as_mut);
+        let report = sector
+            .ok_or(Unusable::NoState)?
+            .lend(&mut self.filter, |filter| filter.update_baro(time, height_m, &mut ()))?;
+        let next = (usize::from(self.next_height) + 1) % SECTORS;
+        self.next_height = next as u8;
+        if let Some(Some(sector)) = self.sectors.get_mut(next).filter(|_| next != leader) {
+            sector.lend(&mut self.filter, |filter| filter.follow_baro(time, height_m, elapsed_s));
         }
         Ok(report)
     }
@@ -396,7 +426,7 @@ impl<T: Scalar> HeadingSearch<T> {
 /// What a search has found.
 #[derive(Debug)]
 pub struct FoundHeading<'a, T> {
-    pub filter: &'a Ekf<Base, 16, T>,
+    pub filter: &'a SectorEkf<T>,
     pub sector: usize,
     pub sigma_rad: f64,
     /// One-sigmas of what the fixes' errors have of wander: position level and vertical, m, and velocity, m/s.
@@ -428,3 +458,6 @@ fn whitened(fix: &Fix, gps: &GpsModel) -> Fix {
         ..*fix
     }
 }
+
+#[cfg(test)]
+mod tests;

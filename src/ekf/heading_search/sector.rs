@@ -1,15 +1,16 @@
 //! What is a sector's own.
 
-use super::super::covariance::{Covariance, PackedBase};
+use super::super::covariance::{Covariance, PackedCovariance};
 use super::super::excess::Excess;
-use super::super::filter::Ekf;
 use super::super::gate::GpsGates;
 use super::super::history::RecentMotion;
-use super::super::layout::{ATTITUDE, BASE, Base, GYRO_BIAS};
+use super::super::layout::{ATTITUDE, GYRO_BIAS};
 use super::super::measurement::BiasShift;
+use super::super::own::Own;
 use super::super::scalar::Scalar;
 use super::super::solution::{Estimate, Solution};
-use crate::frames::{Body, Vector};
+use super::{STATES, SectorEkf};
+use crate::frames::Vector;
 use crate::ins::{Mounting, NavState};
 
 /// One filter of the bank, while another uses what they share.
@@ -17,13 +18,11 @@ use crate::ins::{Mounting, NavState};
 pub(super) struct Sector<T> {
     pub weight: f64,
     state: NavState<T>,
-    biases: [T; BASE - GYRO_BIAS],
-    covariance: PackedBase,
-    gates: GpsGates,
-    gps_learned: [f32; 3],
-    angular_rate_radps: Vector<Body, T>,
-    /// How long its biases have not relaxed, s.
-    unrelaxed_s: T,
+    /// Biases, and the error of the barometer's level.
+    parameters: [T; STATES - GYRO_BIAS],
+    covariance: PackedCovariance,
+    pub gates: GpsGates,
+    pub own: Own<T>,
     recent: RecentMotion<T>,
 }
 
@@ -33,54 +32,48 @@ impl<T: Scalar> Sector<T> {
         Self {
             weight,
             state: NavState::ORIGIN,
-            biases: [T::ZERO; BASE - GYRO_BIAS],
-            covariance: PackedBase::ZERO,
+            parameters: [T::ZERO; STATES - GYRO_BIAS],
+            covariance: PackedCovariance::ZERO,
             gates: GpsGates::NONE,
-            gps_learned: [1.0; 3],
-            angular_rate_radps: Vector::ZERO,
-            unrelaxed_s: T::ZERO,
+            own: Own::START,
             recent: RecentMotion::NONE,
         }
     }
 
     /// Makes the shared filter this sector's.
-    pub fn load(&self, filter: &mut Ekf<Base, 16, T>) {
+    pub fn load(&self, filter: &mut SectorEkf<T>) {
         filter.state = self.state;
-        for (parameter, bias) in filter.parameters.iter_mut().skip(GYRO_BIAS).zip(self.biases) {
-            *parameter = bias;
+        for (parameter, kept) in filter.parameters.iter_mut().skip(GYRO_BIAS).zip(self.parameters) {
+            *parameter = kept;
         }
         self.covariance.unpack(&mut filter.covariance);
         filter.gates.set_gps(&self.gates);
-        filter.gps_learned = self.gps_learned;
+        filter.own = self.own;
         // A wrong heading makes innovations alike as well.
         filter.excess = Excess::NONE;
         filter.bias_shift = BiasShift::UNKNOWN;
-        filter.angular_rate_radps = self.angular_rate_radps;
-        filter.unrelaxed_s = self.unrelaxed_s;
         filter.history.set_recent(&self.recent);
     }
 
     /// Keeps what the shared filter has become.
-    pub fn store(&mut self, filter: &Ekf<Base, 16, T>) {
+    pub fn store(&mut self, filter: &SectorEkf<T>) {
         self.state = filter.state;
-        for (bias, &parameter) in
-            self.biases.iter_mut().zip(filter.parameters.iter().skip(GYRO_BIAS))
+        for (kept, &parameter) in
+            self.parameters.iter_mut().zip(filter.parameters.iter().skip(GYRO_BIAS))
         {
-            *bias = parameter;
+            *kept = parameter;
         }
         self.covariance.pack(&filter.covariance);
         self.gates = filter.gates.gps();
-        self.gps_learned = filter.gps_learned;
-        self.angular_rate_radps = filter.angular_rate_radps;
-        self.unrelaxed_s = filter.unrelaxed_s;
+        self.own = filter.own;
         self.recent = filter.history.recent();
     }
 
     /// Lets the shared filter be this sector's for `work` that takes no time.
     pub fn lend<R>(
         &mut self,
-        filter: &mut Ekf<Base, 16, T>,
-        work: impl FnOnce(&mut Ekf<Base, 16, T>) -> R,
+        filter: &mut SectorEkf<T>,
+        work: impl FnOnce(&mut SectorEkf<T>) -> R,
     ) -> R {
         self.load(filter);
         let result = work(filter);
@@ -107,13 +100,13 @@ impl<T: Scalar> Sector<T> {
     // Its frame need not stand beneath a fix.
     #[inline(never)]
     pub fn solution(&self, mounting: &Mounting) -> Solution<T> {
-        let mut covariance = Covariance::<T, 16>::zero();
+        let mut covariance = Covariance::<T, STATES>::zero();
         self.covariance.unpack(&mut covariance);
-        let [p, q, r, x, y, z] = self.biases;
+        let [p, q, r, x, y, z, _] = self.parameters;
         let estimate = Estimate {
             state: &self.state,
             covariance: &covariance,
-            angular_rate_radps: self.angular_rate_radps,
+            angular_rate_radps: self.own.angular_rate_radps,
             heading_revision_rad: T::ZERO,
             gyro_bias_radps: Vector::new(p, q, r),
             accel_bias_mps2: Vector::new(x, y, z),

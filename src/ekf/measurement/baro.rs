@@ -40,21 +40,48 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.relax(trace);
         let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
-        let wind = self.wind_variance();
-        self.gates.set_wind(Scalar::sqrt(wind.wide()));
-        let wind_variance = wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
-        let own_m = self.state.position.height_m;
         let noise_m = self.config.baro.noise_m;
         if !self.barometer.is_heard() {
-            self.barometer = Barometer::at(height_m - own_m, noise_m);
+            self.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
         }
-        let read_m = height_m - self.barometer.level_m();
-        let off =
-            |filter: &Self| T::of(read_m - filter.state.position.height_m) - filter.estimate(state);
-        let innovation = off(self);
+        let innovation = self.baro_innovation(state, height_m).wide();
         let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
-        let explained = wind.wide() * (elapsed_s / WIND_TIME_S) + moved;
-        let noise = T::of(self.barometer.scatter(innovation.wide(), elapsed_s, explained, noise_m));
+        let explained = self.wind_variance().wide() * (elapsed_s / WIND_TIME_S) + moved;
+        let noise = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let report = self.compare_baro(state, time, height_m, [noise, elapsed_s], trace);
+        self.barometer.compared(self.baro_innovation(state, height_m).wide());
+        Ok(report)
+    }
+
+    /// [`update_baro`](Self::update_baro) with a height that another filter, which had these samples, was the first to
+    /// take in, `elapsed_s` after the last: neither gate nor scatter learns of it.
+    pub(in super::super) fn follow_baro(&mut self, time: Time, height_m: f64, elapsed_s: f64) {
+        let Some(state) = L::BARO else { return };
+        self.relax(&mut ());
+        let noise = self.barometer.noise_variance(self.config.baro.noise_m);
+        let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
+        let gates = self.gates;
+        self.compare_baro(state, time, height_m, [noise, elapsed_s], &mut ());
+        self.gates.set_all_but_gps(&gates);
+    }
+
+    /// How far off a height is, m.
+    fn baro_innovation(&self, state: usize, height_m: f64) -> T {
+        let read_m = height_m - self.barometer.level_m();
+        T::of(read_m - self.state.position.height_m) - self.estimate(state)
+    }
+
+    /// Compares a height of the variance `noise`, m², `elapsed_s` after the last.
+    fn compare_baro(
+        &mut self,
+        state: usize,
+        time: Time,
+        height_m: f64,
+        [noise, elapsed_s]: [f64; 2],
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        let (innovation, noise) = (self.baro_innovation(state, height_m), T::of(noise));
+        let wind = self.wind_variance();
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // What counts as white so that the wind is not believed too much hides how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;
@@ -65,20 +92,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             channel: Channel::BaroHeight,
             group: Group::Baro,
             innovation,
-            noise: noise + wind_variance,
+            noise: noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s),
             sensitivity,
         });
         let mut report = Report::default();
         self.update_sequentially(time, &scalars, &mut report, trace);
-        self.barometer.compared(off(self).wide());
-        Ok(report)
+        report
     }
 
-    /// Variance of what the wind of the vehicle's own speed makes of the height, m².
+    /// Variance of what the wind of the vehicle's own speed makes of the height, m². Of a speed that lies within the
+    /// filter's own error nothing follows.
     fn wind_variance(&self) -> T {
         let velocity_mps = self.state.velocity_mps;
-        let head_m = velocity_mps.dot(velocity_mps) * T::of(0.5 / STANDARD_GRAVITY_MPS2);
-        square(T::of(WIND_SHARE) * head_m)
+        let unknown = (VELOCITY..VELOCITY + 3)
+            .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
+        let squared = (velocity_mps.dot(velocity_mps) - unknown).max(T::ZERO);
+        square(T::of(WIND_SHARE * 0.5 / STANDARD_GRAVITY_MPS2) * squared)
     }
 }
 

@@ -10,6 +10,7 @@ use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, VELOCITY};
 use super::super::scalar::Scalar;
+use super::super::self_contradiction::Expected;
 use super::super::trace::Trace;
 use super::super::{single, square};
 use super::wander::GpsNoise;
@@ -33,10 +34,6 @@ const REOPENED_SHARE: f64 = 2.0;
 
 /// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
 const BY_CHANCE: f64 = 1.15;
-
-/// Places that fixes have moved by less than so many of their one-sigmas, and less than so much, m, do not walk.
-const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
-const WALK_M: f32 = 5.0;
 
 /// The cosine of the tilt up to which a vehicle is nearly level.
 const UPRIGHT: f32 = 0.8;
@@ -133,10 +130,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let noise = self.gps_noise(fix, trace);
         if news {
-            self.judge_change(fix, earth.gravity_mps2.wide());
+            self.judge_readings(fix, earth.gravity_mps2.wide());
             if velocity_then.hidden_s > T::ZERO {
                 // Nor were the samples whole from a fix within a gap to the next.
-                self.samples.force_sum.add(Vector::ZERO, false);
+                self.samples.self_contradiction.add(Vector::ZERO, false);
             }
             let down_mps =
                 fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
@@ -156,15 +153,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             sensitivity.position.delay = [T::ZERO; 3];
         }
         let axes = [vn, ve, vd, n, e, d];
-        let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
         let sensitivities = Sensitivities::Fix(&sensitivity);
-        let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
-        if is_absent {
-            // It was moved by what the vehicle did meanwhile.
-            self.gates.forget_walk();
-        } else if news && L::GPS_POSITION.is_some() {
-            report.walked_m = self.note_walk(fix, moved_m);
-        }
+        self.compare(fix.time, &axes, sensitivities, report, trace);
+        report.contradicts = self.samples.self_contradiction.is_proven();
         if fix.two_dimensional {
             self.bound_climb(fix.time, trace);
         }
@@ -178,7 +169,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.doubts_filter(fix.time)
-            || self.gates.are_astray()
+            || self.samples.self_contradiction.is_suspected()
             || (self.gates.were_reopened(fix.time) && !is_far);
         if stepped != Stepped::default() && !otherwise {
             self.doubt_biases(stepped, trace);
@@ -205,29 +196,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.time.offset_by(since_s)
     }
 
-    /// Tells the gates whether the accelerometers deny what the fixes' velocity has done.
-    fn judge_change(&mut self, fix: &Fix, gravity_mps2: f64) {
-        let model = self.config.gps.velocity_sigma_mps();
-        let sigma_mps = fix.axes_velocity_sigma_mps().map_or(model, Vector::to_array);
-        let astray = self.samples.force_sum.is_astray(fix, sigma_mps, gravity_mps2);
-        self.gates.set_astray(astray);
-    }
-
-    /// Tells the gates that a fix has moved where the next is expected by `moved_m`, north and east. Gives how far places
-    /// have walked away from the velocity that they come with, m; zero where they do not.
-    ///
-    /// # Source
-    /// Equation (K25) of docs/equations.md.
-    fn note_walk(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
-        // What was learned of their size grows with a walk.
-        let assumed = || {
-            let [level_m, ..] = self.config.gps.position_sigma_m();
-            level_m as f32 * libm::sqrtf(self.gps_learned[0].min(1.0))
-        };
-        let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
-        let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
-        let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
-        self.gates.place_moved(fix.time, moved_m, least_m)
+    /// Tells the gates whether the receiver contradicts itself.
+    fn judge_readings(&mut self, fix: &Fix, gravity_mps2: f64) {
+        let (position_m, velocity_mps) = self.fix_sigmas(fix);
+        let own_mps = self.state.velocity_mps.cast();
+        let watch = &mut self.samples.self_contradiction;
+        watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
+        self.gates.set_contradiction(watch.is_suspected(), watch.is_proven());
     }
 
     /// Moves the learned size of the GPS errors by what this fix's innovations were against what was
@@ -244,9 +219,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 {
                     continue;
                 }
-                Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
-                Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
-                Channel::VelocityDown => &mut self.gps_learned[2],
+                Channel::PositionNorth | Channel::PositionEast => &mut self.own.gps_learned[0],
+                Channel::VelocityNorth | Channel::VelocityEast => &mut self.own.gps_learned[1],
+                Channel::VelocityDown => &mut self.own.gps_learned[2],
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(MOST_SURPRISE);
@@ -263,7 +238,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =
-            self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
+            self.own.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
         let position = match fix.position_sigma_m {
             Some(stated) => stated.to_array().map(|sigma| sigma * stated_times(learned_m)),
@@ -315,7 +290,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
-            turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
+            turning: (-self.own.level_force.of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(skew(-arm), back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
@@ -353,7 +328,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
-            turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
+            turning: (self.own.level_force.of_motion(back.force_mps) - swing).to_array(),
             gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),

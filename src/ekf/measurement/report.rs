@@ -12,7 +12,7 @@ pub struct Report {
     axes: [Option<Innovation>; 6],
     pub(super) covariance_reset: bool,
     pub(super) biases_doubted: bool,
-    pub(super) walked_m: f32,
+    pub(super) contradicts: bool,
 }
 
 impl Report {
@@ -54,13 +54,13 @@ impl Report {
         self.biases_doubted
     }
 
-    /// How far, m, the places of fixes have walked away from the velocity that they tell; `None` where they do not.
+    /// Whether it was rejected because the receiver contradicts itself: no motion explains its last readings.
     ///
     /// # Source
-    /// Equation (K25) of docs/equations.md.
+    /// Equation (K15) of docs/equations.md.
     #[must_use]
-    pub fn walked_m(&self) -> Option<f64> {
-        (self.walked_m > 0.0).then_some(f64::from(self.walked_m))
+    pub const fn contradicts_itself(&self) -> bool {
+        self.contradicts
     }
 
     /// Minus twice the logarithm of the measurement's likelihood, but for a constant: the squared

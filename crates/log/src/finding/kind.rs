@@ -16,8 +16,8 @@ pub enum FindingKind {
     Refused,
     /// The filter refused readings until it gave way and took them.
     FilterReopened,
-    /// Places of fixes walk away from the receiver's own velocity.
-    PlaceWalks,
+    /// Successive fixes that no motion explains.
+    ContradictsItself,
     /// An attitude or heading that a gap in the inertial samples had hidden was taken as it came.
     TakenAnew,
     /// The receiver states smaller one-sigmas than its fixes scatter by.
@@ -101,7 +101,7 @@ impl FindingKind {
         Self::ReadingsAbsent,
         Self::Refused,
         Self::FilterReopened,
-        Self::PlaceWalks,
+        Self::ContradictsItself,
         Self::TakenAnew,
         Self::Understated,
         Self::FrozenFix,
@@ -148,7 +148,7 @@ impl FindingKind {
             Self::ReadingsAbsent => "readings absent",
             Self::Refused => "refused",
             Self::FilterReopened => "filter reopened",
-            Self::PlaceWalks => "place walks",
+            Self::ContradictsItself => "contradicts itself",
             Self::TakenAnew => "taken anew",
             Self::Understated => "understated",
             Self::FrozenFix => "frozen fix",

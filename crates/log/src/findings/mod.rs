@@ -5,6 +5,7 @@
 
 mod absent;
 mod barometer;
+mod contradiction;
 mod ends;
 mod fixes;
 mod gates;
@@ -19,7 +20,6 @@ mod timing;
 mod understated;
 mod unit;
 mod unused;
-mod walk;
 mod wheels;
 
 use hovernav::ekf::Solution;
@@ -63,7 +63,7 @@ impl Dataset {
         lever_arm::find(&log, &mut findings);
         understated::find(&log, &mut findings);
         unused::find(&log, &mut findings);
-        walk::find(&log, &mut findings);
+        contradiction::find(&log, &mut findings);
         wheels::find(&log, &mut findings);
         let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
         let (start_s, end_s) = log.span_s().unwrap_or_default();

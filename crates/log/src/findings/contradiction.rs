@@ -1,0 +1,34 @@
+//! A receiver that contradicts itself.
+
+use hovernav::ekf::Notice;
+
+use super::spans::spans;
+use super::{Judged, when};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
+
+/// Contradictions no further apart than this, s, are one finding.
+const APART_S: f64 = 10.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let contradicted = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) if report.contradicts_itself() => {
+            report.innovations().next().map(|axis| (axis.time.seconds(), 0.0))
+        }
+        _ => None,
+    });
+    findings.extend(spans(contradicted, APART_S).into_iter().map(|span| Finding {
+        start_s: span.start_s,
+        end_s: span.end_s,
+        sensor: Sensor::Gps,
+        kind: FindingKind::ContradictsItself,
+        severity: Severity::Warning,
+        count: span.count,
+        words: format!(
+            "gps contradicts itself {}: no motion that the inertial unit felt explains {} of its fixes, which were \
+             rejected; inertial unit and barometer hold the solution{}",
+            when(span.start_s, span.end_s),
+            span.count,
+            log.cost(span.start_s, span.end_s)
+        ),
+    }));
+}

@@ -1,0 +1,253 @@
+//! Whether a receiver contradicts itself: no motion leads from one of its readings to the next and on to the one after.
+//!
+//! Between two fixes the inertial unit tells how velocity has changed, and the receiver's own velocities how the place
+//! has. A reading that jumps leaves that path once, a filter that is lost or a bias that has stepped leave it to the same
+//! side each time. Readings that leave it to one side and then to the other are those of a receiver that is jammed,
+//! reflected or broken. Neither a wrong heading nor a tilt that is off by ten degrees looks so.
+
+use super::square;
+use crate::earth::Geodetic;
+use crate::frames::{Ned, Vector};
+use crate::gps::Fix;
+use crate::scalar::Scalar;
+use crate::time::Time;
+
+/// What successive fixes have in common that the motion between them does not explain.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SelfContradiction<T> {
+    last: Option<Reading>,
+    /// Change of velocity by specific force since the last fix.
+    felt_mps: Vector<Ned, T>,
+    /// Whether samples since are missing, or stood at full scale.
+    in_part: bool,
+    unexplained: Unexplained,
+    /// How many of the last fixes contradicted the two before, less those that did not, 0 to [`MOST`].
+    contradictions: u8,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    time: Time,
+    position: Geodetic,
+    velocity_mps: Option<Vector<Ned>>,
+}
+
+/// The part of a change from fix to fix that nothing explains: of velocity, m/s, and of position, m, NED. Zero where it
+/// lies within what is usual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unexplained {
+    velocity_mps: [f32; 3],
+    position_m: [f32; 3],
+}
+
+/// One-sigmas of a fix, NED, and gravity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    /// Of position, m.
+    pub position_m: [f64; 3],
+    /// Of velocity, m/s.
+    pub velocity_mps: [f64; 3],
+    /// Gravity, m/s².
+    pub gravity_mps2: f64,
+}
+
+impl Unexplained {
+    const NONE: Self = Self { velocity_mps: [0.0; 3], position_m: [0.0; 3] };
+
+    /// Whether it leads back, level or vertically, where another has led.
+    fn opposes(&self, other: &Self) -> bool {
+        let opposed =
+            |[n, e, d]: [f32; 3], [on, oe, od]: [f32; 3]| n * on + e * oe < 0.0 || d * od < 0.0;
+        opposed(self.velocity_mps, other.velocity_mps) || opposed(self.position_m, other.position_m)
+    }
+}
+
+/// Fixes further apart than this, s, are not compared.
+const LONGEST_S: f64 = 2.5;
+/// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
+const AGREEMENT_MPS: f64 = 1.0;
+/// A level change by specific force, whatever the heading, explains one of up to so many times its length.
+const ANY_HEADING: f64 = 2.0;
+/// Share of a vertical change that times which do not agree leave.
+const TIMING: f64 = 0.3;
+/// Changes of position within this, m, are usual.
+const AGREEMENT_M: f64 = 5.0;
+/// Share of the change of velocity between two fixes by which the velocity meanwhile may have been another than their mean.
+const MEANWHILE: f64 = 0.5;
+/// So many one-sigmas of each of two fixes may add up.
+const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
+/// After so many contradictions a fix is not taken in, even where it agrees with the filter by chance.
+const REFUSED: u8 = 2;
+/// The count goes no further than this.
+const MOST: u8 = 3;
+
+impl<T: Scalar> SelfContradiction<T> {
+    /// Nothing seen yet.
+    pub const NONE: Self = Self {
+        last: None,
+        felt_mps: Vector::ZERO,
+        in_part: false,
+        unexplained: Unexplained::NONE,
+        contradictions: 0,
+    };
+
+    /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
+    pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
+        self.felt_mps += felt_mps;
+        self.in_part |= !whole;
+    }
+
+    /// Whether the last fixes have contradicted each other: they reset nothing.
+    pub const fn is_suspected(&self) -> bool {
+        self.contradictions > 0
+    }
+
+    /// Whether they have done so more than once: they are not taken in.
+    pub const fn is_proven(&self) -> bool {
+        self.contradictions >= REFUSED
+    }
+
+    /// Takes in a fix; `own_mps` is the filter's velocity.
+    ///
+    /// # Source
+    /// Equation (K15) of docs/equations.md.
+    pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected) {
+        let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
+        (self.felt_mps, self.in_part) = (Vector::ZERO, false);
+        let reading =
+            Reading { time: fix.time, position: fix.position, velocity_mps: fix.velocity_mps() };
+        let Some(before) = self.last.replace(reading) else { return };
+        let interval_s = reading.time - before.time;
+        if !(0.0..=LONGEST_S).contains(&interval_s) || interval_s == 0.0 {
+            self.unexplained = Unexplained::NONE;
+            return;
+        }
+        let velocities = before.velocity_mps.zip(reading.velocity_mps);
+        let unexplained = Unexplained {
+            velocity_mps: velocities.filter(|_| !in_part).map_or([0.0; 3], |(from, to)| {
+                let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
+                unexplained_velocity(to - from, felt_mps + fallen_mps, expected)
+            }),
+            position_m: {
+                let (from, to) = velocities.unwrap_or((own_mps, own_mps));
+                let moved_m = reading.position.displacement_from(&before.position);
+                let told_m = (from + to) * (0.5 * interval_s);
+                unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
+            },
+        };
+        let is_usual = unexplained == Unexplained::NONE;
+        self.contradictions = if unexplained.opposes(&self.unexplained) {
+            (self.contradictions + 1).min(MOST)
+        } else if is_usual {
+            self.contradictions.saturating_sub(1)
+        } else {
+            self.contradictions
+        };
+        self.unexplained = unexplained;
+    }
+}
+
+/// What of a change of velocity another that was felt does not explain, m/s.
+fn unexplained_velocity(change: Vector<Ned>, felt: Vector<Ned>, expected: &Expected) -> [f32; 3] {
+    let [north, east, down] = (change - felt).to_array();
+    let [felt_north, felt_east, felt_down] = felt.to_array();
+    let [sigma, _, sigma_down] = expected.velocity_mps;
+    let level = AGREEMENT_MPS + SIGMAS * sigma + ANY_HEADING * Scalar::hypot(felt_north, felt_east);
+    let vertical = AGREEMENT_MPS + SIGMAS * sigma_down + TIMING * libm::fabs(felt_down);
+    beyond([north, east, down], level, vertical)
+}
+
+/// What of a change of position the velocities do not explain, m, where they may have led elsewhere by `meanwhile_m`.
+fn unexplained_position(off_m: Vector<Ned>, meanwhile_m: f64, expected: &Expected) -> [f32; 3] {
+    let [sigma, _, sigma_down] = expected.position_m;
+    let usual_m = |sigma: f64| AGREEMENT_M + SIGMAS * sigma + MEANWHILE * meanwhile_m;
+    beyond(off_m.to_array(), usual_m(sigma), usual_m(sigma_down))
+}
+
+/// A vector whose level part and whose vertical part are zero where they are no longer than these.
+fn beyond([north, east, down]: [f64; 3], level: f64, vertical: f64) -> [f32; 3] {
+    let [north, east] =
+        if square(north) + square(east) > square(level) { [north, east] } else { [0.0; 2] };
+    let down = if libm::fabs(down) > vertical { down } else { 0.0 };
+    [north, east, down].map(|part| part as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRAVITY_MPS2: f64 = 9.8;
+    const EXPECTED: Expected =
+        Expected { position_m: [2.0; 3], velocity_mps: [0.2; 3], gravity_mps2: GRAVITY_MPS2 };
+
+    /// One fix a second that tells these velocities, north, at the place where they lead, of a vehicle that feels what
+    /// it should: how often they contradicted each other after each.
+    fn contradictions(north_mps: impl IntoIterator<Item = f64>, felt_mps: [f64; 3]) -> Vec<u8> {
+        let mut watch = SelfContradiction::<f64>::NONE;
+        let mut position = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let mut before_mps = 0.0;
+        north_mps
+            .into_iter()
+            .zip(1_u8..)
+            .map(|(north_mps, second)| {
+                let moved_m = 0.5 * (before_mps + north_mps);
+                before_mps = north_mps;
+                position = position.displaced(Vector::new(moved_m, 0.0, 0.0));
+                let fix = Fix {
+                    horizontal_velocity_mps: Some([north_mps, 0.0]),
+                    down_velocity_mps: Some(0.0),
+                    ..Fix::at(Time::ZERO + f64::from(second), position)
+                };
+                watch.add(felt_mps.into(), true);
+                watch.push(&fix, Vector::ZERO, &EXPECTED);
+                watch.contradictions
+            })
+            .collect()
+    }
+
+    const AT_REST: [f64; 3] = [0.0, 0.0, -GRAVITY_MPS2];
+
+    #[test]
+    fn readings_to_and_fro_that_nobody_felt_contradict_each_other_until_they_agree_again() {
+        let told = [0.0, 8.0, -6.0, 9.0, -7.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(contradictions(told, AT_REST), [0, 0, 1, 2, 3, 3, 2, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_jump_that_stays_and_one_that_comes_back_are_no_proof() {
+        assert!(contradictions([0.0, 9.0, 9.0, 9.0, 9.0], AT_REST).iter().all(|&count| count == 0));
+        assert_eq!(contradictions([0.0, 9.0, 0.0, 0.0, 0.0], AT_REST), [0, 0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_velocity_that_runs_away_as_a_lost_level_makes_it_does_not_contradict_itself() {
+        let runs_away = (0..20).map(|second| 5.0 * f64::from(second));
+        assert!(contradictions(runs_away, AT_REST).iter().all(|&count| count == 0));
+    }
+
+    #[test]
+    fn a_change_that_was_felt_explains_itself_whatever_the_heading() {
+        let to_and_fro = [0.0, 6.0, 0.0, 6.0, 0.0, 6.0];
+        for felt_mps in [[6.0, 0.0, -GRAVITY_MPS2], [0.0, -6.0, -GRAVITY_MPS2]] {
+            assert!(contradictions(to_and_fro, felt_mps).iter().all(|&count| count == 0));
+        }
+    }
+
+    #[test]
+    fn places_that_do_not_go_where_their_velocity_leads_contradict_each_other() {
+        let mut watch = SelfContradiction::<f64>::NONE;
+        let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let mut seen = [0; 5];
+        for ((count, height_m), second) in
+            seen.iter_mut().zip([0.0, 60.0, -60.0, 80.0, -10.0]).zip(1_u8..)
+        {
+            let fix = Fix::at(
+                Time::ZERO + f64::from(second),
+                start.displaced(Vector::new(0.0, 0.0, height_m)),
+            );
+            watch.push(&fix, Vector::ZERO, &EXPECTED);
+            *count = watch.contradictions;
+        }
+        assert_eq!(seen, [0, 0, 1, 2, 3]);
+    }
+}
