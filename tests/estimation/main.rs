@@ -10,6 +10,7 @@ mod consistency;
 mod covariance_interval;
 mod findings;
 mod found_heading;
+mod garbage;
 mod heading;
 mod heading_borne_out;
 mod health;

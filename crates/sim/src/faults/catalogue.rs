@@ -28,6 +28,7 @@ pub enum Kind {
     GlitchRamp,
     GlitchFollow,
     FrozenFix,
+    GpsGarbage,
     NoVelocity,
     HeightHeld,
     HeightEmpty,
@@ -116,6 +117,7 @@ const ACCEL_SIGN: &[&str] =
     &["accelerometer+wrong sign", "axes forward, left, up", "specific force points"];
 const AXES: &[&str] = &["swapped", "specific force points", "axes right, forward, up"];
 const GLITCH: &[&str] = &["gps+glitch", "gps+jump"];
+const GARBAGE: &[&str] = &["gps+glitch", "gps+jump", "gps+contradict"];
 const RANGE: &[&str] = &["rangefinder"];
 const ANTENNAS: &[&str] = &["second antenna"];
 const ATTITUDE: &[&str] = &["attitude"];
@@ -123,7 +125,7 @@ const MAGNETIC: &[&str] = &["magnet", "unit's own heading"];
 
 /// All kinds of faults.
 #[rustfmt::skip]
-pub const CATALOGUE: [Entry; 41] = [
+pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
         "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
@@ -168,6 +170,8 @@ pub const CATALOGUE: [Entry; 41] = [
         "position runs away horizontally and back, and the velocity says so too", GLITCH),
     entry(Kind::FrozenFix, "frozen-fix", (Values::None, ""), For(20.0),
         "position and velocity repeat the last fix", &["gps+frozen"]),
+    entry(Kind::GpsGarbage, "gps-garbage", (Number(0.0, 40.0, 1e4), "m"), For(60.0),
+        "position, height and velocity are random with the stated sigmas as before: one-sigma of this north and east, 2.5 times this in height, a fifth of this per second north and east, three quarters of this per second down", GARBAGE),
     entry(Kind::NoVelocity, "no-velocity", (Values::None, ""), Throughout,
         "fixes have no velocity", &["velocity absent"]),
     entry(Kind::HeightHeld, "height-held", (Values::None, ""), For(60.0),

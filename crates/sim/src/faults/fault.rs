@@ -60,7 +60,8 @@ impl Fault {
     pub fn is_drawn(&self) -> bool {
         let moves = self.start_s.is_none()
             && (self.duration_s.is_some() || self.kind.entry().lasts != Lasts::Throughout);
-        let draws = [Kind::Vibration, Kind::PacketLoss, Kind::Jitter, Kind::LeverArm];
+        let draws =
+            [Kind::Vibration, Kind::PacketLoss, Kind::Jitter, Kind::LeverArm, Kind::GpsGarbage];
         moves || draws.contains(&self.kind)
     }
 }

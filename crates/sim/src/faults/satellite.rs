@@ -13,6 +13,16 @@ const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
 /// Metres in a degree of latitude, to what a glitch needs (the ellipsoid's differs by under 0.6 %).
 const M_PER_DEG: f64 = 111_320.0;
 
+/// One-sigma of garbage in height, relative to that of north and of east.
+const GARBAGE_HEIGHT: f64 = 2.5;
+/// One-sigma of garbage in the velocities north, east and down, per second, relative to that of north and of east.
+const GARBAGE_VELOCITY_PER_S: [f64; 3] = [0.2, 0.2, 0.75];
+/// Correlation time of garbage in position and height, s: each fix of a 1 Hz receiver is far from the one before, and
+/// some look like a motion.
+const GARBAGE_POSITION_TIME_S: f64 = 2.5;
+/// Correlation time of garbage in velocity, s.
+const GARBAGE_VELOCITY_TIME_S: f64 = 0.7;
+
 /// `gps.csv` with its columns found.
 pub(super) struct Satellite<'a> {
     table: &'a mut Table,
@@ -60,6 +70,7 @@ impl<'a> Satellite<'a> {
                 self.hold(&rows, &["lat_deg", "lon_deg", "height_m"]);
                 self.hold(&rows, &VELOCITY);
             }
+            Kind::GpsGarbage => self.scatter(&rows, number, noise),
             Kind::NoVelocity => self.empty(&rows, &VELOCITY),
             Kind::HeightHeld => self.hold(&rows, &["height_m"]),
             Kind::HeightEmpty => self.empty(&rows, &["height_m"]),
@@ -106,6 +117,33 @@ impl<'a> Satellite<'a> {
         }
     }
 
+    /// Adds garbage to position, height and velocity: Gauss-Markov, `size_m` one-sigma north and east.
+    fn scatter(&mut self, rows: &[usize], size_m: f64, noise: &mut Noise) {
+        let [lat, lon, height] = self.position;
+        let mut last_s = f64::NEG_INFINITY;
+        let mut value = [0.0; 6];
+        for &row in rows {
+            let time_s = self.table.get(row, self.time);
+            for (channel, value) in value.iter_mut().enumerate() {
+                let correlation_s =
+                    if channel < 3 { GARBAGE_POSITION_TIME_S } else { GARBAGE_VELOCITY_TIME_S };
+                let decay = (-(time_s - last_s) / correlation_s).exp().min(1.0);
+                *value = *value * decay + (1.0 - decay * decay).sqrt() * noise.normal();
+            }
+            last_s = time_s;
+            let [north, east, up, velocity @ ..] = value.map(|value| value * size_m);
+            let narrowing = self.table.get(row, lat).to_radians().cos();
+            self.table.change(row, lat, |value| value + north / M_PER_DEG);
+            self.table.change(row, lon, |value| value + east / (M_PER_DEG * narrowing));
+            self.table.change(row, height, |value| value + GARBAGE_HEIGHT * up);
+            for ((name, share), part) in VELOCITY.iter().zip(GARBAGE_VELOCITY_PER_S).zip(velocity) {
+                if let Some(column) = self.table.column(name) {
+                    self.table.change(row, column, |value| value + share * part);
+                }
+            }
+        }
+    }
+
     /// Repeats what `names` held in the row before the first of `rows`.
     fn hold(&mut self, rows: &[usize], names: &[&str]) {
         let Some(last) = rows.first().map(|first| first.saturating_sub(1)) else { return };
@@ -123,5 +161,58 @@ impl<'a> Satellite<'a> {
                 self.table.set(row, column, f64::NAN);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Stream;
+
+    const HEADER: &str = "t_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,sigma_h_m,sigma_v_m\n";
+
+    /// Errors of `fault` in 4000 fixes of one position, 1 s apart: three in m, three in m/s.
+    fn errors(fault: &str, seed: u64) -> Vec<[f64; 6]> {
+        let rows = (0..4000).map(|second| format!("{second},0,0,50,0,0,0,1.7,3.1\n"));
+        let mut table = Table::parse(&(HEADER.to_owned() + &rows.collect::<String>())).unwrap();
+        let fault: Fault = fault.parse().unwrap();
+        let mut noise = Noise::new(seed, Stream::Fault);
+        let window = Window { start_s: 500.0, duration_s: 3000.0 };
+        assert!(Satellite::of(&mut table).unwrap().make(&fault, window, &mut noise));
+        let sigmas = table.columns(["sigma_h_m", "sigma_v_m"]).unwrap();
+        let at = |row, name| table.get(row, table.column(name).unwrap());
+        let row = |row| {
+            assert_eq!(sigmas.map(|column| table.get(row, column)), [1.7, 3.1]);
+            let degrees = ["lat_deg", "lon_deg"].map(|name| at(row, name) * M_PER_DEG);
+            let height = at(row, "height_m") - 50.0;
+            let [vn, ve, vd] = VELOCITY.map(|name| at(row, name));
+            [degrees[0], degrees[1], height, vn, ve, vd]
+        };
+        (0..4000).map(row).collect()
+    }
+
+    #[test]
+    fn garbage_has_the_one_sigmas_that_the_catalogue_lists_and_leaves_the_stated_ones_alone() {
+        let errors = errors("gps-garbage=40", 3);
+        let wanted = [40.0, 40.0, 100.0, 8.0, 8.0, 30.0];
+        for (channel, wanted) in wanted.into_iter().enumerate() {
+            let inside = errors[500..3500].iter().map(|errors| errors[channel].powi(2));
+            let sigma = (inside.sum::<f64>() / 3000.0).sqrt();
+            // 3000 s are 600 independent samples: 3 % in the sigma, one-sigma.
+            assert!((sigma / wanted - 1.0).abs() < 0.1, "{channel}: {sigma}, expected {wanted}");
+            let lag = errors[500..3499].iter().zip(&errors[501..3500]);
+            let product: f64 = lag.map(|(a, b)| a[channel] * b[channel]).sum::<f64>() / 2999.0;
+            let expected = (-1.0 / if channel < 3 { 2.5 } else { 0.7f64 }).exp();
+            assert!((product / wanted.powi(2) - expected).abs() < 0.1, "{channel}: {product}");
+        }
+        let outside = errors[..500].iter().chain(&errors[3500..]);
+        assert!(outside.flatten().all(|error| *error == 0.0));
+    }
+
+    #[test]
+    fn garbage_of_no_size_changes_nothing_and_a_seed_gives_the_same_garbage_again() {
+        assert!(errors("gps-garbage=0", 1).iter().flatten().all(|error| *error == 0.0));
+        assert_eq!(errors("gps-garbage=40", 5), errors("gps-garbage=40", 5));
+        assert_ne!(errors("gps-garbage=40", 5), errors("gps-garbage=40", 6));
     }
 }

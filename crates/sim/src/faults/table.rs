@@ -42,7 +42,7 @@ impl Table {
         }
     }
 
-    fn parse(text: &str) -> Option<Self> {
+    pub fn parse(text: &str) -> Option<Self> {
         let mut lines = text.split_inclusive('\n');
         let header = lines.next()?.to_owned();
         let name = |field: &str| field.trim_matches(BLANK).trim_matches(BLANK).to_owned();

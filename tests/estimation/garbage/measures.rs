@@ -1,0 +1,212 @@
+//! Errors of a flight with garbage, next to those of its twin.
+
+use std::path::Path;
+
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+use hovernav::ekf::Solution;
+use hovernav_log::{Axis, Dataset, Reference, axis_errors, axis_sigmas};
+
+use super::flights::Case;
+
+/// A share of full scale that no bias exceeds.
+const BIAS_SHARE: f64 = 0.1;
+/// Errors beyond those of the twin at which a flight is normal again: velocity, m/s, and position, horizontal and
+/// vertical, m.
+const MARGIN: [f64; 3] = [0.5, 5.0, 5.0];
+/// How long errors stay normal before they count as normal, s.
+const STAYS_S: f64 = 5.0;
+/// Length of a flight's end, s, in which errors beyond `LOST` are a divergence.
+const END_S: f64 = 10.0;
+/// The errors in the order of `MARGIN`.
+const LOST: [f64; 3] = [5.0, 50.0, 50.0];
+
+/// Errors, biases and outcome of one flight.
+#[derive(Clone, Debug)]
+pub struct Measures {
+    /// Largest errors from the garbage's start to the end of the flight: height, m, velocity down and velocity
+    /// horizontal, m/s.
+    pub height_m: f64,
+    pub vertical_mps: f64,
+    pub horizontal_mps: f64,
+    /// Largest error of velocity north or east over its own one-sigma, in that time.
+    pub horizontal_sigmas: f64,
+    /// Share of the samples and axes of velocity within 3 sigma, from the garbage's start to 30 s after its end.
+    pub inside: f64,
+    /// The same share of the twin, and its largest errors of height, m, and velocity down, m/s.
+    pub twin_inside: f64,
+    pub twin_height_m: f64,
+    pub twin_vertical_mps: f64,
+    /// From the receiver's recovery until errors are the twin's again, within a margin, s; infinite where never.
+    pub normal_after_s: f64,
+    /// Largest bias of a gyro or an accelerometer over a tenth of its full scale, in all of the flight.
+    pub bias: f64,
+    /// Not finite, or far off at the flight's end, of a log that is not refused.
+    pub diverged: bool,
+    /// The reason for which the log is refused: it has no solution then.
+    pub refused: Option<String>,
+    /// Sensors that were left out of the flight, but not of the twin.
+    pub left_out: usize,
+}
+
+/// Solutions of a dataset, run as `hovernav estimate` runs it.
+pub struct Twin {
+    /// Empty where the log is refused.
+    solutions: Vec<Solution>,
+    refused: Option<String>,
+    left_out: usize,
+    /// Full scale of gyros, rad/s, and accelerometers, m/s².
+    full_scale: [f64; 2],
+}
+
+impl Twin {
+    pub fn of(mut dataset: Dataset) -> Self {
+        let imu = &dataset.manifest.imu;
+        let full_scale = [
+            imu.gyro_range_degps.expect("both state it").to_radians(),
+            imu.accel_range_g.expect("both state it") * STANDARD_GRAVITY_MPS2,
+        ];
+        let denied = match dataset.check_fitness(Path::new("garbage")) {
+            Ok(denied) => denied,
+            Err(error) => {
+                let refused = Some(error.to_string());
+                return Self { solutions: Vec::new(), refused, left_out: 0, full_scale };
+            }
+        };
+        let mut left_out = dataset.leave_out(denied).len();
+        let config = dataset.settings().unwrap();
+        let mut run = dataset.estimate(&config, |_| {});
+        let without = dataset.leave_out_denied(&config, &run).len();
+        if without > 0 {
+            run = dataset.estimate(&config, |_| {});
+            left_out += without;
+        }
+        Self { solutions: run.solutions, refused: None, left_out, full_scale }
+    }
+
+    /// Largest bias over `BIAS_SHARE` of its full scale.
+    fn bias(&self) -> f64 {
+        let [gyro_radps, accel_mps2] = self.full_scale.map(|full_scale| BIAS_SHARE * full_scale);
+        let most = |biases: [f64; 3]| biases.into_iter().map(f64::abs).fold(0.0, f64::max);
+        let of = |solution: &Solution| {
+            let gyro = most(solution.gyro_bias_radps.to_array()) / gyro_radps;
+            gyro.max(most(solution.accel_bias_mps2.to_array()) / accel_mps2)
+        };
+        self.solutions.iter().map(of).fold(0.0, f64::max)
+    }
+
+    fn errors(&self, reference: &Reference) -> Vec<Errors> {
+        self.solutions.iter().map(|solution| Errors::of(solution, reference)).collect()
+    }
+}
+
+/// Errors of one solution.
+#[derive(Clone, Copy)]
+struct Errors {
+    time_s: f64,
+    velocity_mps: [f64; 3],
+    sigma_mps: [f64; 3],
+    horizontal_m: f64,
+    height_m: f64,
+}
+
+impl Errors {
+    fn of(solution: &Solution, reference: &Reference) -> Self {
+        let velocity = [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown];
+        let (errors, sigmas) = (axis_errors(solution, reference), axis_sigmas(solution));
+        Self {
+            time_s: solution.time.seconds(),
+            velocity_mps: velocity.map(|axis| errors[axis as usize].abs()),
+            sigma_mps: velocity.map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN)),
+            horizontal_m: errors[Axis::Horizontal as usize],
+            height_m: errors[Axis::Down as usize].abs(),
+        }
+    }
+
+    /// Velocity, m/s, and position, horizontal and vertical, m.
+    fn sizes(&self) -> [f64; 3] {
+        let [north, east, down] = self.velocity_mps;
+        [north.hypot(east).hypot(down), self.horizontal_m, self.height_m]
+    }
+
+    /// Whether the velocities north, east and down are within 3 sigma.
+    fn within_3_sigma(&self) -> [bool; 3] {
+        [0, 1, 2].map(|axis| self.velocity_mps[axis] <= 3.0 * self.sigma_mps[axis])
+    }
+}
+
+/// Whether no error exceeds its limit; one that is not finite does.
+fn all_below(sizes: [f64; 3], limits: [f64; 3]) -> bool {
+    sizes.iter().zip(limits).all(|(size, limit)| *size <= limit)
+}
+
+fn share_inside(errors: &[Errors], case: &Case) -> f64 {
+    let span_s = case.start_s..case.end_s() + 30.0;
+    let during: Vec<bool> = (errors.iter().filter(|at| span_s.contains(&at.time_s)))
+        .flat_map(Errors::within_3_sigma)
+        .collect();
+    during.iter().filter(|inside| **inside).count() as f64 / during.len() as f64
+}
+
+/// Measures of `flown`, the flight of `case`; its `twin` has no garbage.
+pub fn measure(case: &Case, reference: &Reference, flown: &Twin, twin: &Twin) -> Measures {
+    // Beyond its ends the reference has no number.
+    let known = |twin: &Twin| -> Vec<Errors> {
+        let moments = twin.errors(reference).into_iter();
+        moments.filter(|at| reference_is_known(reference, at.time_s)).collect()
+    };
+    let (errors, normal) = (known(flown), known(twin));
+    let most_of = |errors: &[Errors], pick: &dyn Fn(&Errors) -> f64| {
+        let number = |size: f64| if size.is_nan() { f64::INFINITY } else { size };
+        let after = errors.iter().filter(|at| at.time_s >= case.start_s);
+        after.map(|at| number(pick(at))).fold(0.0, f64::max)
+    };
+    let most = |pick: &dyn Fn(&Errors) -> f64| most_of(&errors, pick);
+    let last_s = errors.last().map_or(f64::NEG_INFINITY, |at| at.time_s);
+    let ends_early = normal.last().is_none_or(|at| at.time_s > last_s + 1.0);
+    let is_lost = |at: &Errors| !all_below(at.sizes(), LOST);
+    Measures {
+        height_m: most(&|at| at.height_m),
+        vertical_mps: most(&|at| at.velocity_mps[2]),
+        horizontal_mps: most(&|at| at.velocity_mps[0].hypot(at.velocity_mps[1])),
+        horizontal_sigmas: most(&|at| {
+            let [north, east] = [0, 1].map(|axis| at.velocity_mps[axis] / at.sigma_mps[axis]);
+            north.max(east)
+        }),
+        inside: share_inside(&errors, case),
+        twin_inside: share_inside(&normal, case),
+        twin_height_m: most_of(&normal, &|at| at.height_m),
+        twin_vertical_mps: most_of(&normal, &|at| at.velocity_mps[2]),
+        normal_after_s: normal_after_s(&errors, &normal, case.end_s()),
+        bias: flown.bias(),
+        diverged: flown.refused.is_none()
+            && (ends_early || errors.iter().filter(|at| at.time_s >= last_s - END_S).any(is_lost)),
+        refused: flown.refused.clone(),
+        left_out: flown.left_out.saturating_sub(twin.left_out),
+    }
+}
+
+fn reference_is_known(reference: &Reference, time_s: f64) -> bool {
+    let moment = reference.at(hovernav::time::Time::ZERO + time_s);
+    moment.velocity_mps.iter().chain(&moment.position).all(|number| number.is_finite())
+}
+
+/// From `end_s` until errors are within `MARGIN` of the twin's, and stay so, s.
+fn normal_after_s(errors: &[Errors], normal: &[Errors], end_s: f64) -> f64 {
+    let mut since_s: Option<f64> = None;
+    let mut twins = normal.iter().peekable();
+    for at in errors.iter().filter(|at| at.time_s >= end_s) {
+        while twins.next_if(|twin| twin.time_s < at.time_s - 1e-6).is_some() {}
+        let Some(twin) = twins.peek() else { break };
+        let mut limits = twin.sizes();
+        limits.iter_mut().zip(MARGIN).for_each(|(limit, margin)| *limit += margin);
+        if !all_below(at.sizes(), limits) {
+            since_s = None;
+            continue;
+        }
+        let since_s = *since_s.get_or_insert(at.time_s);
+        if at.time_s - since_s >= STAYS_S {
+            return since_s - end_s;
+        }
+    }
+    f64::INFINITY
+}
