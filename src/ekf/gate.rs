@@ -25,15 +25,18 @@
 //!   filter's own.
 //!
 //! Where a place is believed by its word alone, the one before stays in dispute for as long as it was told: the one-sigma of
-//! the solution reaches back to it, and three fixes that return to it are believed.
+//! the solution reaches back to it, and three fixes that return to it are believed. Where places walk away
+//! from the receiver's own velocity, too slowly for a gate, the one-sigma reaches back to where the walk began.
 //!
 //! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
 //! answers lie within it; the fix is then taken. That is reported as
 //! [`Verdict::Reopened`](super::Verdict::Reopened), never silent.
 
 mod refusal;
+mod walk;
 
 use crate::time::Time;
+use walk::Walk;
 
 /// Kinds of measurement that are refused, and reopened, together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +88,7 @@ pub(super) struct Gates {
     height_taken_s: f32,
     /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
     place_taken_s: f32,
+    walk: Walk,
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
     /// Whether the receiver contradicts itself: it resets nothing; and whether that is proven: nothing of it is taken in.
@@ -199,6 +203,8 @@ const LEVEL_S: f64 = 120.0;
 const DISPUTED_MOST_S: f32 = 200.0;
 /// What is left of a dispute below this, m, is nothing.
 const DISPUTED_LEAST_M: f32 = 0.1;
+/// A place that has been taken in for less than this, s, has yet to settle.
+const SETTLED_S: f32 = 5.0;
 /// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
 const MOST_BETWEEN_S: f32 = 3.0;
 
@@ -211,6 +217,7 @@ impl Gates {
         unproven_until: NEVER,
         height_taken_s: 0.0,
         place_taken_s: 0.0,
+        walk: Walk::NONE,
         height_off_m: 0.0,
         contradicts: false,
         contradicts_proven: false,
@@ -227,6 +234,7 @@ impl Gates {
         self.unproven_until = NEVER;
         self.height_taken_s = 0.0;
         self.place_taken_s = 0.0;
+        self.walk = Walk::NONE;
         self.height_off_m = 0.0;
         self.contradicts = false;
         self.contradicts_proven = false;
@@ -354,7 +362,10 @@ impl Gates {
             let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             match group {
                 Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
-                Group::HorizontalPosition if gate.was_open => self.place_taken_s += since_s,
+                Group::HorizontalPosition if gate.was_open => {
+                    self.place_taken_s += since_s;
+                    self.walk.forget(since_s, self.place_taken_s);
+                }
                 _ => {}
             }
             (gate.accepted, gate.was_open) = (time, true);
@@ -364,10 +375,40 @@ impl Gates {
         }
     }
 
+    /// Notes by how much, m, north and east, a fix has moved where the next is expected. Where fixes whose velocity was
+    /// taken in too have moved it by more than `least_m`, their places walk away from that velocity, until they are back
+    /// within half of it; meanwhile where the walk began is in dispute. Gives how far that is, m; zero where they do not.
+    ///
+    /// # Source
+    /// Equation (K25) of docs/equations.md.
+    pub fn place_moved(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
+        if self.place_taken_s < SETTLED_S {
+            self.forget_walk();
+            return 0.0;
+        }
+        let tells_motion = self.is_open(Group::HorizontalVelocity, time);
+        if tells_motion && !self.doubts_filter(time) && !self.were_reopened(time) {
+            self.walk.add(moved_m);
+        }
+        self.walk.judge(least_m);
+        self.walk.walked_m()
+    }
+
+    /// Adds to how far where the next fix is expected has moved, other than with the vehicle, north and east, m.
+    pub fn expect_elsewhere(&mut self, moved_m: [f32; 2]) {
+        self.walk.add(moved_m);
+    }
+
+    /// Counts anew how far fixes move where the next is expected.
+    pub fn forget_walk(&mut self) {
+        self.walk = Walk::NONE;
+    }
+
     /// How far off, m, the place and the height that were told before lie, where they may still be right.
     pub fn disputed_m(&self) -> [f32; 2] {
-        [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m))
+        let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
+            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m));
+        [level_m.max(self.walk.walked_m()), vertical_m]
     }
 
     /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.

@@ -6,8 +6,8 @@ use super::filter::{Ekf, MOST_HIDDEN_RAD};
 use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
-use super::square;
 use super::trace::Trace;
+use super::{single, square};
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
@@ -210,6 +210,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     pub(super) fn decay(&mut self, relaxation: &Relaxation<T, N>) {
+        if let Some(first) = L::GPS_POSITION {
+            let lost = |state: usize| {
+                let decay = relaxation.decay.get(state).copied().unwrap_or(T::ONE);
+                single((decay - T::ONE) * self.estimate(state))
+            };
+            self.gates.expect_elsewhere([lost(first), lost(first + 1)]);
+        }
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
         for (parameter, &decay) in parameters.iter_mut().zip(decays) {

@@ -23,6 +23,10 @@ pub(super) struct SelfContradiction<T> {
     unexplained: Unexplained,
     /// How many of the last fixes contradicted the two before, less those that did not, 0 to [`MOST`].
     contradictions: u8,
+    /// By how much velocity has jumped and not come back, m/s, the most of it, and since when.
+    jump_mps: [f32; 3],
+    farthest_mps: f32,
+    jumped: Time,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +80,8 @@ const AGREEMENT_M: f64 = 5.0;
 const MEANWHILE: f64 = 0.5;
 /// So many one-sigmas of each of two fixes may add up.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
+/// A velocity that has jumped resets nothing for this long, s, unless it comes back.
+const JUMPED_S: f64 = 15.0;
 /// After so many contradictions a fix is not taken in, even where it agrees with the filter by chance.
 const REFUSED: u8 = 2;
 /// The count goes no further than this.
@@ -89,6 +95,9 @@ impl<T: Scalar> SelfContradiction<T> {
         in_part: false,
         unexplained: Unexplained::NONE,
         contradictions: 0,
+        jump_mps: [0.0; 3],
+        farthest_mps: 0.0,
+        jumped: Time::ZERO,
     };
 
     /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
@@ -97,9 +106,9 @@ impl<T: Scalar> SelfContradiction<T> {
         self.in_part |= !whole;
     }
 
-    /// Whether the last fixes have contradicted each other: they reset nothing.
-    pub const fn is_suspected(&self) -> bool {
-        self.contradictions > 0
+    /// Whether the last fixes have contradicted each other, or a velocity has jumped and not come back: they reset nothing.
+    pub fn is_suspected(&self) -> bool {
+        self.contradictions > 0 || self.farthest_mps > 0.0
     }
 
     /// Whether they have done so more than once: they are not taken in.
@@ -135,6 +144,7 @@ impl<T: Scalar> SelfContradiction<T> {
                 unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
             },
         };
+        self.judge_jump(reading.time, &unexplained);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             (self.contradictions + 1).min(MOST)
@@ -145,6 +155,35 @@ impl<T: Scalar> SelfContradiction<T> {
         };
         self.unexplained = unexplained;
     }
+}
+
+impl<T> SelfContradiction<T> {
+    /// Notes an unexplained change of velocity. Two to the same side, one after the other, are no jump: a bias that has
+    /// stepped, or a level that is lost.
+    fn judge_jump(&mut self, time: Time, unexplained: &Unexplained) {
+        let change = unexplained.velocity_mps;
+        if self.farthest_mps == 0.0 {
+            self.jumped = time;
+        }
+        for (sum, change) in self.jump_mps.iter_mut().zip(change) {
+            *sum += change;
+        }
+        let size_mps = length(self.jump_mps);
+        self.farthest_mps = self.farthest_mps.max(size_mps);
+        let goes_on = dot(change, self.unexplained.velocity_mps) > 0.0;
+        let is_back = size_mps <= 0.5 * self.farthest_mps;
+        if goes_on || is_back || time - self.jumped >= JUMPED_S {
+            (self.jump_mps, self.farthest_mps) = ([0.0; 3], 0.0);
+        }
+    }
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a.into_iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+fn length(of: [f32; 3]) -> f32 {
+    libm::sqrtf(dot(of, of))
 }
 
 /// What of a change of velocity another that was felt does not explain, m/s.

@@ -96,6 +96,7 @@ pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
     let is_remarkable = report.biases_were_doubted()
         || report.covariance_was_reset()
-        || report.contradicts_itself();
+        || report.contradicts_itself()
+        || report.walked_m().is_some();
     (is_accepted && !is_remarkable).then_some(first)
 }

@@ -63,7 +63,10 @@ impl Gates {
         gate.reopen(group, time, off[0], told_s, &evidence);
         match group {
             Group::VerticalPosition => self.height_taken_s = 0.0,
-            Group::HorizontalPosition => self.place_taken_s = 0.0,
+            Group::HorizontalPosition => {
+                self.place_taken_s = 0.0;
+                self.forget_walk();
+            }
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {

@@ -35,6 +35,10 @@ const REOPENED_SHARE: f64 = 2.0;
 /// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
 const BY_CHANCE: f64 = 1.15;
 
+/// Places that fixes have moved by less than so many of their one-sigmas, and less than so much, m, do not walk.
+const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
+const WALK_M: f32 = 5.0;
+
 /// The cosine of the tilt up to which a vehicle is nearly level.
 const UPRIGHT: f32 = 0.8;
 
@@ -154,7 +158,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let axes = [vn, ve, vd, n, e, d];
         let sensitivities = Sensitivities::Fix(&sensitivity);
-        self.compare(fix.time, &axes, sensitivities, report, trace);
+        let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
+        let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
+        if is_absent {
+            // It was moved by what the vehicle did meanwhile.
+            self.gates.forget_walk();
+        } else if news && L::GPS_POSITION.is_some() {
+            report.walked_m = self.note_walk(fix, moved_m);
+        }
         report.contradicts = self.samples.self_contradiction.is_proven();
         if fix.two_dimensional {
             self.bound_climb(fix.time, trace);
@@ -203,6 +214,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
         self.gates.set_contradiction(watch.is_suspected(), watch.is_proven());
+    }
+
+    /// Tells the gates that a fix has moved where the next is expected by `moved_m`, north and east. Gives how far places
+    /// have walked away from the velocity that they come with, m; zero where they do not.
+    ///
+    /// # Source
+    /// Equation (K25) of docs/equations.md.
+    fn note_walk(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
+        // What was learned of their size grows with a walk.
+        let assumed = || {
+            let [level_m, ..] = self.config.gps.position_sigma_m();
+            level_m as f32 * libm::sqrtf(self.own.gps_learned[0].min(1.0))
+        };
+        let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
+        let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
+        let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
+        self.gates.place_moved(fix.time, moved_m, least_m)
     }
 
     /// Moves the learned size of the GPS errors by what this fix's innovations were against what was

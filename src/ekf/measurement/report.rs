@@ -13,6 +13,7 @@ pub struct Report {
     pub(super) covariance_reset: bool,
     pub(super) biases_doubted: bool,
     pub(super) contradicts: bool,
+    pub(super) walked_m: f32,
 }
 
 impl Report {
@@ -52,6 +53,15 @@ impl Report {
     #[must_use]
     pub const fn biases_were_doubted(&self) -> bool {
         self.biases_doubted
+    }
+
+    /// How far, m, the places of fixes have walked away from the velocity that they tell; `None` where they do not.
+    ///
+    /// # Source
+    /// Equation (K25) of docs/equations.md.
+    #[must_use]
+    pub fn walked_m(&self) -> Option<f64> {
+        (self.walked_m > 0.0).then_some(f64::from(self.walked_m))
     }
 
     /// Whether it was rejected because the receiver contradicts itself: no motion explains its last readings.

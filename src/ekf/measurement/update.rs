@@ -7,8 +7,8 @@ use super::super::gate::{Group, Reopening};
 use super::super::innovation::{Channel, Innovation, Verdict};
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::super::square;
 use super::super::trace::Trace;
+use super::super::{single, square};
 use super::Report;
 use crate::time::Time;
 
@@ -58,6 +58,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Compares one axis after the other, gates it and corrects the state. Each group is refused or taken as a whole.
     /// The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
     ///
+    /// Gives by how much, m, north and east, that has moved where the next fix is expected: the place, and what wanders of
+    /// it.
+    ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
     // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
@@ -69,7 +72,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         sensitivities: Sensitivities<'_, T>,
         report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) {
+    ) -> [f32; 2] {
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
         let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
@@ -83,6 +86,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 trace.updated(&sensitivity, gain, innovation.wide());
             }
         };
+        // A receiver that contradicts itself is believed where all of a fix lies where the filter is.
+        let near = T::of(square(NEAR * self.config.gate.sigmas));
+        let is_near =
+            innovations.iter().zip(&noise).all(|(&off, &noise)| square(off) <= near * noise);
         let mut first = 0;
         // Turns: at most one an axis: `first` moves on by one or more.
         while first < axes.len() {
@@ -114,7 +121,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let leans = group.is_height() && self.gates.leans(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !leans
-                && !self.gates.is_contradicted(group);
+                && (is_near || !self.gates.is_contradicted(group));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     self.judge_place(joint.variance(at).wide(), noise[at].wide());
@@ -151,9 +158,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
-            return;
+            return [0.0; 2];
         }
         trace.corrected(joint.correction());
+        let at = |state: usize| joint.correction().get(state).map_or(0.0, |&moved| single(moved));
+        [0, 1]
+            .map(|axis| at(POSITION + axis) + L::GPS_POSITION.map_or(0.0, |first| at(first + axis)))
     }
 
     /// Before a place is taken in: tells the gates if the place first becomes known by this fix, for its `variance` is
@@ -243,6 +253,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
+/// A fix lies near in so many of the gate's one-sigmas, of its own noise alone.
+const NEAR: f64 = 2.0;
 /// A place becomes known by a fix where its one-sigma before is more than so many times that of the fix.
 const UNKNOWN: f64 = 2.0;
 /// A position counts as not taken in for at least this long, s, where it opens a velocity.

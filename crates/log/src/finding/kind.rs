@@ -18,6 +18,8 @@ pub enum FindingKind {
     FilterReopened,
     /// Successive fixes that no motion explains.
     ContradictsItself,
+    /// Places of fixes walk away from the receiver's own velocity.
+    PlaceWalks,
     /// An attitude or heading that a gap in the inertial samples had hidden was taken as it came.
     TakenAnew,
     /// The receiver states smaller one-sigmas than its fixes scatter by.
@@ -102,6 +104,7 @@ impl FindingKind {
         Self::Refused,
         Self::FilterReopened,
         Self::ContradictsItself,
+        Self::PlaceWalks,
         Self::TakenAnew,
         Self::Understated,
         Self::FrozenFix,
@@ -149,6 +152,7 @@ impl FindingKind {
             Self::Refused => "refused",
             Self::FilterReopened => "filter reopened",
             Self::ContradictsItself => "contradicts itself",
+            Self::PlaceWalks => "place walks",
             Self::TakenAnew => "taken anew",
             Self::Understated => "understated",
             Self::FrozenFix => "frozen fix",

@@ -20,6 +20,7 @@ mod timing;
 mod understated;
 mod unit;
 mod unused;
+mod walk;
 mod wheels;
 
 use hovernav::ekf::Solution;
@@ -64,6 +65,7 @@ impl Dataset {
         understated::find(&log, &mut findings);
         unused::find(&log, &mut findings);
         contradiction::find(&log, &mut findings);
+        walk::find(&log, &mut findings);
         wheels::find(&log, &mut findings);
         let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
         let (start_s, end_s) = log.span_s().unwrap_or_default();

@@ -124,7 +124,8 @@ impl Part {
             "dmu_lost" | "dmu_implausible" | "dmu_clock" | "dmu_port" | "dmu_command"
             | "imu_fault" | "imu_suspect" => Self::InertialUnit,
             "gps_port" | "gps_command" | "gps_fixes" | "fix_refused" | "fix_without_height"
-            | "fix_unusable" | "antenna_elsewhere" | "contradicts_itself" | "utc" => Self::Receiver,
+            | "fix_unusable" | "antenna_elsewhere" | "contradicts_itself" | "place_walks"
+            | "utc" => Self::Receiver,
             "pilot_signal" | "servo_port" => Self::Pilot,
             "servos" => Self::Servos,
             "deadline_missed" | "priority" | "ground_port" => Self::Computer,

@@ -46,6 +46,13 @@ impl Happening {
                 let text = ShortText::new(format_args!("refused by the filter: {beyond}"));
                 (time_of(report), warning, "innovation_rejected", text)
             }
+            Notice::Updated(report) if report.walked_m().is_some() => {
+                let walked_m = report.walked_m().unwrap_or_default();
+                let text = format_args!(
+                    "position has walked away from the receiver's own velocity, by {walked_m:.0} m: less sure now"
+                );
+                (time_of(report), warning, "place_walks", ShortText::new(text))
+            }
             Notice::Aligned(alignment) => {
                 let rest = if alignment.at_rest { "at rest" } else { "in motion" };
                 let text = format_args!(

@@ -1,0 +1,35 @@
+//! Places that walk away from the receiver's own velocity.
+
+use hovernav::ekf::Notice;
+
+use super::spans::spans;
+use super::{Judged, when};
+use crate::finding::{Finding, FindingKind, Sensor, Severity};
+
+/// Fixes that have walked away no further apart than this, s, are one walk.
+const APART_S: f64 = 5.0;
+
+pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let walked = log.run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => {
+            report.innovations().next().map(|axis| axis.time.seconds()).zip(report.walked_m())
+        }
+        _ => None,
+    });
+    findings.extend(spans(walked, APART_S).into_iter().map(|span| Finding {
+        start_s: span.start_s,
+        end_s: span.end_s,
+        sensor: Sensor::Gps,
+        kind: FindingKind::PlaceWalks,
+        severity: Severity::Warning,
+        count: span.count,
+        words: format!(
+            "gps position has walked away from the receiver's own velocity {}, by up to {:.0} m: a glitch of the \
+             receiver, or its velocity is wrong; the filter follows, and its one-sigma reaches back to where it was \
+             before{}",
+            when(span.start_s, span.end_s),
+            span.largest,
+            log.cost(span.start_s, span.end_s)
+        ),
+    }));
+}
