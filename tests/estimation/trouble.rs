@@ -2,29 +2,45 @@
 //! through.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
-use hovernav_sim::faults::{Campaign, Flight, Outcome};
+use hovernav_sim::faults::{Clean, Flight, Outcome};
 use hovernav_testing::shared;
 
-/// The flights with one fault, or some of them together, fifteen times each.
-fn outcomes(flight: Flight, faults: &str) -> Vec<Outcome> {
-    with_and_without(flight, faults).0
-}
+/// Runs with drawn faults, and simulated flights.
+const SEEDS: u64 = 15;
 
-/// The same, and the flights without.
-fn with_and_without(flight: Flight, faults: &str) -> (Vec<Outcome>, Vec<Outcome>) {
-    let cells = vec![faults.split(' ').map(|fault| fault.parse().unwrap()).collect()];
-    let outcomes = Campaign { flights: vec![flight], cells, seeds: 15 }.run(|| {}).unwrap();
-    outcomes.into_iter().partition(|outcome| !outcome.faults.is_empty())
-}
+/// The flights without faults, flown and estimated once for all tests.
+type Flights = LazyLock<Vec<Clean>>;
 
-fn heli_hover() -> Flight {
-    Flight::Dataset(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover")).into())
+static HELI_HOVER: Flights = LazyLock::new(|| {
+    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+    vec![clean(&Flight::Dataset(dir.into()), 1)]
+});
+
+static SIMULATED: Flights =
+    LazyLock::new(|| (1..=SEEDS).map(|seed| clean(&Flight::Simulated, seed)).collect());
+
+/// Nothing is read from the directory later: a simulated flight has neither barometer nor rotor speed.
+fn clean(flight: &Flight, seed: u64) -> Clean {
+    flight.clean(seed, tempfile::tempdir().unwrap().path()).unwrap()
 }
 
 /// A set that is too large to be carried along.
-fn dataset(name: &str) -> Option<Flight> {
-    shared(format!("datasets/{name}")).map(Flight::Dataset)
+fn dataset(name: &str) -> Option<Vec<Clean>> {
+    Some(vec![clean(&Flight::Dataset(shared(format!("datasets/{name}"))?), 1)])
+}
+
+/// The flights with one fault, or some of them together, fifteen times each.
+fn outcomes(flights: &[Clean], faults: &str) -> Vec<Outcome> {
+    with_and_without(flights, faults).0
+}
+
+/// The same, and the flights without.
+fn with_and_without(flights: &[Clean], faults: &str) -> (Vec<Outcome>, Vec<Outcome>) {
+    let cell = [faults.split(' ').map(|fault| fault.parse().unwrap()).collect()];
+    let outcomes = flights.iter().flat_map(|clean| clean.outcomes(&cell, SEEDS, || {}).unwrap());
+    outcomes.partition(|outcome| !outcome.faults.is_empty())
 }
 
 /// What a measure comes to at most, over the runs.
@@ -39,13 +55,13 @@ fn after_a_gap_the_units_own_attitude_is_taken_whatever_the_vehicle_has_done_in_
     for gap in ["gap=10", "gap=30"] {
         let cost_of_yaw = |outcome: &Outcome| outcome.measures.cost[3];
         // Headings by up to 180° wrong until the end cost 54 times.
-        assert!(worst(&outcomes(Flight::Simulated, gap), cost_of_yaw) < 1.8);
+        assert!(worst(&outcomes(&SIMULATED, gap), cost_of_yaw) < 1.8);
     }
 }
 
 #[test]
 fn a_yaw_gyro_that_sticks_in_a_turn_turns_nobody_against_the_heading() {
-    for flight in [heli_hover(), Flight::Simulated] {
+    for flight in [&HELI_HOVER, &SIMULATED] {
         let outcomes = outcomes(flight, "stuck=gz@:5");
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 30.0);
     }
@@ -53,7 +69,7 @@ fn a_yaw_gyro_that_sticks_in_a_turn_turns_nobody_against_the_heading() {
 
 #[test]
 fn a_receiver_whose_velocity_runs_away_with_its_place_turns_no_heading() {
-    for flight in [heli_hover(), Flight::Simulated] {
+    for flight in [&HELI_HOVER, &SIMULATED] {
         let outcomes = outcomes(flight, "glitch-follow=5");
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 10.0);
     }
@@ -61,7 +77,7 @@ fn a_receiver_whose_velocity_runs_away_with_its_place_turns_no_heading() {
 
 #[test]
 fn an_accelerometer_that_steps_on_the_vertical_axis_is_found_by_the_vertical_velocity() {
-    let outcomes = outcomes(Flight::Simulated, "accel-bias=0.3");
+    let outcomes = outcomes(&SIMULATED, "accel-bias=0.3");
     // The height was refused for a minute, 117 m off.
     assert!(worst(&outcomes, |outcome| outcome.measures.pulled_m) < 5.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 2.5);
@@ -69,7 +85,7 @@ fn an_accelerometer_that_steps_on_the_vertical_axis_is_found_by_the_vertical_vel
 
 #[test]
 fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
-    let outcomes = outcomes(heli_hover(), "gyro-bias=2");
+    let outcomes = outcomes(&HELI_HOVER, "gyro-bias=2");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 5.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.tilt_rmse_deg) < 5.0);
 }
@@ -77,10 +93,10 @@ fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
 #[test]
 fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
     for (flight, fault, most_mps) in [
-        (heli_hover(), "clip-burst=3", 0.7),
-        (Flight::Simulated, "clip-burst=3", 1.0),
-        (heli_hover(), "clip-burst=3@:3", 1.2),
-        (Flight::Simulated, "clip-burst=3@:3", 2.0),
+        (&HELI_HOVER, "clip-burst=3", 0.7),
+        (&SIMULATED, "clip-burst=3", 1.0),
+        (&HELI_HOVER, "clip-burst=3@:3", 1.2),
+        (&SIMULATED, "clip-burst=3@:3", 2.0),
     ] {
         let outcomes = outcomes(flight, fault);
         // By up to 2.6 m/s, 1.6 in the median, where the readings were believed; of 3 s by up to 5 m/s, 3.7 in the
@@ -97,12 +113,12 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
 fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehicle_is() {
     // Within 3 sigma 87 to 92 % of the time where a place that was believed in the end had the one-sigma of a fix.
     for (flight, faults) in [
-        (heli_hover(), &["glitch-step=60@60:60", "glitch-step=10@60:60"][..]),
-        (Flight::Simulated, &["glitch-step=60@60:60"]),
+        (&HELI_HOVER, &["glitch-step=60@60:60", "glitch-step=10@60:60"][..]),
+        (&SIMULATED, &["glitch-step=60@60:60"]),
     ] {
         for fault in faults {
             let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_position;
-            assert!(worst(&outcomes(flight.clone(), fault), outside) < 0.03);
+            assert!(worst(&outcomes(flight, fault), outside) < 0.03);
         }
     }
 }
@@ -110,7 +126,7 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
 #[test]
 fn a_place_that_walks_away_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
     // 17 % lay outside on either where the place had the one-sigma of a fix throughout.
-    for (flight, most) in [(heli_hover(), 0.02), (Flight::Simulated, 0.06)] {
+    for (flight, most) in [(&HELI_HOVER, 0.02), (&SIMULATED, 0.06)] {
         let outcomes = outcomes(flight, "glitch-ramp=1@60:60");
         let mut outside: Vec<f64> =
             outcomes.iter().map(|outcome| 1.0 - outcome.measures.inside_position).collect();
@@ -122,7 +138,7 @@ fn a_place_that_walks_away_and_comes_back_lies_within_three_sigma_of_where_the_v
 
 #[test]
 fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_heights() {
-    for outcome in outcomes(heli_hover(), "height-empty@0:300") {
+    for outcome in outcomes(&HELI_HOVER, "height-empty@0:300") {
         let [velocity, horizontal, tilt, yaw] = outcome.measures.cost;
         assert!(horizontal.max(tilt).max(yaw) < 1.1, "{:.2?}", outcome.measures.cost);
         // Of up and down it is known that nothing flies that way for long: by up to 30 m/s off without that.
@@ -134,7 +150,7 @@ fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_hei
 /// A magnet that comes and goes turns the field in strength and dip as well as about the vertical.
 #[test]
 fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {
-    for (flight, most_deg) in [(heli_hover(), 6.0), (Flight::Simulated, 6.0)] {
+    for (flight, most_deg) in [(&HELI_HOVER, 6.0), (&SIMULATED, 6.0)] {
         let (outcomes, clean) = with_and_without(flight, "mag-vector=0.2");
         // By up to 14 and 31° where readings that came within the gate led the heading and the gyros' bias away.
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
@@ -150,7 +166,7 @@ fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_i
 
 #[test]
 fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
-    let outcomes = outcomes(heli_hover(), "lever-arm=1");
+    let outcomes = outcomes(&HELI_HOVER, "lever-arm=1");
     // Of roll 37 % lay outside, turned by what a yaw manoeuvre made of the arm.
     let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_motion;
     assert!(worst(&outcomes, outside) < 0.03);
@@ -161,7 +177,7 @@ fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
 #[test]
 fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
-    let outcomes = outcomes(flight, "stuck=all@:5");
+    let outcomes = outcomes(&flight, "stuck=all@:5");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.back_after_s) < 1.0);
 }
@@ -171,7 +187,7 @@ fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
 #[test]
 fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
-    let outcomes = outcomes(flight, "frozen-fix");
+    let outcomes = outcomes(&flight, "frozen-fix");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.5);
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside_motion) < 0.03);
 }
@@ -180,7 +196,7 @@ fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
 #[test]
 fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
     let Some(flight) = dataset("quad-hover-aided") else { return };
-    let outcomes = outcomes(flight, "mag-heading-only=30");
+    let outcomes = outcomes(&flight, "mag-heading-only=30");
     assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < 15.0);
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside[5]) < 0.05);
 }
@@ -189,7 +205,7 @@ fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
 /// told it how fast it was. It went on by up to 228 m/s.
 #[test]
 fn places_without_velocity_bring_back_a_filter_that_is_lost_in_velocity() {
-    let outcomes = outcomes(heli_hover(), "no-velocity accel-bias=3");
+    let outcomes = outcomes(&HELI_HOVER, "no-velocity accel-bias=3");
     assert!(worst(&outcomes, |outcome| outcome.measures.horizontal_rmse_m) < 20.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.velocity_rmse_mps) < 8.0);
 }

@@ -28,9 +28,8 @@ impl Dataset {
     pub fn write(&self, dir: &Path, reference: &[Truth]) -> Result<(), LogError> {
         std::fs::create_dir_all(dir).map_err(LogError::io(dir))?;
         let path = dir.join(MANIFEST_FILE);
-        let manifest = toml::to_string(&self.manifest).map_err(|error| LogError::Unusable {
-            path: path.clone(),
-            reason: error.to_string(),
+        let manifest = hovernav_toml::to_string(&self.manifest).map_err(|error| {
+            LogError::Unusable { path: path.clone(), reason: error.to_string() }
         })?;
         write_whole(&path, manifest).map_err(LogError::io(&path))?;
         self.write_imu(dir)?;

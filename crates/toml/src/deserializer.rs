@@ -107,8 +107,7 @@ impl<'a> ValueDeserializer<'a> {
                 let mut elements =
                     Elements { list, next: 0, path: self.path, unknown: self.unknown };
                 let read = visitor.visit_seq(&mut elements)?;
-                let more = elements.next..list.len();
-                elements.unknown.extend(more.map(|index| format!("{}.{index}", elements.path)));
+                elements.report_unread();
                 Ok(read)
             }
             _ => Err(self.invalid_type(&visitor)),
@@ -205,6 +204,27 @@ struct Entries<'a> {
     unknown: &'a mut Vec<String>,
 }
 
+impl<'a> Entries<'a> {
+    fn next_key(&mut self) -> Option<Key<'a>> {
+        self.value = self.rest.next();
+        self.value.map(|(key, _)| Key(key))
+    }
+
+    fn next_value(&mut self) -> Result<ValueDeserializer<'_>, ValueError> {
+        let (key, value) = self.value.ok_or_else(|| ValueError::custom("a value without a key"))?;
+        let path = if self.path.is_empty() { key.clone() } else { format!("{}.{key}", self.path) };
+        Ok(ValueDeserializer { value, path, unknown: self.unknown })
+    }
+
+    /// `error` as that of the entry just handed out.
+    fn inside(&self, error: ValueError) -> ValueError {
+        match self.value {
+            Some((key, _)) => error.inside(Place::Key(key.clone())),
+            None => error,
+        }
+    }
+}
+
 impl<'de> MapAccess<'de> for Entries<'_> {
     type Error = ValueError;
 
@@ -212,21 +232,16 @@ impl<'de> MapAccess<'de> for Entries<'_> {
         &mut self,
         seed: K,
     ) -> Result<Option<K::Value>, ValueError> {
-        self.value = self.rest.next();
-        let Some((key, _)) = self.value else { return Ok(None) };
-        let found = seed.deserialize(Key(key));
-        found.map(Some).map_err(|error| error.inside(Place::Key(key.clone())))
+        let Some(key) = self.next_key() else { return Ok(None) };
+        seed.deserialize(key).map(Some).map_err(|error| self.inside(error))
     }
 
     fn next_value_seed<S: DeserializeSeed<'de>>(
         &mut self,
         seed: S,
     ) -> Result<S::Value, ValueError> {
-        let (key, value) =
-            self.value.take().ok_or_else(|| ValueError::custom("a value without a key"))?;
-        let path = if self.path.is_empty() { key.clone() } else { format!("{}.{key}", self.path) };
-        seed.deserialize(ValueDeserializer { value, path, unknown: self.unknown })
-            .map_err(|error| error.inside(Place::Key(key.clone())))
+        let read = seed.deserialize(self.next_value()?);
+        read.map_err(|error| self.inside(error))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -258,6 +273,22 @@ struct Elements<'a> {
     unknown: &'a mut Vec<String>,
 }
 
+impl Elements<'_> {
+    fn next_value(&mut self) -> Option<ValueDeserializer<'_>> {
+        let index = self.next;
+        let value = self.list.get(index)?;
+        self.next += 1;
+        let path = format!("{}.{index}", self.path);
+        Some(ValueDeserializer { value, path, unknown: self.unknown })
+    }
+
+    /// Adds the unread elements to the unknown keys.
+    fn report_unread(self) {
+        let rest = self.next..self.list.len();
+        self.unknown.extend(rest.map(|index| format!("{}.{index}", self.path)));
+    }
+}
+
 impl<'de> SeqAccess<'de> for Elements<'_> {
     type Error = ValueError;
 
@@ -266,12 +297,9 @@ impl<'de> SeqAccess<'de> for Elements<'_> {
         seed: S,
     ) -> Result<Option<S::Value>, ValueError> {
         let index = self.next;
-        let Some(value) = self.list.get(index) else { return Ok(None) };
-        self.next += 1;
-        let path = format!("{}.{index}", self.path);
-        seed.deserialize(ValueDeserializer { value, path, unknown: self.unknown })
-            .map(Some)
-            .map_err(|error| error.inside(Place::Index(index)))
+        let Some(element) = self.next_value() else { return Ok(None) };
+        let read = seed.deserialize(element);
+        read.map(Some).map_err(|error| error.inside(Place::Index(index)))
     }
 
     fn size_hint(&self) -> Option<usize> {

@@ -2,6 +2,7 @@
 
 mod deserializer;
 mod file;
+mod recording;
 mod whole_file;
 mod words;
 
@@ -14,6 +15,7 @@ use toml::Table;
 use toml::de::{DeTable, DeValue};
 
 use deserializer::{Place, ValueDeserializer};
+use recording::Recording;
 
 pub use file::{open_file, read_bytes};
 pub use whole_file::{WholeFile, copy_whole, write_whole};
@@ -114,12 +116,28 @@ pub fn from_table<T: DeserializeOwned>(table: Table) -> Result<(T, Vec<String>),
     Ok((parsed, unknown))
 }
 
+/// `value` as a TOML document.
+///
+/// # Errors
+/// A value that TOML has no form for, such as a list with `None` in it.
+pub fn to_string<T: Serialize + ?Sized>(value: &T) -> Result<String, toml::ser::Error> {
+    toml::to_string(&Recording::of(value)?)
+}
+
+/// `value` as a TOML value.
+///
+/// # Errors
+/// As [`to_string`]; also an integer above 2⁶³ − 1, and a map whose keys are no text.
+pub fn to_value<T: Serialize + ?Sized>(value: &T) -> Result<toml::Value, toml::ser::Error> {
+    toml::Value::try_from(Recording::of(value)?)
+}
+
 /// `base` with the keys of `table` put over it, tables key by key and everything else whole.
 ///
 /// # Errors
 /// [`ValueError`] as [`from_table`], and for what TOML cannot hold.
 pub fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: Table) -> Result<T, ValueError> {
-    let text = toml::to_string(base).map_err(serde::de::Error::custom)?;
+    let text = to_string(base).map_err(serde::de::Error::custom)?;
     let mut merged: Table = text.parse().map_err(serde::de::Error::custom)?;
     put_over(&mut merged, table);
     Ok(from_table(merged)?.0)

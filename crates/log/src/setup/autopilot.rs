@@ -41,8 +41,8 @@ pub fn write_autopilot(
     remark: &str,
 ) -> Result<(), AutopilotFileError> {
     config.check().map_err(|source| AutopilotFileError::Value { path: path.into(), source })?;
-    let body =
-        toml::to_string(config).map_err(|error| TomlError::at(path, "", 0, &error.to_string()))?;
+    let body = hovernav_toml::to_string(config)
+        .map_err(|error| TomlError::at(path, "", 0, &error.to_string()))?;
     let remark: String = remark.lines().map(|line| format!("# {line}\n")).collect();
     hovernav_toml::write_whole(path, remark + &body)
         .map_err(|source| TomlError::Io { path: path.into(), source })?;

@@ -265,7 +265,7 @@ impl FlyConfig {
     /// # Errors
     /// What TOML cannot hold; no configuration that was parsed has that.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        toml::to_string(self)
+        hovernav_toml::to_string(self)
     }
 
     /// What the sensors are, for [`Sensors::new`](hovernav::sensors::Sensors::new).

@@ -55,8 +55,8 @@ impl FlyConfig {
     /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,
     /// never is. The autopilot's own once its file is loaded.
     pub(super) fn check_ranges(&self) -> Result<(), FlyConfigError> {
-        let spelled =
-            Value::try_from(self).map_err(|error| FlyConfigError::value("", "settings", &error))?;
+        let spelled = hovernav_toml::to_value(self)
+            .map_err(|error| FlyConfigError::value("", "settings", &error))?;
         check_numbers(&[], &spelled)
     }
 }

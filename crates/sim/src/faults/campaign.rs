@@ -132,28 +132,7 @@ impl Campaign {
             let scratch = scratch()?;
             let clean = flight.clean(seed, scratch.path())?;
             progress();
-            let jobs: Vec<(&Vec<Fault>, u64)> = (self.cells.iter())
-                .flat_map(|cell| {
-                    let is_drawn = !flight.is_drawn() && cell.iter().any(Fault::is_drawn);
-                    let last = if is_drawn { self.seeds } else { seed };
-                    (seed..=last).map(move |seed| (cell, seed))
-                })
-                .collect();
-            let runs = jobs.par_iter().map(|&(cell, seed)| {
-                let outcome = clean.faulty(cell, seed);
-                progress();
-                outcome
-            });
-            let runs = runs.collect::<Result<Vec<_>, LogError>>()?;
-            let without = Outcome {
-                flight: clean.name.clone(),
-                faults: String::new(),
-                kinds: Vec::new(),
-                seed,
-                made: Vec::new(),
-                measures: clean.measures.clone(),
-            };
-            Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
+            clean.outcomes(&self.cells, self.seeds, &progress)
         });
         let outcomes = outcomes.collect::<Result<Vec<Vec<Outcome>>, LogError>>()?;
         Ok(outcomes.into_iter().flatten().collect())
@@ -161,6 +140,42 @@ impl Campaign {
 }
 
 impl Clean {
+    /// The outcome without faults, then those of `cells`: seeds 1 to `seeds` of each; a simulated flight has one seed,
+    /// its own. A cell is skipped if one of its faults is in a sensor that the flight lacks. Each run with faults calls
+    /// `progress`.
+    ///
+    /// # Errors
+    /// A copy that cannot be written.
+    pub fn outcomes(
+        &self,
+        cells: &[Vec<Fault>],
+        seeds: u64,
+        progress: impl Fn() + Sync,
+    ) -> Result<Vec<Outcome>, LogError> {
+        let jobs: Vec<(&Vec<Fault>, u64)> = (cells.iter())
+            .flat_map(|cell| {
+                let is_drawn = !self.is_drawn && cell.iter().any(Fault::is_drawn);
+                let last = if is_drawn { seeds } else { self.seed };
+                (self.seed..=last).map(move |seed| (cell, seed))
+            })
+            .collect();
+        let runs = jobs.par_iter().map(|&(cell, seed)| {
+            let outcome = self.faulty(cell, seed);
+            progress();
+            outcome
+        });
+        let runs = runs.collect::<Result<Vec<_>, LogError>>()?;
+        let without = Outcome {
+            flight: self.name.clone(),
+            faults: String::new(),
+            kinds: Vec::new(),
+            seed: self.seed,
+            made: Vec::new(),
+            measures: self.measures.clone(),
+        };
+        Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
+    }
+
     /// This flight with `faults`; `None` where it has nothing that one of them could be in.
     fn faulty(&self, faults: &[Fault], seed: u64) -> Result<Option<Outcome>, LogError> {
         let faulty = match self.log.with_faults(faults, seed) {

@@ -26,6 +26,9 @@ pub enum Flight {
 pub struct Clean {
     /// What it is called.
     pub name: String,
+    pub(super) seed: u64,
+    /// Whether another seed is another flight.
+    pub(super) is_drawn: bool,
     pub(super) log: Log,
     pub(super) reference: Option<Reference>,
     /// What the estimator made of it.
@@ -52,7 +55,8 @@ impl Flight {
         matches!(self, Self::Simulated)
     }
 
-    /// The flight that `seed` draws, estimated without fault; `scratch` is a directory to write in.
+    /// The flight that `seed` draws, estimated without fault; `scratch` is a directory to write in. Barometer and rotor
+    /// speed are read from the flight's directory again for every copy with faults.
     ///
     /// # Errors
     /// [`LogError`] where it cannot be read or written.
@@ -72,7 +76,8 @@ impl Flight {
         let mut measures = measure(&run.solutions, reference.as_ref(), &[], end_s);
         measures.warnings = warnings;
         let solutions = run.solutions;
-        Ok(Clean { name: self.name(), log, reference, measures, solutions, end_s })
+        let (name, is_drawn) = (self.name(), self.is_drawn());
+        Ok(Clean { name, seed, is_drawn, log, reference, measures, solutions, end_s })
     }
 }
 
