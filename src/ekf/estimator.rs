@@ -407,6 +407,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
         }
+        if report.contradicts_itself() {
+            return;
+        }
         if self.phase == Phase::Navigating && !searches_anew {
             self.watch_heading(fix, trace, notify);
         }

@@ -74,6 +74,24 @@ pub(super) enum Reopening {
     Motion { lost_s: f64 },
 }
 
+/// What speaks against the receiver, by its successive fixes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contradiction {
+    /// It may contradict itself: it resets nothing.
+    pub suspected: bool,
+    /// It does: nothing of it is taken in.
+    pub proven: bool,
+}
+
+impl Contradiction {
+    const NONE: Self = Self { suspected: false, proven: false };
+
+    /// Whether a group must not reset anything.
+    fn forbids_reset(self, group: Group) -> bool {
+        self.suspected && (group as usize) < Group::GPS
+    }
+}
+
 /// What each gate has seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
@@ -91,9 +109,7 @@ pub(super) struct Gates {
     walk: Walk,
     /// How far the receiver's height was off when its refusal began, m.
     height_off_m: f32,
-    /// Whether the receiver contradicts itself: it resets nothing; and whether that is proven: nothing of it is taken in.
-    contradicts: bool,
-    contradicts_proven: bool,
+    pub contradiction: Contradiction,
     /// Whether the barometer's last reading denied the filter's height.
     baro_denies: bool,
     /// Whether the fixes have borne out the filter's heading of late.
@@ -219,8 +235,7 @@ impl Gates {
         place_taken_s: 0.0,
         walk: Walk::NONE,
         height_off_m: 0.0,
-        contradicts: false,
-        contradicts_proven: false,
+        contradiction: Contradiction::NONE,
         baro_denies: false,
         heading_borne_out: false,
     };
@@ -236,8 +251,7 @@ impl Gates {
         self.place_taken_s = 0.0;
         self.walk = Walk::NONE;
         self.height_off_m = 0.0;
-        self.contradicts = false;
-        self.contradicts_proven = false;
+        self.contradiction = Contradiction::NONE;
         self.baro_denies = false;
         self.heading_borne_out = false;
     }
@@ -267,11 +281,6 @@ impl Gates {
         time < self.lost_until
     }
 
-    /// Notes whether the receiver is suspected to contradict itself, and whether that is proven.
-    pub fn set_contradiction(&mut self, suspected: bool, proven: bool) {
-        (self.contradicts, self.contradicts_proven) = (suspected, proven);
-    }
-
     /// Notes whether the fixes have borne out the filter's heading of late.
     pub fn set_heading_borne_out(&mut self, borne_out: bool) {
         self.heading_borne_out = borne_out;
@@ -296,7 +305,7 @@ impl Gates {
 
     /// Whether a group is that of a receiver which is proven to contradict itself.
     pub fn is_contradicted(&self, group: Group) -> bool {
-        self.contradicts_proven && (group as usize) < Group::GPS
+        self.contradiction.proven && (group as usize) < Group::GPS
     }
 
     /// The gates of the GPS.

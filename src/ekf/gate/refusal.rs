@@ -51,7 +51,7 @@ impl Gates {
             _ => 0.0,
         };
         let denied = (evidence.witness && !evidence.level_disputed)
-            || (self.contradicts && (group as usize) < Group::GPS);
+            || self.contradiction.forbids_reset(group);
         let gate = self.gates.get_mut(group as usize)?;
         gate.refuse(group, time, off[0], &evidence);
         let patience_s = gate.patience_s(group, off[0], f64::from(told_s), &evidence, config);

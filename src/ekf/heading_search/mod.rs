@@ -301,6 +301,9 @@ impl<T: Scalar> HeadingSearch<T> {
         let report = sector
             .ok_or(Unusable::NoState)?
             .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
+        if report.contradicts_itself() {
+            return Ok(report);
+        }
         // A receiver without velocity: that of its places, by the filter that leads.
         self.fast |= told.is_none()
             && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));

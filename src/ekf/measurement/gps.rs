@@ -5,7 +5,7 @@ use super::super::antenna::AntennaOffset;
 use super::super::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
 use super::super::excess::Stepped;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
+use super::super::gate::{Contradiction, Group};
 use super::super::history::{ABOUT_NS, LookBack};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{Layout, VELOCITY};
@@ -146,7 +146,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        if let (Some(north), Some(east)) = (&mut vn, &mut ve) {
+        if !self.samples.self_contradiction.is_proven()
+            && let (Some(north), Some(east)) = (&mut vn, &mut ve)
+        {
             self.watch_antenna(north, east, velocity_then);
         }
         let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
@@ -166,7 +168,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         } else if news && L::GPS_POSITION.is_some() {
             report.walked_m = self.note_walk(fix, moved_m);
         }
-        report.contradicts = self.samples.self_contradiction.is_proven();
+        report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
+        if report.contradicts {
+            // Nothing is learned of it.
+            return Ok(());
+        }
         if fix.two_dimensional {
             self.bound_climb(fix.time, trace);
         }
@@ -213,7 +219,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
-        self.gates.set_contradiction(watch.is_suspected(), watch.is_proven());
+        self.gates.contradiction =
+            Contradiction { suspected: watch.is_suspected(), proven: watch.is_proven() };
     }
 
     /// Tells the gates that a fix has moved where the next is expected by `moved_m`, north and east. Gives how far places

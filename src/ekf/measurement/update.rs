@@ -86,8 +86,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 trace.updated(&sensitivity, gain, innovation.wide());
             }
         };
-        // A receiver that contradicts itself is believed where all of a fix lies where the filter is.
-        let near = T::of(square(NEAR * self.config.gate.sigmas));
+        // A receiver that contradicts itself is believed where all of a fix lies, within its noise alone, at the filter.
+        let near = T::of(square(self.config.gate.sigmas));
         let is_near =
             innovations.iter().zip(&noise).all(|(&off, &noise)| square(off) <= near * noise);
         let mut first = 0;
@@ -253,8 +253,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// A fix lies near in so many of the gate's one-sigmas, of its own noise alone.
-const NEAR: f64 = 2.0;
 /// A place becomes known by a fix where its one-sigma before is more than so many times that of the fix.
 const UNKNOWN: f64 = 2.0;
 /// A position counts as not taken in for at least this long, s, where it opens a velocity.
