@@ -21,6 +21,8 @@ pub(super) struct SelfContradiction<T> {
     /// Whether samples since are missing, or stood at full scale.
     in_part: bool,
     unexplained: Unexplained,
+    /// Greatest accelerations of late, level and vertical, m/s².
+    agility_mps2: [f32; 2],
     /// How many of the last fixes contradicted the two before, less those that did not, 0 to [`MOST`].
     contradictions: u8,
     /// By how much velocity has jumped and not come back, m/s, the most of it, and since when.
@@ -66,13 +68,18 @@ impl Unexplained {
     }
 }
 
-/// Fixes further apart than this, s, are not compared.
+/// Fixes closer than this, s, are not compared: what drifts like a true motion from one to the next is not told from it.
+const LEAST_S: f64 = 0.8;
+/// Nor those further apart than this, s.
 const LONGEST_S: f64 = 2.5;
 /// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
 const AGREEMENT_MPS: f64 = 1.0;
-/// A level change by specific force, whatever the heading, explains one of up to so many times its length.
+/// What was felt of late, whatever the heading and the delay of the fixes, explains a level change of velocity of up to so
+/// many times its length.
 const ANY_HEADING: f64 = 2.0;
-/// Share of a vertical change that times which do not agree leave.
+/// What was felt counts as of late for about so long, s.
+const AGILE_S: f64 = 3.0;
+/// Share of a change of velocity that times which do not agree leave.
 const TIMING: f64 = 0.3;
 /// Changes of position within this, m, are usual.
 const AGREEMENT_M: f64 = 5.0;
@@ -94,6 +101,7 @@ impl<T: Scalar> SelfContradiction<T> {
         felt_mps: Vector::ZERO,
         in_part: false,
         unexplained: Unexplained::NONE,
+        agility_mps2: [0.0; 2],
         contradictions: 0,
         jump_mps: [0.0; 3],
         farthest_mps: 0.0,
@@ -121,21 +129,30 @@ impl<T: Scalar> SelfContradiction<T> {
     /// # Source
     /// Equation (K15) of docs/equations.md.
     pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected) {
-        let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
-        (self.felt_mps, self.in_part) = (Vector::ZERO, false);
         let reading =
             Reading { time: fix.time, position: fix.position, velocity_mps: fix.velocity_mps() };
-        let Some(before) = self.last.replace(reading) else { return };
+        let Some(before) = self.last else {
+            self.begin(reading);
+            return;
+        };
         let interval_s = reading.time - before.time;
-        if !(0.0..=LONGEST_S).contains(&interval_s) || interval_s == 0.0 {
+        if (0.0..LEAST_S).contains(&interval_s) {
+            return;
+        }
+        let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
+        self.begin(reading);
+        if !(LEAST_S..=LONGEST_S).contains(&interval_s) {
             self.unexplained = Unexplained::NONE;
             return;
         }
+        let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
+        let moved_mps = felt_mps + fallen_mps;
+        self.note_agility(moved_mps, interval_s);
+        let agility_mps = self.agility_mps2.map(|agility| f64::from(agility) * interval_s);
         let velocities = before.velocity_mps.zip(reading.velocity_mps);
         let unexplained = Unexplained {
             velocity_mps: velocities.filter(|_| !in_part).map_or([0.0; 3], |(from, to)| {
-                let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
-                unexplained_velocity(to - from, felt_mps + fallen_mps, expected)
+                unexplained_velocity(to - from - moved_mps, agility_mps, expected)
             }),
             position_m: {
                 let (from, to) = velocities.unwrap_or((own_mps, own_mps));
@@ -144,7 +161,10 @@ impl<T: Scalar> SelfContradiction<T> {
                 unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
             },
         };
-        self.judge_jump(reading.time, &unexplained);
+        let is_denied = velocities.is_some_and(|(from, to)| {
+            !in_part && is_denied(to - from, felt_mps, interval_s, expected)
+        });
+        self.judge_jump(reading.time, &unexplained, is_denied);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             (self.contradictions + 1).min(MOST)
@@ -157,12 +177,30 @@ impl<T: Scalar> SelfContradiction<T> {
     }
 }
 
-impl<T> SelfContradiction<T> {
-    /// Notes an unexplained change of velocity. Two to the same side, one after the other, are no jump: a bias that has
-    /// stepped, or a level that is lost.
-    fn judge_jump(&mut self, time: Time, unexplained: &Unexplained) {
+impl<T: Scalar> SelfContradiction<T> {
+    /// Goes on from a reading.
+    fn begin(&mut self, reading: Reading) {
+        (self.last, self.felt_mps, self.in_part) = (Some(reading), Vector::ZERO, false);
+    }
+
+    /// Notes the greatest accelerations of late, by a change of velocity that was felt.
+    fn note_agility(&mut self, moved_mps: Vector<Ned>, interval_s: f64) {
+        let [north, east, down] = moved_mps.to_array();
+        let left = libm::exp(-interval_s / AGILE_S) as f32;
+        let now = [Scalar::hypot(north, east), libm::fabs(down)];
+        for (agility, now) in self.agility_mps2.iter_mut().zip(now) {
+            *agility = (*agility * left).max((now / interval_s) as f32);
+        }
+    }
+
+    /// Notes an unexplained change of velocity, and whether no attitude explains it. Two to the same side, one after the
+    /// other, are no jump: a bias that has stepped, or a level that is lost.
+    fn judge_jump(&mut self, time: Time, unexplained: &Unexplained, is_denied: bool) {
         let change = unexplained.velocity_mps;
         if self.farthest_mps == 0.0 {
+            if !is_denied {
+                return;
+            }
             self.jumped = time;
         }
         for (sum, change) in self.jump_mps.iter_mut().zip(change) {
@@ -178,6 +216,22 @@ impl<T> SelfContradiction<T> {
     }
 }
 
+/// Whether no attitude makes what was felt within `interval_s` as long as a change of velocity asks: a rotation leaves
+/// lengths.
+fn is_denied(
+    change: Vector<Ned>,
+    felt_mps: Vector<Ned>,
+    interval_s: f64,
+    expected: &Expected,
+) -> bool {
+    let asked = change - Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
+    let [sigma, _, sigma_down] = expected.velocity_mps;
+    let (asked_mps, felt_mps) = (asked.norm(), felt_mps.norm());
+    let usual_mps =
+        AGREEMENT_MPS + SIGMAS * sigma.max(sigma_down) + TIMING * change.norm().min(felt_mps);
+    libm::fabs(asked_mps - felt_mps) > usual_mps
+}
+
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a.into_iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
@@ -186,14 +240,16 @@ fn length(of: [f32; 3]) -> f32 {
     libm::sqrtf(dot(of, of))
 }
 
-/// What of a change of velocity another that was felt does not explain, m/s.
-fn unexplained_velocity(change: Vector<Ned>, felt: Vector<Ned>, expected: &Expected) -> [f32; 3] {
-    let [north, east, down] = (change - felt).to_array();
-    let [felt_north, felt_east, felt_down] = felt.to_array();
+/// What is left of a change of velocity less the one that was felt, m/s, where motion of late explains `agility_mps`, level
+/// and vertical.
+fn unexplained_velocity(
+    left: Vector<Ned>,
+    [level_mps, vertical_mps]: [f64; 2],
+    expected: &Expected,
+) -> [f32; 3] {
     let [sigma, _, sigma_down] = expected.velocity_mps;
-    let level = AGREEMENT_MPS + SIGMAS * sigma + ANY_HEADING * Scalar::hypot(felt_north, felt_east);
-    let vertical = AGREEMENT_MPS + SIGMAS * sigma_down + TIMING * libm::fabs(felt_down);
-    beyond([north, east, down], level, vertical)
+    let level = AGREEMENT_MPS + SIGMAS * sigma + ANY_HEADING * level_mps;
+    beyond(left.to_array(), level, AGREEMENT_MPS + SIGMAS * sigma_down + vertical_mps)
 }
 
 /// What of a change of position the velocities do not explain, m, where they may have led elsewhere by `meanwhile_m`.
