@@ -3,6 +3,7 @@
 use std::fs;
 use std::process::{Command, Stdio};
 
+use approx::assert_abs_diff_eq;
 use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
@@ -54,7 +55,11 @@ fn info_is_one_json_object_for_programs() {
     let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
     assert_eq!(info["sensors"]["imu"]["samples"], 9899);
     assert_eq!(info["format"], "dataset directory");
-    assert!((info["sensors"]["gps"]["rate_hz"].as_f64().expect("a rate") - 1.0).abs() < 0.01);
+    assert_abs_diff_eq!(
+        info["sensors"]["gps"]["rate_hz"].as_f64().expect("a rate"),
+        1.0,
+        epsilon = 0.01
+    );
 }
 
 #[test]
