@@ -1,5 +1,6 @@
 //! What a command does in a pipe, in a script and in wrong hands.
 
+#[cfg(feature = "export")]
 use std::fs;
 use std::process::{Command, Stdio};
 
@@ -126,6 +127,7 @@ fn shells_and_man_know_every_verb() {
     assert_eq!(hovernav(&["completions", "cmd"]).status.code(), Some(2));
 }
 
+#[cfg(feature = "export")]
 #[test]
 fn what_an_earlier_run_left_is_removed_and_what_is_anybodys_is_named() {
     let out = place("stale");
