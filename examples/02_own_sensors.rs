@@ -144,9 +144,15 @@ fn main() {
 
 #[test]
 fn velocity_heading_and_gyro_bias_are_found() {
+    use approx::assert_abs_diff_eq;
+
     let (solution, speed_mps) = estimate(120).unwrap();
     let [u, v, w] = solution.velocity_body_mps().to_array();
     assert!((u - speed_mps).abs() < 0.1 && v.abs() < 0.1 && w.abs() < 0.1, "{u} {v} {w}");
-    assert!((solution.body_to_ned.euler().yaw_rad.to_degrees() - HEADING_DEG).abs() < 1.0);
-    assert!((solution.gyro_bias_radps.z().to_degrees() - GYRO_BIAS_DEGPS).abs() < 0.02);
+    assert_abs_diff_eq!(
+        solution.body_to_ned.euler().yaw_rad.to_degrees(),
+        HEADING_DEG,
+        epsilon = 1.0
+    );
+    assert_abs_diff_eq!(solution.gyro_bias_radps.z().to_degrees(), GYRO_BIAS_DEGPS, epsilon = 0.02);
 }

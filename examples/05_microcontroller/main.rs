@@ -158,11 +158,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn bytes_on_two_lines_become_pulses() {
+    use approx::assert_abs_diff_eq;
+
     let Outcome { solution, mode, lateral_ms } = stand(60.0).unwrap();
     let solution = solution.unwrap();
-    assert!((solution.position.height_m - 520.0).abs() < 0.5);
-    assert!((solution.body_to_ned.euler().yaw_rad.to_degrees() - 40.0).abs() < 1.0);
+    assert_abs_diff_eq!(solution.position.height_m, 520.0, epsilon = 0.5);
+    assert_abs_diff_eq!(solution.body_to_ned.euler().yaw_rad.to_degrees(), 40.0, epsilon = 1.0);
     assert!(solution.velocity_mps.norm() < 0.05);
     assert_ne!(mode, Mode::Manual);
-    assert!((lateral_ms - 1.5).abs() < 0.02, "{lateral_ms}");
+    assert_abs_diff_eq!(lateral_ms, 1.5, epsilon = 0.02);
 }

@@ -62,6 +62,7 @@ impl VehicleClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_burst_after_a_stall_is_late_and_keeps_its_own_times() {
@@ -70,7 +71,8 @@ mod tests {
         for k in 1..100 {
             let stalled = f64::from(k) * 0.03;
             let placed = clock.place(10.0 + stalled, 1003.0);
-            assert!((placed.time_s - 1000.0 - stalled).abs() < 1e-9 && !placed.jumped);
+            assert_abs_diff_eq!(placed.time_s - 1000.0, stalled, epsilon = 1e-9);
+            assert!(!placed.jumped);
             assert_eq!(placed.is_late, placed.delay_s > 0.2);
         }
         assert!(!clock.place(13.0, 1003.01).is_late);

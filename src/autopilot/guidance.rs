@@ -396,6 +396,7 @@ mod tests {
     use super::*;
     use crate::ekf::Solution;
     use crate::time::Time;
+    use approx::assert_abs_diff_eq;
 
     fn at(position: Geodetic, velocity_mps: Vector<Ned>) -> Solution {
         Solution { velocity_mps, ..Solution::at_rest(Time::ZERO, position) }
@@ -443,7 +444,11 @@ mod tests {
         let mut solution = at(place, Vector::ZERO);
         solution.heading_revision_rad = -0.3;
         guidance.engage(&solution, 3.1);
-        assert!((guidance.step(&solution, 3.1, trusted).heading_rad - 3.1).abs() < 1e-9);
+        assert_abs_diff_eq!(
+            guidance.step(&solution, 3.1, trusted).heading_rad,
+            3.1,
+            epsilon = 1e-9
+        );
         // By 0.1 rad over north's opposite, without a turn asked for.
         solution.heading_revision_rad = -0.2;
         let asked = guidance.step(&solution, wrap_angle(3.2), trusted);

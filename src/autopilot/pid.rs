@@ -152,6 +152,7 @@ impl<T: Scalar> Pid<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     const PERIOD_S: f64 = 1.0 / 33.0;
     const GAINS: PidGains = PidGains {
@@ -180,7 +181,7 @@ mod tests {
     fn integral_action_leaves_no_error_under_a_constant_set_point() {
         let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
         let y = run(&mut pid, 0.0, |_| 0.7, 10.0);
-        assert!((y.last().unwrap() - 0.7).abs() < 1e-3);
+        assert_abs_diff_eq!(*y.last().unwrap(), 0.7, epsilon = 1e-3);
     }
 
     #[test]
@@ -200,14 +201,14 @@ mod tests {
     fn it_takes_over_at_the_command_it_is_given() {
         let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
         pid.start(-0.3, 1.0, 0.4);
-        assert!((pid.command(1.0, 0.4) + 0.3).abs() < 1e-15);
+        assert_abs_diff_eq!(pid.command(1.0, 0.4), -0.3, epsilon = 1e-15);
     }
 
     #[test]
     fn a_stepping_set_point_does_not_kick_the_derivative() {
         let mut pid = Pid::new(GAINS, PERIOD_S).unwrap();
         pid.start(0.0, 0.0, 0.0);
-        assert!((pid.command(1.0, 0.0) - GAINS.proportional).abs() < 1e-15);
+        assert_abs_diff_eq!(pid.command(1.0, 0.0), GAINS.proportional, epsilon = 1e-15);
     }
 
     #[test]
@@ -215,7 +216,7 @@ mod tests {
         let gains = PidGains { proportional: 0.0, integral_per_s: 0.0, ..GAINS };
         let mut pid = Pid::new(gains, PERIOD_S).unwrap();
         let last = (0..100).map(|k| pid.command(0.0, 2.0 * f64::from(k) * PERIOD_S)).last();
-        assert!((last.unwrap() + 2.0 * gains.derivative_s).abs() < 1e-9);
+        assert_abs_diff_eq!(last.unwrap(), -2.0 * gains.derivative_s, epsilon = 1e-9);
     }
 
     #[test]

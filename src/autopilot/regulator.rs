@@ -186,6 +186,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     const PERIOD_S: f64 = 1.0 / 33.0;
 
@@ -239,7 +240,7 @@ mod tests {
             let _ = regulator.command(&[0.0; 2], &[0.0; 2]);
             regulator.advance(&[0.25]);
         }
-        assert!((regulator.hidden[0] - 0.25).abs() < 1e-12);
+        assert_abs_diff_eq!(regulator.hidden[0], 0.25, epsilon = 1e-12);
     }
 
     #[test]

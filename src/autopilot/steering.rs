@@ -126,6 +126,7 @@ impl Steering {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn steering() -> Steering {
         let neutral = Sticks { collective: 0.2, lateral: -0.1, ..Sticks::NEUTRAL };
@@ -155,7 +156,8 @@ mod tests {
             assert_eq!([right_mps, down_mps, yaw_rate_radps], [0.0; 3]);
             speeds.push(forward_mps);
         }
-        assert!(speeds[0] < 1e-3 && (speeds[1] - 1.0).abs() < 1e-12);
+        assert!(speeds[0] < 1e-3);
+        assert_abs_diff_eq!(speeds[1], 1.0, epsilon = 1e-12);
         assert_eq!(speeds[2..], [2.0, 2.0]);
     }
 
@@ -178,7 +180,7 @@ mod tests {
         else {
             panic!("a velocity")
         };
-        assert!((forward_mps.hypot(right_mps) - 2.0).abs() < 1e-12);
+        assert_abs_diff_eq!(forward_mps.hypot(right_mps), 2.0, epsilon = 1e-12);
     }
 
     #[test]

@@ -35,6 +35,7 @@ pub struct Ecef;
 mod tests {
     use super::rotation::quaternion_of;
     use super::*;
+    use approx::assert_abs_diff_eq;
     use core::f64::consts::{FRAC_PI_2, PI};
     use proptest::prelude::*;
 
@@ -87,8 +88,8 @@ mod tests {
     fn the_series_meets_sine_and_cosine_where_they_change_over() {
         for angle in [0.0999, 0.1001] {
             let [x, _, _, w] = quaternion_of(Vector::<Ned>::new(angle, 0.0, 0.0));
-            assert!((x - libm::sin(0.5 * angle)).abs() < 1e-16);
-            assert!((w - libm::cos(0.5 * angle)).abs() < 1.2e-16);
+            assert_abs_diff_eq!(x, libm::sin(0.5 * angle), epsilon = 1e-16);
+            assert_abs_diff_eq!(w, libm::cos(0.5 * angle), epsilon = 1.2e-16);
         }
     }
 

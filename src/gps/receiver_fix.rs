@@ -178,6 +178,7 @@ pub(super) fn known_sigma(sigma: Vector<Ned>) -> Option<Vector<Ned>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn fix() -> ReceiverFix {
         ReceiverFix::new(Time::ZERO, Horizontal { latitude_rad: 0.1, longitude_rad: 0.2 })
@@ -214,6 +215,6 @@ mod tests {
     #[test]
     fn longitude_east_of_the_date_line_comes_back_negative() {
         let place = Horizontal::new(0.0, 246.0f64.to_radians()).unwrap();
-        assert!((place.longitude_rad.to_degrees() + 114.0).abs() < 1e-12);
+        assert_abs_diff_eq!(place.longitude_rad.to_degrees(), -114.0, epsilon = 1e-12);
     }
 }

@@ -182,6 +182,7 @@ impl core::error::Error for ConfigError {}
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     use super::*;
@@ -205,7 +206,8 @@ mod tests {
     fn a_lopsided_range_keeps_one_gain_on_both_sides_of_trim() {
         let config = ChannelConfig { trim_ms: 1.2, ..Default::default() };
         let (up, down) = (config.stick(1.3), config.stick(1.1));
-        assert!((up + down).abs() < 1e-12 && (up - 0.2).abs() < 1e-12);
+        assert_abs_diff_eq!(up, -down, epsilon = 1e-12);
+        assert_abs_diff_eq!(up, 0.2, epsilon = 1e-12);
     }
 
     #[test]

@@ -122,6 +122,7 @@ impl Servo {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     use super::*;
@@ -169,8 +170,8 @@ mod tests {
         let widths: [Limited; 4] =
             [0.0, 0.02, 0.04, 0.06].map(|t| limiter.apply(&all(1.95), at(t)).lateral);
         assert_eq!(widths[0], Limited { width_ms: 1.5, limit: Limit::Rate });
-        assert!((widths[1].width_ms - 1.7).abs() < 1e-12);
-        assert!((widths[2].width_ms - 1.9).abs() < 1e-12);
+        assert_abs_diff_eq!(widths[1].width_ms, 1.7, epsilon = 1e-12);
+        assert_abs_diff_eq!(widths[2].width_ms, 1.9, epsilon = 1e-12);
         assert_eq!(widths[3], Limited { width_ms: 1.95, limit: Limit::None });
     }
 
@@ -184,7 +185,7 @@ mod tests {
         assert_eq!(sent(&mut limiter, 0.19), Limited { width_ms: 1.8, limit: Limit::Held });
         let leaving = sent(&mut limiter, 0.21);
         assert_eq!(leaving.limit, Limit::ToFailsafe);
-        assert!((leaving.width_ms - 1.6).abs() < 1e-12);
+        assert_abs_diff_eq!(leaving.width_ms, 1.6, epsilon = 1e-12);
         assert_eq!(sent(&mut limiter, 0.3).width_ms, 1.5);
         assert_eq!(limiter.apply(&all(1.6), at(0.32)).pedal.limit, Limit::None);
     }

@@ -225,6 +225,7 @@ impl PacketCapture {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     use super::*;
@@ -396,7 +397,7 @@ mod tests {
         capture.receive(&width(None).encode(), at(1.02));
         let pulses = *capture.receive(&width(Some(20)).encode(), at(1.04));
         assert_eq!(pulses.channels.lateral.fresh_ms(at(1.04), 0.1), Some(1.55));
-        assert!((pulses.channels.lateral.age_s(at(1.04)).unwrap() - 0.04).abs() < 1e-9);
+        assert_abs_diff_eq!(pulses.channels.lateral.age_s(at(1.04)).unwrap(), 0.04, epsilon = 1e-9);
         assert_eq!((pulses.channels.lateral.errors, pulses.channels.pedal.errors), (1, 0));
     }
 }

@@ -275,6 +275,7 @@ fn finite(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     use super::*;
@@ -348,9 +349,9 @@ mod tests {
             let right = Sticks { lateral: 1.0, ..Sticks::NEUTRAL };
             let up = Sticks { collective: 1.0, ..Sticks::NEUTRAL };
             for azimuth in [0.0, 0.4, quarter, 2.0, 3.0, 4.5] {
-                assert!((height(forward, azimuth) - 0.5 * azimuth.cos()).abs() < 1e-12);
-                assert!((height(right, azimuth) - 0.5 * azimuth.sin()).abs() < 1e-12);
-                assert!((height(up, azimuth) - 0.5).abs() < 1e-12);
+                assert_abs_diff_eq!(height(forward, azimuth), 0.5 * azimuth.cos(), epsilon = 1e-12);
+                assert_abs_diff_eq!(height(right, azimuth), 0.5 * azimuth.sin(), epsilon = 1e-12);
+                assert_abs_diff_eq!(height(up, azimuth), 0.5, epsilon = 1e-12);
             }
         }
     }
@@ -360,8 +361,8 @@ mod tests {
         let plate =
             Swashplate { kind: SwashplateKind::Ccpm90, phase_deg: 30.0, ..Swashplate::default() };
         let servos = plate.servos(Sticks { longitudinal: 1.0, ..Sticks::NEUTRAL });
-        assert!((servos.longitudinal + 0.5 * 30f64.to_radians().cos()).abs() < 1e-12);
-        assert!((servos.lateral - 0.25).abs() < 1e-12);
+        assert_abs_diff_eq!(servos.longitudinal, -0.5 * 30f64.to_radians().cos(), epsilon = 1e-12);
+        assert_abs_diff_eq!(servos.lateral, 0.25, epsilon = 1e-12);
     }
 
     #[test]

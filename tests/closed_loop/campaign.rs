@@ -81,17 +81,24 @@ fn two_hundred_gusty_hovers_are_held() {
 const WINDS_MPS: [f64; 6] = [0.0, 3.0, 8.0, 12.0, 16.0, 20.0];
 const GUSTS_MPS: [f64; 5] = [0.75, 1.5, 3.0, 4.5, 6.0];
 
-/// Flies 120 s per seed in `wind_mps` with `gust_mps`: how many crash, and the worst velocity of the
-/// others, RMS of an axis.
-fn blown(wind_mps: f64, gust_mps: f64, seeds: u64) -> (usize, f64) {
+/// Flies 120 s per seed in `wind_mps` with `gust_mps`: the velocity of each flight in ascending order, RMS of
+/// its worst axis; infinite for a crash.
+fn velocities_mps(wind_mps: f64, gust_mps: f64, seeds: u64) -> Vec<f64> {
     let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
     config.wind = WindConfig::from_direction(wind_mps, 2.3, gust_mps);
-    let flights = fly_all(&config, seeds, |flight| {
+    let mut velocities_mps = fly_all(&config, seeds, |flight| {
         let [u, v, w] = flight.statistics(30.0).velocity_rms_mps;
-        flight.crashed_s.is_none().then_some(u.max(v).max(w))
+        if flight.crashed_s.is_none() { u.max(v).max(w) } else { f64::INFINITY }
     });
-    let crashes = flights.iter().filter(|worst| worst.is_none()).count();
-    (crashes, flights.into_iter().flatten().fold(0.0, f64::max))
+    velocities_mps.sort_by(f64::total_cmp);
+    velocities_mps
+}
+
+/// How many flights of `velocities_mps` crash, and the worst velocity of the others.
+fn blown(wind_mps: f64, gust_mps: f64, seeds: u64) -> (usize, f64) {
+    let velocities_mps = velocities_mps(wind_mps, gust_mps, seeds);
+    let held = velocities_mps.partition_point(|velocity_mps| velocity_mps.is_finite());
+    (velocities_mps.len() - held, velocities_mps[..held].last().copied().unwrap_or(0.0))
 }
 
 #[test]
@@ -114,13 +121,28 @@ fn where_wind_and_gusts_end_it() {
             );
             // The envelope that docs/flying.md states.
             if wind_mps <= 8.0 && gust_mps <= 3.0 {
-                assert!(crashes == 0 && worst_mps < 0.615);
+                assert!(crashes == 0 && worst_mps < 0.745);
             }
             if wind_mps <= 12.0 && gust_mps <= 1.5 {
                 assert_eq!(crashes, 0);
             }
         }
     }
+}
+
+#[test]
+#[ignore = "400 flights of 120 s"]
+fn where_wind_of_8_and_gusts_of_3_metres_a_second_lose_one_flight_in_a_hundred() {
+    let velocities_mps = velocities_mps(8.0, 3.0, 400);
+    let held = velocities_mps.partition_point(|velocity_mps| velocity_mps.is_finite());
+    let (median_mps, nine_of_ten_mps) = (velocities_mps[200], velocities_mps[360]);
+    println!(
+        "{} of 400 crash, median {median_mps:.2} m/s RMS, nine of ten below {nine_of_ten_mps:.2} m/s",
+        400 - held
+    );
+    assert!(held >= 397, "{held}");
+    assert!(median_mps < 0.465, "{median_mps}");
+    assert!(nine_of_ten_mps < 0.565, "{nine_of_ten_mps}");
 }
 
 #[test]

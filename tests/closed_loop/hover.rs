@@ -1,5 +1,6 @@
 //! The 60-class helicopter, nonlinear, with everything inside.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Mode, Reason, SetPoint};
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
@@ -82,9 +83,9 @@ fn it_flies_slowly_forward_and_stops_where_it_is_told() {
     );
     let at = |s: f64| flight.samples.iter().find(|sample| seconds(sample) >= s).unwrap();
     let cruise = at(19.5).truth;
-    assert!((cruise.velocity_mps.x().hypot(cruise.velocity_mps.y()) - 4.0).abs() < 0.3);
-    assert!((cruise.velocity_mps.z() + 0.5).abs() < 0.1);
-    assert!((cruise.angular_rate_radps.z() - 0.1).abs() < 0.02);
+    assert_abs_diff_eq!(cruise.velocity_mps.x().hypot(cruise.velocity_mps.y()), 4.0, epsilon = 0.3);
+    assert_abs_diff_eq!(cruise.velocity_mps.z(), -0.5, epsilon = 0.1);
+    assert_abs_diff_eq!(cruise.angular_rate_radps.z(), 0.1, epsilon = 0.02);
     let end = flight.samples.last().unwrap().truth;
     assert!(end.velocity_mps.norm() < 0.05);
     assert!(end.position.displacement_from(&at(40.0).truth.position).norm() < 0.3);

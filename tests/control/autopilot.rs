@@ -1,5 +1,6 @@
 //! What the autopilot promises whoever flies: no bump, the pilot on top, and no bad input followed.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::*;
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
@@ -241,7 +242,7 @@ fn trim_is_learned_from_the_pilots_hover() {
     bench.steps(60.0, Some(hovering()), Some(PILOT), false);
     let trim = bench.autopilot.learned_trim();
     assert!(apart(trim.sticks, PILOT) < 1e-2);
-    assert!((trim.roll_rad.to_degrees() - 3.0).abs() < 0.1);
+    assert_abs_diff_eq!(trim.roll_rad.to_degrees(), 3.0, epsilon = 0.1);
 }
 
 #[test]

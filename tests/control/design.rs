@@ -1,5 +1,6 @@
 //! What the design promises.
 
+use approx::assert_abs_diff_eq;
 use hovernav_design::hover::HoverDesign;
 use hovernav_design::{
     CheckedDesign, DesignError, Loop, bode, discrete_lqr, kalman, logarithmic_frequencies, lqr,
@@ -99,7 +100,7 @@ fn an_unreached_mode_is_found_by_rank_pencil_and_gramian() {
     assert!(distance(-3.0) < 1e-12 && distance(-1.0) > 0.1);
     assert!(found.gramian_eigenvalues[2].abs() < 1e-12 && found.gramian_eigenvalues[1] > 1e-3);
     // ∫ e^(−4t) dt over a long horizon.
-    assert!((found.gramian[(1, 1)] - 0.25).abs() < 1e-12);
+    assert_abs_diff_eq!(found.gramian[(1, 1)], 0.25, epsilon = 1e-12);
 }
 
 #[test]
@@ -107,8 +108,8 @@ fn a_held_double_integrator_moves_as_its_closed_form() {
     let model = model(dmatrix![0.0, 1.0; 0.0, 0.0], dmatrix![0.0; 1.0]);
     let t = 0.3;
     let held = zero_order_hold(&model, t, 0.0).unwrap();
-    assert!((held.a() - dmatrix![1.0, t; 0.0, 1.0]).amax() < 1e-16);
-    assert!((held.b() - dmatrix![t * t / 2.0; t]).amax() < 1e-16);
+    assert_abs_diff_eq!(*held.a(), dmatrix![1.0, t; 0.0, 1.0], epsilon = 1e-16);
+    assert_abs_diff_eq!(*held.b(), dmatrix![t * t / 2.0; t], epsilon = 1e-16);
 }
 
 #[test]
@@ -147,7 +148,7 @@ fn the_printed_gain_is_unstable_at_33_hz_and_the_sampled_design_is_not() {
     let printed = lqr(&model, &q, &r).unwrap().gain;
     let held = zero_order_hold(&model, 1.0 / 33.0, 0.0).unwrap();
     let radius = spectral_radius(&(held.a() - held.b() * printed));
-    assert!((radius - 7.9).abs() < 0.05, "{radius}");
+    assert_abs_diff_eq!(radius, 7.9, epsilon = 0.05);
     for delay_s in [0.0, 0.01, 0.03] {
         let sampled = sampled_lqr(&model, &q, &r, 1.0 / 33.0, delay_s).unwrap();
         assert!(sampled.poles.iter().all(|pole| pole.norm() < 1.0));
@@ -214,12 +215,12 @@ fn a_steady_kalman_gain_is_that_of_its_closed_form() {
     .unwrap();
     let (gain, p) = kalman(&walk, &dmatrix![w], &dmatrix![v]).unwrap();
     let expected = 0.5 * (w + (w * w + 4.0 * w * v).sqrt());
-    assert!((p[(0, 0)] - expected).abs() < 1e-15);
-    assert!((gain[(0, 0)] - expected / (expected + v)).abs() < 1e-14);
+    assert_abs_diff_eq!(p[(0, 0)], expected, epsilon = 1e-15);
+    assert_abs_diff_eq!(gain[(0, 0)], expected / (expected + v), epsilon = 1e-14);
     let (gain, p) =
         kalman(&model(dmatrix![0.0], dmatrix![1.0]), &dmatrix![w], &dmatrix![v]).unwrap();
-    assert!((p[(0, 0)] - (w * v).sqrt()).abs() < 1e-15);
-    assert!((gain[(0, 0)] - (w / v).sqrt()).abs() < 1e-14);
+    assert_abs_diff_eq!(p[(0, 0)], (w * v).sqrt(), epsilon = 1e-15);
+    assert_abs_diff_eq!(gain[(0, 0)], (w / v).sqrt(), epsilon = 1e-14);
 }
 
 #[test]
@@ -298,18 +299,19 @@ fn margins_of_a_textbook_loop_are_those_of_its_closed_form() {
     let channel = &margins.channels[0];
     // |L| at √2 rad/s is k/6.
     let up = channel.gain_up.unwrap();
-    assert!((up.margin - 6.0).abs() < 1e-9 && (up.frequency_radps - 2f64.sqrt()).abs() < 1e-9);
+    assert_abs_diff_eq!(up.margin, 6.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(up.frequency_radps, 2f64.sqrt(), epsilon = 1e-9);
     assert_eq!(channel.gain_down, None);
     let phase = channel.phase.unwrap();
     let w = phase.frequency_radps;
-    assert!((w * (w * w + 1.0).sqrt() * (w * w + 4.0).sqrt() - 1.0).abs() < 1e-9);
+    assert_abs_diff_eq!(w * (w * w + 1.0).sqrt() * (w * w + 4.0).sqrt(), 1.0, epsilon = 1e-9);
     let expected = std::f64::consts::FRAC_PI_2 - w.atan() - (0.5 * w).atan();
-    assert!((phase.margin - expected).abs() < 1e-9);
-    assert!((channel.delay_s.unwrap() - expected / w).abs() < 1e-9);
+    assert_abs_diff_eq!(phase.margin, expected, epsilon = 1e-9);
+    assert_abs_diff_eq!(channel.delay_s.unwrap(), expected / w, epsilon = 1e-9);
     let bandwidth = channel.disturbance_rejection_bandwidth_radps.unwrap();
     let open = third_order(1.0).open().linear().frequency_response(bandwidth).unwrap()[(0, 0)];
     let sensitivity = (Complex::new(1.0, 0.0) + open).inv().norm();
-    assert!((sensitivity - 0.5f64.sqrt()).abs() < 1e-9);
+    assert_abs_diff_eq!(sensitivity, 0.5f64.sqrt(), epsilon = 1e-9);
     // The guarantee of the disk lies within the margins one at a time.
     assert!(margins.disk_gain()[1] <= up.margin && margins.disk_phase_rad() <= phase.margin);
     assert!(margins.sensitivity.value > 1.0);
@@ -341,10 +343,10 @@ fn a_sampled_loop_dies_at_the_margins_told_for_each_channel() {
     for (index, channel) in margins.channels.iter().enumerate() {
         assert_eq!(channel.name, plant.inputs()[index].name);
         let up = channel.gain_up.unwrap().margin;
-        assert!((radius(index, up) - 1.0).abs() < 1e-6);
+        assert_abs_diff_eq!(radius(index, up), 1.0, epsilon = 1e-6);
         assert!(radius(index, 0.99 * up) < 1.0);
         if let Some(down) = channel.gain_down {
-            assert!((radius(index, down.margin) - 1.0).abs() < 1e-6);
+            assert_abs_diff_eq!(radius(index, down.margin), 1.0, epsilon = 1e-6);
         }
     }
     // Both channels at once, each at either end of the disk, stay stable.
@@ -381,7 +383,7 @@ fn a_loop_cut_at_either_end_of_a_single_channel_is_the_same_loop() {
     let input = Loop::at_plant_input(&plant, &controller).unwrap().margins().unwrap();
     let output = Loop::at_plant_output(&plant, &controller).unwrap().margins().unwrap();
     let (one, other) = (input.channels[0].phase.unwrap(), output.channels[0].phase.unwrap());
-    assert!((one.margin - other.margin).abs() < 1e-9);
+    assert_abs_diff_eq!(one.margin, other.margin, epsilon = 1e-9);
     let held = zero_order_hold(&plant, 0.1, 0.0).unwrap();
     assert!(Loop::at_plant_input(&held, &controller).is_err());
 }
@@ -390,14 +392,15 @@ fn a_loop_cut_at_either_end_of_a_single_channel_is_the_same_loop() {
 fn responses_of_a_first_order_lag_are_those_of_its_closed_form() {
     let lag = model(dmatrix![-2.0], dmatrix![2.0]);
     let points = bode(&lag, "u0", 0, &[2.0]).unwrap();
-    assert!((points[0].0 + 20.0 * 2f64.sqrt().log10()).abs() < 1e-12);
-    assert!((points[0].1 + 45.0).abs() < 1e-12);
+    assert_abs_diff_eq!(points[0].0, -20.0 * 2f64.sqrt().log10(), epsilon = 1e-12);
+    assert_abs_diff_eq!(points[0].1, -45.0, epsilon = 1e-12);
     let step = step_response(&lag, "u0", 2.0, 0.1).unwrap();
     for (&time, &output) in step.time_s.iter().zip(&step.outputs) {
-        assert!((output - (1.0 - (-2.0 * time).exp())).abs() < 1e-14);
+        assert_abs_diff_eq!(output, 1.0 - (-2.0 * time).exp(), epsilon = 1e-14);
     }
     let frequencies = logarithmic_frequencies(0.1, 10.0, 3);
-    assert!((frequencies[1] - 1.0).abs() < 1e-15 && frequencies.len() == 3);
+    assert_abs_diff_eq!(frequencies[1], 1.0, epsilon = 1e-15);
+    assert_eq!(frequencies.len(), 3);
     assert!(bode(&lag, "none", 0, &[1.0]).is_err() && bode(&lag, "u0", 1, &[1.0]).is_err());
 }
 

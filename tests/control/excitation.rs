@@ -1,5 +1,6 @@
 //! Test inputs that the autopilot flies on top of what it commands.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::*;
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
@@ -36,7 +37,8 @@ fn a_test_input_is_flown_on_top_told_apart_and_over_in_time() {
         injected.push(outputs.injected.pedal);
     }
     assert!((injected.len() as f64 * PERIOD_S - 1.0).abs() < 2.5 * PERIOD_S, "{}", injected.len());
-    assert!((injected[3] - 0.1).abs() < 1e-12 && (injected[25] + 0.1).abs() < 1e-12);
+    assert_abs_diff_eq!(injected[3], 0.1, epsilon = 1e-12);
+    assert_abs_diff_eq!(injected[25], -0.1, epsilon = 1e-12);
     let after = bench.step(Some(hovering()), Some(PILOT), true);
     assert_eq!(after.injected, Sticks::NEUTRAL);
 }

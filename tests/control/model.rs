@@ -1,5 +1,6 @@
 //! What the models promise.
 
+use approx::assert_abs_diff_eq;
 use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav_model::helicopter::{
@@ -23,7 +24,7 @@ fn hover_is_steady_right_side_low_and_feels_one_g() {
     assert!(rest.rate_radps2.norm() < 1e-9);
     // An accelerometer in hover reads gravity upwards.
     let up = hover.body_to_ned * rest.specific_force_mps2;
-    assert!((up.z() + helicopter.parameters().gravity_mps2).abs() < 1e-9);
+    assert_abs_diff_eq!(up.z(), -helicopter.parameters().gravity_mps2, epsilon = 1e-9);
     // The tail pushes left, so the clockwise helicopter hovers right side low.
     assert!(hover.body_to_ned.euler().roll_rad > 0.01);
 }
@@ -220,8 +221,8 @@ fn the_shipped_60_class_model_is_the_linearised_helicopter() {
     let helicopter = raptor();
     let trim = helicopter.trim(CALM, CALM, 0.0).unwrap();
     let (fresh, shipped) = (helicopter.linearise(&trim, CALM), shipped::raptor60());
-    assert!((fresh.a() - shipped.a()).amax() < 1e-9);
-    assert!((fresh.b() - shipped.b()).amax() < 1e-9);
+    assert_abs_diff_eq!(fresh.a(), shipped.a(), epsilon = 1e-9);
+    assert_abs_diff_eq!(fresh.b(), shipped.b(), epsilon = 1e-9);
     assert_eq!(fresh.states(), shipped.states());
 }
 
@@ -232,8 +233,8 @@ fn the_60_class_helicopter_is_damped_as_the_thesis_means_when_read_as_a_step() {
         let index = slow.state(state).unwrap();
         slow.a()[(index, index)]
     };
-    assert!((damping("p") + 8.1).abs() < 0.5, "Lp {}", damping("p"));
-    assert!((damping("q") + 11.9).abs() < 0.6, "Mq {}", damping("q"));
+    assert_abs_diff_eq!(damping("p"), -8.1, epsilon = 0.5);
+    assert_abs_diff_eq!(damping("q"), -11.9, epsilon = 0.6);
     assert!((-0.8..-0.4).contains(&damping("w")), "Zw {}", damping("w"));
     assert!((-40.0..-20.0).contains(&damping("r")), "Nr {}", damping("r"));
 }
@@ -294,22 +295,26 @@ fn the_r50_loses_bar_and_flapping_as_its_reference_does() {
     let names =
         |key: &str| -> Vec<String> { serde_json::from_value(reference[key].clone()).unwrap() };
     let full = shipped::mettler_r50();
-    assert!((full.a() - matrix("A13_si")).amax() < 1e-13);
-    assert!((full.b() - matrix("B13_si")).amax() < 1e-13);
+    assert_abs_diff_eq!(*full.a(), matrix("A13_si"), epsilon = 1e-13);
+    assert_abs_diff_eq!(*full.b(), matrix("B13_si"), epsilon = 1e-13);
     let sticks = ["lateral", "longitudinal", "pedal", "collective"];
     for (removed, size) in [(&["c", "d", "rfb"][..], 10), (&["c", "d", "rfb", "a", "b"], 8)] {
         let states = names(&format!("states{size}"));
         let states: Vec<&str> = states.iter().map(String::as_str).collect();
         let slow = full.residualised(removed).unwrap().subsystem(&states, &sticks).unwrap();
-        assert!((slow.a() - matrix(&format!("A{size}_si"))).amax() < 1e-11);
-        assert!((slow.b() - matrix(&format!("B{size}_si"))).amax() < 1e-11);
+        assert_abs_diff_eq!(*slow.a(), matrix(&format!("A{size}_si")), epsilon = 1e-11);
+        assert_abs_diff_eq!(*slow.b(), matrix(&format!("B{size}_si")), epsilon = 1e-11);
     }
     for (mode, expected) in
         full.modes().unwrap().modes.iter().zip(reference["modes13"].as_array().unwrap())
     {
         let size = expected["wn"].as_f64().unwrap();
-        assert!((mode.frequency_radps() - size).abs() < 1e-9, "{size}");
-        assert!((mode.damping_ratio().unwrap() - expected["zeta"].as_f64().unwrap()).abs() < 1e-9);
+        assert_abs_diff_eq!(mode.frequency_radps(), size, epsilon = 1e-9);
+        assert_abs_diff_eq!(
+            mode.damping_ratio().unwrap(),
+            expected["zeta"].as_f64().unwrap(),
+            epsilon = 1e-9
+        );
     }
 }
 
@@ -328,9 +333,9 @@ fn flapping_taken_out_of_the_hybrid_model_leaves_rotor_damping() {
     };
     let slow = hybrid.state_space("stick").unwrap().residualised(&["a", "b"]).unwrap();
     // Lp = −Lb·τf, and the stick's rolling moment is Lb·Blat.
-    assert!((slow.a()[(0, 0)] + 10.0).abs() < 1e-12);
-    assert!((slow.a()[(1, 1)] + 6.0).abs() < 1e-12);
-    assert!((slow.b()[(0, 0)] - 20.0).abs() < 1e-12);
+    assert_abs_diff_eq!(slow.a()[(0, 0)], -10.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(slow.a()[(1, 1)], -6.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(slow.b()[(0, 0)], 20.0, epsilon = 1e-12);
 }
 
 #[test]
@@ -348,7 +353,11 @@ fn discrete_modes_are_told_in_continuous_terms() {
     .unwrap();
     let (one, other) = (continuous.modes().unwrap(), discrete.modes().unwrap());
     for (one, other) in one.modes.iter().zip(&other.modes) {
-        assert!((one.frequency_radps() - other.frequency_radps()).abs() < 1e-8);
-        assert!((one.damping_ratio().unwrap() - other.damping_ratio().unwrap()).abs() < 1e-8);
+        assert_abs_diff_eq!(one.frequency_radps(), other.frequency_radps(), epsilon = 1e-8);
+        assert_abs_diff_eq!(
+            one.damping_ratio().unwrap(),
+            other.damping_ratio().unwrap(),
+            epsilon = 1e-8
+        );
     }
 }

@@ -1,5 +1,6 @@
 //! What the Riccati equations promise: every benchmark to rounding, singular weights too.
 
+use approx::assert_abs_diff_eq;
 use hovernav_design::{DesignError, care, dare};
 use hovernav_testing::shared;
 use nalgebra::{DMatrix, dmatrix};
@@ -83,7 +84,7 @@ fn large_and_long_problems_meet_their_closed_forms() {
     seen[(0, 0)] = 1.0;
     let solution = care(&chain, &end, &seen, &dmatrix![1.0]).unwrap();
     println!("corner off by {:e}", solution.x[(0, n - 1)] - 1.0);
-    assert!((solution.x[(0, n - 1)] - 1.0).abs() < 1e-10);
+    assert_abs_diff_eq!(solution.x[(0, n - 1)], 1.0, epsilon = 1e-10);
 }
 
 #[test]

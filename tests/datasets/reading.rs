@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 use hovernav_log::{Dataset, HeadingReference, LogError, Manifest, Point};
@@ -56,7 +57,7 @@ fn the_hover_flight_is_read_whole_and_without_complaint() {
     let Motion::Rates { angular_rate_radps, specific_force_mps2 } = first.motion else { panic!() };
     assert_eq!(angular_rate_radps.to_array(), [0.0170975, 0.0047937, -0.0284426]);
     assert_eq!(specific_force_mps2.to_array(), [-0.703895, 0.034117, -11.906963]);
-    assert!((first.attitude.unwrap().to_degrees()[2] - 61.113).abs() < 1e-12);
+    assert_abs_diff_eq!(first.attitude.unwrap().to_degrees()[2], 61.113, epsilon = 1e-12);
     assert_eq!(first.magnetic_field_gauss.unwrap().to_array(), [0.18499, -0.35479, -0.09445]);
     let fix = dataset.fixes[0];
     assert_eq!(fix.position_sigma_m.unwrap().to_array(), [1.7, 1.7, 3.1]);
@@ -256,7 +257,7 @@ fn rows_of_one_time_are_put_together() {
     assert_eq!(dataset.imu.len(), 200);
     let Motion::Rates { angular_rate_radps, .. } = dataset.imu[3].motion else { panic!() };
     // Rows 6 and 7: 0.61 and 0.71 rad/s.
-    assert!((angular_rate_radps.x() - 0.66).abs() < 1e-12);
+    assert_abs_diff_eq!(angular_rate_radps.x(), 0.66, epsilon = 1e-12);
     let said = "200 rows, the first at line 3, put together with the row before, at the same time";
     assert!(dataset.warnings[1].contains(said), "{:?}", dataset.warnings);
 }
@@ -378,7 +379,8 @@ fn what_lies_beside_is_read_and_its_odd_rows_left_out() {
     ])
     .unwrap();
     assert_eq!(dataset.baro.len(), 2);
-    assert!(dataset.baro[0].1.abs() < 1e-9 && (dataset.baro[1].1 - 1000.0).abs() < 0.1);
+    assert_abs_diff_eq!(dataset.baro[0].1, 0.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(dataset.baro[1].1, 1000.0, epsilon = 0.1);
     assert_eq!(dataset.magnetometer[0].1.to_array(), [0.2, 0.0, 0.4]);
     assert_eq!(dataset.controls[0].1, [0.1, -0.2, 0.3, -1.0]);
     assert_eq!(

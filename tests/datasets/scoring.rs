@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
@@ -203,12 +204,12 @@ fn the_reference_is_read_between_its_rows_but_not_beyond_them_nor_across_a_gap()
         "",
     );
     let between = reference.at(seconds(1.1));
-    assert!((between.position[1].to_degrees().abs() - 180.0).abs() < 1e-9);
-    assert!((between.position[2] - 100.5).abs() < 1e-12);
-    assert!((between.velocity_mps[0] - 2.0).abs() < 1e-12);
-    assert!((between.attitude_rad[2].to_degrees().abs() - 180.0).abs() < 1e-9);
+    assert_abs_diff_eq!(between.position[1].to_degrees().abs(), 180.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(between.position[2], 100.5, epsilon = 1e-12);
+    assert_abs_diff_eq!(between.velocity_mps[0], 2.0, epsilon = 1e-12);
+    assert_abs_diff_eq!(between.attitude_rad[2].to_degrees().abs(), 180.0, epsilon = 1e-9);
     // Going south at 2 m/s and facing south is going forward.
-    assert!((between.body_velocity_mps[0] + 2.0).abs() < 1e-9);
+    assert_abs_diff_eq!(between.body_velocity_mps[0], -2.0, epsilon = 1e-9);
     for outside in [0.99, 1.41, 2.0, 2.39, 2.41] {
         let moment = reference.at(seconds(outside));
         assert!(moment.position[0].is_nan() && moment.velocity_mps[0].is_nan(), "{outside}");
@@ -221,7 +222,7 @@ fn the_reference_is_read_between_its_rows_but_not_beyond_them_nor_across_a_gap()
 fn a_slow_reference_is_read_across_its_own_intervals() {
     let rows = (0..9).map(|t| format!("{t},45,-93,{t}\n")).collect::<String>();
     let reference = reference(&format!("t_s,lat_deg,lon_deg,height_m\n{rows}"), "");
-    assert!((reference.at(seconds(3.25)).position[2] - 3.25).abs() < 1e-12);
+    assert_abs_diff_eq!(reference.at(seconds(3.25)).position[2], 3.25, epsilon = 1e-12);
 }
 
 #[test]
@@ -239,7 +240,7 @@ fn axes_the_reference_does_not_speak_of_are_absent() {
     assert_eq!(axes, [Axis::Down, Axis::VelocityNorth, Axis::Yaw]);
     assert_eq!(largest(&score, Axis::VelocityNorth), 0.5);
     assert_eq!(score.axis(Axis::VelocityNorth).unwrap().within_3_sigma, Some(0.0));
-    assert!((largest(&score, Axis::Yaw) - 2.0).abs() < 1e-9);
+    assert_abs_diff_eq!(largest(&score, Axis::Yaw), 2.0, epsilon = 1e-9);
     assert_eq!(score.axis(Axis::Yaw).unwrap().within_3_sigma, Some(1.0));
 }
 
@@ -254,9 +255,11 @@ fn what_the_reference_errs_by_itself_is_not_held_against_the_sigmas() {
     };
     // Off by 0.5 m/s at a sigma of 0.1, and of a reference of 0.24 beside it.
     let (within, ratio) = ratios("");
-    assert!(within == 0.0 && (ratio - 5.0).abs() < 1e-12);
+    assert_eq!(within, 0.0);
+    assert_abs_diff_eq!(ratio, 5.0, epsilon = 1e-12);
     let (within, ratio) = ratios("[reference]\nvelocity_sigma_mps = 0.24");
-    assert!(within == 1.0 && (ratio - 0.5 / 0.26).abs() < 1e-12, "{ratio}");
+    assert_eq!(within, 1.0);
+    assert_abs_diff_eq!(ratio, 0.5 / 0.26, epsilon = 1e-12);
 }
 
 /// A reference at rest for 100 s, and solutions at 10 Hz that drift north by `drift_m(t)`.
@@ -277,7 +280,7 @@ fn an_outage_drifts_as_far_as_its_worst_moment() {
     let (solutions, reference) = drifting(|time_s| if time_s > 20.0 { time_s - 20.0 } else { 0.0 });
     let drift =
         |start_s, duration_s| outage_drift(&solutions, &reference, seconds(start_s), duration_s);
-    assert!((drift(20.0, 30.0).unwrap() - 30.0).abs() < 1e-6);
+    assert_abs_diff_eq!(drift(20.0, 30.0).unwrap(), 30.0, epsilon = 1e-6);
     assert!(drift(0.0, 20.0).unwrap() < 1e-6);
     assert_eq!(drift(90.0, 30.0), None);
     assert_eq!(drift(200.0, 30.0), None);
@@ -290,9 +293,9 @@ fn the_start_is_seen_but_not_scored() {
     reference.skip_s = 30.0;
     let score = score(&solutions, &reference, Time::ZERO);
     let north = score.axis(Axis::North).unwrap();
-    assert!((north.statistics.max - 1.0).abs() < 1e-6);
+    assert_abs_diff_eq!(north.statistics.max, 1.0, epsilon = 1e-6);
     assert_eq!(north.samples, 701);
-    assert!((north.series[0].error - 5.0).abs() < 1e-6);
+    assert_abs_diff_eq!(north.series[0].error, 5.0, epsilon = 1e-6);
 }
 
 #[test]
@@ -318,8 +321,8 @@ fn a_thinned_series_keeps_the_peaks() {
 fn quantiles_are_interpolated_between_the_sizes() {
     let statistics = Statistics::of(&[-4.0, 1.0, 3.0, -2.0]).unwrap();
     assert_eq!((statistics.median, statistics.max), (2.5, 4.0));
-    assert!((statistics.rmse - 7.5f64.sqrt()).abs() < 1e-15);
-    assert!((statistics.p95 - 3.85).abs() < 1e-12);
+    assert_abs_diff_eq!(statistics.rmse, 7.5f64.sqrt(), epsilon = 1e-15);
+    assert_abs_diff_eq!(statistics.p95, 3.85, epsilon = 1e-12);
     assert_eq!(Statistics::of(&[]), None);
     assert_eq!(Statistics::of(&[1.0, f64::NAN]), None);
 }

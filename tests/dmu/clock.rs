@@ -1,5 +1,6 @@
 //! Sample times from a timer that turns every 51.8 ms and from arrivals that jitter.
 
+use approx::assert_abs_diff_eq;
 use hovernav::dmu::{Basis, ClockFault, SampleClock, Stamp};
 use hovernav::time::Time;
 use proptest::prelude::*;
@@ -56,7 +57,7 @@ fn intervals_are_those_of_the_timer_however_the_arrivals_jitter() {
         }
         assert!(worst_s < 8e-6, "an interval wrong by {worst_s} s");
         assert!(worst_offset_s < 0.3e-3, "a time wrong by {worst_offset_s} s");
-        assert!((clock.tick_s() / source.tick_s - 1.0).abs() < 20e-6);
+        assert_abs_diff_eq!(clock.tick_s() / source.tick_s, 1.0, epsilon = 20e-6);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Counts in units, and packets that cannot be.
 
+use approx::assert_abs_diff_eq;
 use hovernav::dmu::{
     AnglePacket, Calibration, Measurement, Packet, Plausibility, PlausibilityFault, ScaledPacket,
     Sensor, Sign, VoltagePacket, temperature_degc, volts,
@@ -21,7 +22,7 @@ fn level_and_still_the_specific_force_is_one_g_upwards() {
     let calibration = Calibration::new(200.0, 4.0).unwrap();
     let sample = calibration.measure(&Packet::Angle(level)).unwrap().at(Time::ZERO);
     let Motion::Rates { specific_force_mps2, .. } = sample.motion else { panic!("{sample:?}") };
-    assert!((specific_force_mps2.z() + 0.999_938_964_843_75 * 9.806_65).abs() < 1e-12);
+    assert_abs_diff_eq!(specific_force_mps2.z(), -0.999_938_964_843_75 * 9.806_65, epsilon = 1e-12);
 }
 
 #[test]
@@ -50,7 +51,7 @@ fn voltage_mode_gives_volts_and_no_measurement() {
     let calibration = Calibration::new(200.0, 4.0).unwrap();
     assert_eq!(calibration.measure(&Packet::Voltage(VoltagePacket::default())), None);
     assert_eq!(volts(2048), 2.5);
-    assert!((temperature_degc(1587) - 24.986_650_390_625).abs() < 1e-12);
+    assert_abs_diff_eq!(temperature_degc(1587), 24.986_650_390_625, epsilon = 1e-12);
 }
 
 #[test]

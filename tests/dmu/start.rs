@@ -1,5 +1,6 @@
 //! Start-up from any state of the unit, and starting over when it is lost.
 
+use approx::assert_abs_diff_eq;
 use hovernav::dmu::{Command, Flow, Link, LinkFault, Mode, Packet, StartupError};
 use hovernav::time::Time;
 use hovernav_fly::devices::Firmware;
@@ -61,7 +62,7 @@ fn polled_packets_come_once_a_cycle() {
     let mut talk = conversation(unit, Mode::Angle, POLLED);
     talk.run(10.5);
     let steps: Vec<f64> = talk.packets.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    assert!((steps.iter().sum::<f64>() / steps.len() as f64 - 0.0303).abs() < 1e-5);
+    assert_abs_diff_eq!(steps.iter().sum::<f64>() / steps.len() as f64, 0.0303, epsilon = 1e-5);
     assert!(steps.iter().all(|step| (step - 0.0303).abs() < 4e-3), "{steps:?}");
     let last = talk.packets.last().unwrap().1.sequence;
     assert_eq!(last - talk.packets[0].1.sequence, talk.packets.len() as u64 - 1);

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::ins::HeadingSource;
 use hovernav_design::hover::HoverDesign;
@@ -60,7 +61,8 @@ fn the_files_of_both_aids_are_read_back_as_they_were_and_used() {
     let reread = Dataset::open(again.path()).unwrap();
     assert_eq!((&reread.ranges, &reread.manifest), (&dataset.ranges, &dataset.manifest));
     for (a, b) in reread.headings.iter().zip(&dataset.headings) {
-        assert!((a.heading_rad - b.heading_rad).abs() < 1e-12 && a.length_m == b.length_m);
+        assert_abs_diff_eq!(a.heading_rad, b.heading_rad, epsilon = 1e-12);
+        assert_eq!(a.length_m, b.length_m);
     }
     let aligned = run.notices.iter().find_map(|notice| match notice {
         hovernav::ekf::Notice::Aligned(alignment) => Some(alignment.heading),

@@ -1,5 +1,6 @@
 //! The first attitude, velocity and position: right to what they state, wherever they come from.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, layout};
 use hovernav::event::Event;
@@ -95,7 +96,8 @@ fn at_rest_roll_and_pitch_are_those_by_which_the_force_points_up() {
         let alignment = Still::at(roll, pitch, yaw).aligned(AlignmentConfig::default(), fix());
         let alignment = alignment.unwrap();
         let [found_roll, found_pitch, _] = euler_deg(&alignment);
-        assert!((found_roll - roll).abs() < 1e-9 && (found_pitch - pitch).abs() < 1e-9);
+        assert_abs_diff_eq!(found_roll, roll, epsilon = 1e-9);
+        assert_abs_diff_eq!(found_pitch, pitch, epsilon = 1e-9);
         assert!(alignment.at_rest && !alignment.attitude_given);
         assert_eq!(alignment.heading, HeadingSource::Unknown);
         assert_eq!(alignment.start.state.position, place());
@@ -110,8 +112,8 @@ fn an_accelerometer_bias_tilts_the_level_by_its_share_of_gravity() {
     let alignment = still.aligned(AlignmentConfig::default(), fix()).unwrap();
     let angles = alignment.start.state.body_to_ned.euler();
     let tilt_rad = bias / Local::at(&place()).gravity_mps2;
-    assert!((angles.pitch_rad - tilt_rad).abs() < 1e-5);
-    assert!((angles.roll_rad - tilt_rad).abs() < 1e-5);
+    assert_abs_diff_eq!(angles.pitch_rad, tilt_rad, epsilon = 1e-5);
+    assert_abs_diff_eq!(angles.roll_rad, tilt_rad, epsilon = 1e-5);
     // The default one-sigma is for such a bias.
     assert!(alignment.start.attitude_sigma_rad.x() > tilt_rad);
 }
@@ -157,7 +159,8 @@ fn the_units_own_attitude_is_taken_with_its_declination() {
     assert_eq!(alignment.heading, HeadingSource::Attitude);
     assert!(alignment.attitude_given);
     let [roll, pitch, yaw] = euler_deg(&alignment);
-    assert!((roll - 5.0).abs() < 1e-9 && (pitch + 4.0).abs() < 1e-9);
+    assert_abs_diff_eq!(roll, 5.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(pitch, -4.0, epsilon = 1e-9);
     assert!((yaw + 175.0).abs() < 1e-9, "178° and 7° more are −175°, not {yaw}°");
     assert_eq!(alignment.start.attitude_sigma_rad.z(), config.heading_sigma_rad);
 }
@@ -193,7 +196,7 @@ fn the_course_gives_the_heading_only_when_named_and_fast_enough() {
     let still = Still::at(0.0, 0.0, 0.0);
     let alignment = still.aligned(config, at_speed(-5.0, 5.0)).unwrap();
     assert_eq!(alignment.heading, HeadingSource::Course);
-    assert!((euler_deg(&alignment)[2] - 135.0).abs() < 1e-9);
+    assert_abs_diff_eq!(euler_deg(&alignment)[2], 135.0, epsilon = 1e-9);
     assert_eq!(still.aligned(config, at_speed(1.0, 1.0)), None);
     let unnamed = still.aligned(AlignmentConfig::default(), at_speed(-5.0, 5.0)).unwrap();
     assert_eq!(unnamed.heading, HeadingSource::Unknown);

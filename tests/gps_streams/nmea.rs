@@ -1,5 +1,6 @@
 //! What NMEA sentences do and do not make a fix.
 
+use approx::assert_abs_diff_eq;
 use hovernav::gps::nmea::Decoder;
 use hovernav::gps::{Correction, Dimension, Protocol, ReceiverFix};
 use hovernav::time::Time;
@@ -39,7 +40,11 @@ fn rmc_and_gga_of_one_time_are_one_fix() {
     assert_eq!(fix.satellites, Some(9));
     assert_eq!(fix.correction, Some(Correction::None));
     // 4 knots eastwards, and nothing invented for the vertical.
-    assert!((fix.horizontal_velocity_mps.unwrap()[1] - 4.0 * 1_852.0 / 3_600.0).abs() < 1e-12);
+    assert_abs_diff_eq!(
+        fix.horizontal_velocity_mps.unwrap()[1],
+        4.0 * 1_852.0 / 3_600.0,
+        epsilon = 1e-12
+    );
     assert_eq!(fix.down_velocity_mps, None);
     // 23 March 2005, 09:48:12.
     assert_eq!(fix.time.unwrap().unix_ns(), Some(1_111_571_292_000_000_000));
@@ -193,7 +198,7 @@ fn a_fix_with_the_status_unsafe_is_no_fix() {
 fn a_course_left_empty_near_rest_leaves_the_direction_unknown_but_not_the_speed() {
     let fix = read(&["GPRMC,094812.00,A,0120.5,N,10341.0,E,0.250,,230305,,,A"])[0];
     assert_eq!(fix.horizontal_velocity_mps, None);
-    assert!((fix.ground_speed_mps.unwrap() - 0.128_6).abs() < 1e-4);
+    assert_abs_diff_eq!(fix.ground_speed_mps.unwrap(), 0.128_6, epsilon = 1e-4);
     let fix = read(&["GPRMC,094812.00,A,0120.5,N,10341.0,E,0.00,,230305,,,A"])[0];
     assert_eq!(fix.horizontal_velocity_mps, Some([0.0, 0.0]));
 }

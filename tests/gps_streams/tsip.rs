@@ -1,5 +1,6 @@
 //! What TSIP reports do and do not make a fix.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::tsip::{Decoder, Health, IoOptions};
@@ -36,12 +37,13 @@ fn the_manuals_bytes_are_the_manuals_fix() {
     ]
     .concat();
     let fix = read(&wire)[0];
-    assert!((fix.latitude_rad - 0.360_034_504_149_734_26).abs() < 1e-16);
-    assert!((fix.longitude_rad + 1.519_615_561_728_883_6).abs() < 1e-15);
+    assert_abs_diff_eq!(fix.latitude_rad, 0.360_034_504_149_734_26, epsilon = 1e-16);
+    assert_abs_diff_eq!(fix.longitude_rad, -1.519_615_561_728_883_6, epsilon = 1e-15);
     assert_eq!(fix.height_m, Some(12.892_243_135_720_491));
     let [north, east] = fix.horizontal_velocity_mps.unwrap();
-    assert!((north - 0.379_875_69).abs() < 1e-8 && (east - 0.283_813_27).abs() < 1e-8);
-    assert!((fix.down_velocity_mps.unwrap() + 0.000_838_905_57).abs() < 1e-10);
+    assert_abs_diff_eq!(north, 0.379_875_69, epsilon = 1e-8);
+    assert_abs_diff_eq!(east, 0.283_813_27, epsilon = 1e-8);
+    assert_abs_diff_eq!(fix.down_velocity_mps.unwrap(), -0.000_838_905_57, epsilon = 1e-10);
     assert!(matches!(
         fix.time,
         Some(ReceiverTime::Gps { week: None, time_of_week_ns: 446_988_000_000_000, .. })
@@ -185,8 +187,8 @@ fn the_compact_packet_of_later_units_is_a_fix() {
     }
     payload.extend([0, 0]);
     let fix = read(&tsip_packet(0x8F, &payload))[0];
-    assert!((fix.latitude_rad.to_degrees() + 33.5).abs() < 5e-8);
-    assert!((fix.longitude_rad.to_degrees() + 114.0).abs() < 5e-8);
+    assert_abs_diff_eq!(fix.latitude_rad.to_degrees(), -33.5, epsilon = 5e-8);
+    assert_abs_diff_eq!(fix.longitude_rad.to_degrees(), -114.0, epsilon = 5e-8);
     assert_eq!(fix.height_m, Some(1_234.567));
     // Bit 5 of the status: steps of 0.02 m/s.
     assert_eq!(fix.horizontal_velocity_mps, Some([-1.0, 2.0]));

@@ -1,5 +1,6 @@
 //! What UBX messages do and do not make a fix, and how a receiver is set.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::gps::ubx::{Configuration, ConfigurationError, Decoder};
@@ -147,7 +148,8 @@ fn the_finer_position_and_velocity_stay_in_whatever_order_they_come() {
         assert_eq!(read(&wire).len(), 1);
         assert!((fix.position_sigma_m.unwrap() - Vector::new(1.1, 1.1, 1.6)).norm() < 1e-12);
         let [north, east] = fix.horizontal_velocity_mps.unwrap();
-        assert!((north - 4.9).abs() < 1e-12 && (east + 5.6).abs() < 1e-12);
+        assert_abs_diff_eq!(north, 4.9, epsilon = 1e-12);
+        assert_abs_diff_eq!(east, -5.6, epsilon = 1e-12);
         assert_eq!(fix.satellites, Some(epoch.satellites));
     }
     // Whichever of the two says that there is no fix, there is none.

@@ -1,5 +1,6 @@
 //! The heading of two antennas, from the bytes of NAV-RELPOSNED.
 
+use approx::assert_abs_diff_eq;
 use hovernav::gps::ubx::Decoder;
 use hovernav::time::Time;
 
@@ -31,9 +32,9 @@ fn heading(payload: &[u8]) -> (Option<hovernav::gps::ReceiverHeading>, u32) {
 fn nav_relposned_gives_heading_sigma_and_length() {
     let found = heading(&payload(GOOD)).0.unwrap();
     assert_eq!(found.time_of_week_ms, 345_600_200);
-    assert!((found.heading.heading_rad + 89.87655f64.to_radians()).abs() < 1e-9);
-    assert!((found.heading.sigma_rad.unwrap() - 0.35f64.to_radians()).abs() < 1e-12);
-    assert!((found.heading.length_m.unwrap() - 1.0175).abs() < 1e-12);
+    assert_abs_diff_eq!(found.heading.heading_rad, -89.87655f64.to_radians(), epsilon = 1e-9);
+    assert_abs_diff_eq!(found.heading.sigma_rad.unwrap(), 0.35f64.to_radians(), epsilon = 1e-12);
+    assert_abs_diff_eq!(found.heading.length_m.unwrap(), 1.0175, epsilon = 1e-12);
     assert_eq!(found.heading.time, Time::ZERO + 7.0);
 }
 

@@ -7,6 +7,7 @@
 
 use std::f64::consts::TAU;
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
@@ -275,7 +276,7 @@ fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     let true_spring = truth.a()[(truth.state("p").unwrap(), truth.state("b").unwrap())];
     println!("pitch {pitch:.0}, Lb {} ± {}, {true_spring}", spring.value, spring.bound);
     assert!(vehicle.state("c").is_ok() && pitch < 60.0, "{pitch}");
-    assert!((spring.value - true_spring).abs() < 3.0 * spring.bound);
+    assert_abs_diff_eq!(spring.value, true_spring, epsilon = 3.0 * spring.bound);
 }
 
 /// On less than all of this flight the search without a bar ends a sample off in the delay, where one with a bar
@@ -313,7 +314,7 @@ fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let true_strength = truth.b()[(truth.state(output).unwrap(), truth.input(stick).unwrap())];
     let reasons = &vehicle.verdict().unwrap().reasons;
     println!("heave {heave:.0}, Zcol {} ± {}, {true_strength}", strength.value, strength.bound);
-    assert!((strength.value - true_strength).abs() < 2.0 * strength.bound);
+    assert_abs_diff_eq!(strength.value, true_strength, epsilon = 2.0 * strength.bound);
     // Costs 75: the flight's own gusts leave Zcol 20 % weak, which is one of its bounds.
     assert!(heave < 80.0, "{heave}");
     assert!(reasons.iter().any(|own| own.contains(&format!("{stick} to {output}"))), "{reasons:?}");

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::LazyLock;
 
+use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::helicopter::{
@@ -88,7 +89,7 @@ fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_told_apart() {
         assert_eq!(own.len(), 3, "{name}");
         for point in own {
             // A doublet: on, over and off, each held 1.5 s.
-            assert!((point.last_step - point.first_step - 3.0).abs() < 0.1);
+            assert_abs_diff_eq!(point.last_step - point.first_step, 3.0, epsilon = 0.1);
         }
     }
     assert_eq!(points.iter().filter(|point| point.stick.is_none()).count(), 4);

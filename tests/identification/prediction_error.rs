@@ -1,5 +1,6 @@
 //! Prediction error: what is put in comes out, within the bounds it is given.
 
+use approx::assert_abs_diff_eq;
 use hovernav_sysid::helicopter::Kind;
 use hovernav_sysid::methods::prediction_error::{Dropping, Settings, Status, identify};
 use hovernav_sysid::methods::structure::{Parameter, Structure};
@@ -149,7 +150,8 @@ fn a_transport_delay_is_found_to_a_fraction_of_a_sample() {
     let found = identify(&structure, &flights, &Settings::innovations(vec![0.3])).unwrap();
     println!("{}", found.estimates);
     let tau = found.estimates.get("tau").unwrap();
-    assert!((tau.value - 0.09).abs() < 3.0 * tau.bound && tau.bound < 0.015, "{}", tau.value);
+    assert_abs_diff_eq!(tau.value, 0.09, epsilon = 3.0 * tau.bound);
+    assert!(tau.bound < 0.015);
 }
 
 #[test]
@@ -166,8 +168,8 @@ fn several_flights_share_parameters_and_keep_their_own_trim() {
         let estimate = found.estimates.get(name).unwrap();
         assert!((estimate.value - truth).abs() < 4.0 * estimate.bound);
     }
-    assert!((found.own[0].offsets[0] - 0.3).abs() < 0.3);
-    assert!((found.own[1].offsets[0] - (0.3 + 12.0 * 0.2)).abs() < 0.4);
+    assert_abs_diff_eq!(found.own[0].offsets[0], 0.3, epsilon = 0.3);
+    assert_abs_diff_eq!(found.own[1].offsets[0], 0.3 + 12.0 * 0.2, epsilon = 0.4);
 }
 
 #[test]
@@ -211,5 +213,5 @@ fn no_fit_prints_without_the_bounds_behind_it() {
     let (channels, estimates) = fit.channels();
     assert!(estimates.get("Zw").unwrap().bound > 0.0);
     // What gusts and sensors leave unexplained is what a true model must leave.
-    assert!((channels[0].percent - channels[0].floor_percent).abs() < 8.0);
+    assert_abs_diff_eq!(channels[0].percent, channels[0].floor_percent, epsilon = 8.0);
 }

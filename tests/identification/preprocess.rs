@@ -1,5 +1,6 @@
 //! Preparation shifts nothing, and bad data is named before it is fitted.
 
+use approx::assert_abs_diff_eq;
 use hovernav_sysid::methods::excitation::{InputFault, check_inputs};
 use hovernav_sysid::methods::subspace::{SubspaceSettings, identify};
 use hovernav_sysid::methods::validate::{Horizon, validate};
@@ -47,7 +48,7 @@ fn a_low_pass_has_half_power_at_its_cutoff_and_no_phase() {
     let passed = filter.zero_phase(&tone(cutoff_hz)).unwrap();
     // Twice through, so a half in amplitude, sample by sample: no shift.
     for (before, after) in tone(cutoff_hz)[500..1500].iter().zip(&passed[500..1500]) {
-        assert!((0.5 * before - after).abs() < 1e-6);
+        assert_abs_diff_eq!(*after, 0.5 * before, epsilon = 1e-6);
     }
 }
 
@@ -69,7 +70,7 @@ fn a_slow_tone_survives_another_clock_and_a_fast_one_does_not_come_back_as_anoth
     let slower = resample(&made, 0.05).unwrap();
     assert_eq!(slower.samples(), 1200);
     for k in 100..1100 {
-        assert!((slower.outputs[(k, 0)] - tone(1.0, 0.05, k)).abs() < 2e-3);
+        assert_abs_diff_eq!(slower.outputs[(k, 0)], tone(1.0, 0.05, k), epsilon = 2e-3);
         assert!(slower.outputs[(k, 1)].abs() < 1e-3, "15 Hz would come back as 5 Hz");
     }
     let faster = resample(&made, 0.01).unwrap();

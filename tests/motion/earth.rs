@@ -7,6 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::*;
 use hovernav::frames::{Ecef, Ned, Vector, wrap_angle};
 use proptest::prelude::*;
@@ -22,11 +23,6 @@ fn place(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Geodetic {
 /// Metres between two places in a straight line.
 fn apart_m(a: &Geodetic, b: &Geodetic) -> f64 {
     (a.to_ecef() - b.to_ecef()).norm()
-}
-
-#[track_caller]
-fn assert_close(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "found {found}, expected {expected}");
 }
 
 #[track_caller]
@@ -87,23 +83,31 @@ fn closed_form_gravity(place: &Geodetic) -> (f64, f64) {
 
 #[test]
 fn the_ellipsoid_has_the_published_shape() {
-    assert_close(SEMI_MINOR_AXIS_M, 6_356_752.314_2, 5e-5);
-    assert_close(ECCENTRICITY_SQUARED, 6.694_379_990_14e-3, 5e-15);
+    assert_abs_diff_eq!(SEMI_MINOR_AXIS_M, 6_356_752.314_2, epsilon = 5e-5);
+    assert_abs_diff_eq!(ECCENTRICITY_SQUARED, 6.694_379_990_14e-3, epsilon = 5e-15);
     let polar_radius_of_curvature_m = 6_399_593.625_8;
     for pole in [-FRAC_PI_2, FRAC_PI_2] {
-        assert_close(at_latitude(pole).north_radius_m, polar_radius_of_curvature_m, 5e-5);
-        assert_close(at_latitude(pole).east_radius_m, polar_radius_of_curvature_m, 5e-5);
+        assert_abs_diff_eq!(
+            at_latitude(pole).north_radius_m,
+            polar_radius_of_curvature_m,
+            epsilon = 5e-5
+        );
+        assert_abs_diff_eq!(
+            at_latitude(pole).east_radius_m,
+            polar_radius_of_curvature_m,
+            epsilon = 5e-5
+        );
     }
-    assert_close(at_latitude(0.0).east_radius_m, 6_378_137.0, 1e-9);
-    assert_close(at_latitude(0.0).north_radius_m, 6_335_439.327, 5e-4);
+    assert_abs_diff_eq!(at_latitude(0.0).east_radius_m, 6_378_137.0, epsilon = 1e-9);
+    assert_abs_diff_eq!(at_latitude(0.0).north_radius_m, 6_335_439.327, epsilon = 5e-4);
 }
 
 #[test]
 fn meridian_arcs_have_their_published_length() {
     let arc_m = |to| integral(0.0, to, |latitude| at_latitude(latitude).north_radius_m);
-    assert_close(arc_m(FRAC_PI_4), 4_984_944.377_978, 1e-6);
-    assert_close(arc_m(FRAC_PI_2), 10_001_965.729_313, 1e-6);
-    assert_close(arc_m(1f64.to_radians()), 110_574.389, 5e-4);
+    assert_abs_diff_eq!(arc_m(FRAC_PI_4), 4_984_944.377_978, epsilon = 1e-6);
+    assert_abs_diff_eq!(arc_m(FRAC_PI_2), 10_001_965.729_313, epsilon = 1e-6);
+    assert_abs_diff_eq!(arc_m(1f64.to_radians()), 110_574.389, epsilon = 5e-4);
 }
 
 #[test]
@@ -113,8 +117,8 @@ fn a_degree_has_its_published_length() {
         let north_m = 111_132.92 - 559.82 * cos(2.0) + 1.175 * cos(4.0) - 0.002_3 * cos(6.0);
         let east_m = 111_412.84 * cos(1.0) - 93.5 * cos(3.0) + 0.118 * cos(5.0);
         let local = at_latitude(latitude);
-        assert_close(local.north_radius_m.to_radians(), north_m, 0.1);
-        assert_close((local.east_radius_m * cos(1.0)).to_radians(), east_m, 0.1);
+        assert_abs_diff_eq!(local.north_radius_m.to_radians(), north_m, epsilon = 0.1);
+        assert_abs_diff_eq!((local.east_radius_m * cos(1.0)).to_radians(), east_m, epsilon = 0.1);
     }
 }
 
@@ -125,9 +129,9 @@ fn geocentric_coordinates_match_the_epsg_worked_example() {
     assert_vector_close(north_sea.to_ecef(), published, 1e-3);
     let found = Geodetic::from_ecef(Vector::from(published)).unwrap();
     assert!(apart_m(&found, &north_sea) < 1e-3);
-    assert_close(found.latitude_deg(), north_sea.latitude_deg(), 1e-8);
-    assert_close(found.longitude_deg(), north_sea.longitude_deg(), 1e-8);
-    assert_close(found.height_m, 73.0, 1e-3);
+    assert_abs_diff_eq!(found.latitude_deg(), north_sea.latitude_deg(), epsilon = 1e-8);
+    assert_abs_diff_eq!(found.longitude_deg(), north_sea.longitude_deg(), epsilon = 1e-8);
+    assert_abs_diff_eq!(found.height_m, 73.0, epsilon = 1e-3);
 }
 
 #[test]
@@ -143,9 +147,9 @@ fn local_coordinates_match_the_epsg_worked_example() {
 
 #[test]
 fn gravity_on_the_ellipsoid_has_the_published_values() {
-    assert_close(at_latitude(0.0).gravity_mps2, 9.780_325_335_9, 1e-12);
+    assert_abs_diff_eq!(at_latitude(0.0).gravity_mps2, 9.780_325_335_9, epsilon = 1e-12);
     // The published k has twelve digits: the pole comes out 1e-10 off.
-    assert_close(at_latitude(FRAC_PI_2).gravity_mps2, 9.832_184_937_8, 2e-10);
+    assert_abs_diff_eq!(at_latitude(FRAC_PI_2).gravity_mps2, 9.832_184_937_8, epsilon = 2e-10);
     let weighted = |weight: &dyn Fn(&Local) -> f64| {
         integral(0.0, FRAC_PI_2, |latitude| {
             let local = at_latitude(latitude);
@@ -153,14 +157,14 @@ fn gravity_on_the_ellipsoid_has_the_published_values() {
         })
     };
     let mean = weighted(&|local| local.gravity_mps2) / weighted(&|_| 1.0);
-    assert_close(mean, 9.797_643_222_2, 2e-10);
+    assert_abs_diff_eq!(mean, 9.797_643_222_2, epsilon = 2e-10);
 }
 
 #[test]
 fn the_slow_gravity_formula_has_the_published_values() {
     for (latitude, published) in [(1e-9, 9.780_325_335_9), (FRAC_PI_2 - 1e-9, 9.832_184_937_8)] {
         let surface = Geodetic { latitude_rad: latitude, longitude_rad: 0.0, height_m: 0.0 };
-        assert_close(-closed_form_gravity(&surface).0, published, 2e-9);
+        assert_abs_diff_eq!(-closed_form_gravity(&surface).0, published, epsilon = 2e-9);
     }
 }
 
@@ -168,8 +172,8 @@ fn the_slow_gravity_formula_has_the_published_values() {
 fn the_earth_turns_once_a_sidereal_day_about_its_own_axis() {
     // IERS Conventions 2010: a stellar day of 86 164.098 903 691 s of mean solar time; the rounded
     // defining rate gives 86 164.1006 s.
-    assert_close(TAU / EARTH_RATE_RADPS, 86_164.1, 1e-3);
-    assert_close(EARTH_RATE_RADPS.to_degrees() * 3600.0, 15.041_067, 1e-6);
+    assert_abs_diff_eq!(TAU / EARTH_RATE_RADPS, 86_164.1, epsilon = 1e-3);
+    assert_abs_diff_eq!(EARTH_RATE_RADPS.to_degrees() * 3600.0, 15.041_067, epsilon = 1e-6);
     assert_vector_close(at_latitude(FRAC_PI_2).earth_rate_radps, [0.0, 0.0, -7.292_115e-5], 1e-19);
     assert_vector_close(at_latitude(0.0).earth_rate_radps, [7.292_115e-5, 0.0, 0.0], 1e-19);
 }
@@ -188,7 +192,7 @@ fn poles_and_date_line_are_ordinary_places() {
         let found = Geodetic::from_ecef(Vector::from(ecef)).unwrap();
         assert_eq!(found.latitude_deg(), latitude_deg);
         assert_eq!(found.longitude_deg(), longitude_deg);
-        assert_close(found.height_m, height_m, 1e-8);
+        assert_abs_diff_eq!(found.height_m, height_m, epsilon = 1e-8);
         assert_vector_close(found.to_ecef(), ecef, 2e-9);
     }
 }
@@ -199,7 +203,7 @@ fn a_short_way_over_the_date_line_is_short() {
     let east = place(-16.8, -179.999_9, 10.0);
     let parallel_m = west.to_ecef().x().hypot(west.to_ecef().y());
     for displacement in [east.displacement_from(&west), east.local_ned_m(&west)] {
-        assert_close(displacement.y(), 0.000_2f64.to_radians() * parallel_m, 1e-6);
+        assert_abs_diff_eq!(displacement.y(), 0.000_2f64.to_radians() * parallel_m, epsilon = 1e-6);
     }
     let moved = west.displaced(east.displacement_from(&west));
     assert!(apart_m(&moved, &east) < 1e-8 && moved.longitude_rad < 0.0);
@@ -224,7 +228,7 @@ fn what_is_no_place_is_refused() {
     }
     let origin = place(1.35, 103.8, 20.0);
     assert_eq!(Geodetic::from_local_ned(&origin, Vector::new(f64::NAN, 0.0, 0.0)), None);
-    assert_close(place(0.0, 190.0, 0.0).longitude_deg(), -170.0, 1e-12);
+    assert_abs_diff_eq!(place(0.0, 190.0, 0.0).longitude_deg(), -170.0, epsilon = 1e-12);
 }
 
 #[test]

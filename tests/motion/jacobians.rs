@@ -1,6 +1,7 @@
 //! The transition of the covariance is the derivative of the mechanization, but for the terms that
 //! its documentation names.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::WithScaleFactors;
@@ -230,7 +231,7 @@ fn the_transition_is_the_derivative_of_the_mechanization() {
         }
         let relaxation = step.relaxation.unwrap_or_default();
         for state in 9..N {
-            assert!((kernel[(state, state)] - relaxation.decay[state]).abs() < 1e-15);
+            assert_abs_diff_eq!(kernel[(state, state)], relaxation.decay[state], epsilon = 1e-15);
         }
     }
     println!("largest difference {largest:e}");

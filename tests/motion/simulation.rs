@@ -1,5 +1,6 @@
 //! Simulated sensors: what they say differs from the truth by what their configuration says.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::Motion;
@@ -120,7 +121,7 @@ fn the_default_unit_is_as_noisy_as_the_thesis_helicopter() {
     assert_near(mean_and_deviation(&|_, force| force.x()).1, 0.9, 0.25);
     let (mean, deviation) = mean_and_deviation(&|_, force| force.z());
     assert_near(deviation, 1.3, 0.25);
-    assert!((mean + 9.78).abs() < 4.0 * 0.11);
+    assert_abs_diff_eq!(mean, -9.78, epsilon = 4.0 * 0.11);
 }
 
 #[test]
@@ -148,7 +149,7 @@ fn attitude_wanders_slowly_about_the_truth_from_its_own_north() {
         let from_magnetic_north = truth.yaw_rad - 10f64.to_radians();
         errors[2].push(wrap_angle(shown.yaw_rad - from_magnetic_north).to_degrees());
         let steps = shown.roll_rad.to_degrees() / (180.0 / 32_768.0);
-        assert!((steps - steps.round()).abs() < 1e-6);
+        assert_abs_diff_eq!(steps, steps.round(), epsilon = 1e-6);
     }
     for (errors, wander) in errors.iter().zip(config.wander_sigma_deg) {
         assert_near(deviation(errors.iter().copied()), f64::hypot(wander, 0.2), 0.05);

@@ -1,6 +1,7 @@
 //! Fed without noise, the strapdown mechanization alone follows the truth: the test flight of the
 //! simulation, and motions whose outcome is known in closed form.
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::imu::{ImuErrors, ImuSample, Motion};
@@ -242,8 +243,8 @@ fn free_fall_is_down_with_gravity_and_east_with_coriolis() {
     let down_m = 0.5 * gravity * time_s.powi(2)
         + (gradient - 4.0 * turning * turning) * gravity * time_s.powi(4) / 24.0;
     let east_m = turning * gravity * time_s.powi(3) / 3.0;
-    assert!((fallen.z() - down_m).abs() < 1e-4, "{} m down, not {down_m}", fallen.z());
-    assert!((fallen.y() - east_m).abs() < 1e-4, "{} m east, not {east_m}", fallen.y());
+    assert_abs_diff_eq!(fallen.z(), down_m, epsilon = 1e-4);
+    assert_abs_diff_eq!(fallen.y(), east_m, epsilon = 1e-4);
     // Not turned in inertial space, the body turns against the ground's axes as they turn.
     let turned_rad = ins.state.body_to_ned.rotation_vector() + earth.earth_rate_radps * time_s;
     assert!(turned_rad.norm() < 1e-6);
@@ -372,7 +373,7 @@ fn the_slope_passes_the_noise_that_its_formula_says() {
             (noise_gain::<9>(period_s), 9.0),
             (noise_gain::<33>(period_s), 33.0),
         ] {
-            assert!((found / formula(w, period_s) - 1.0).abs() < 1e-12);
+            assert_abs_diff_eq!(found / formula(w, period_s), 1.0, epsilon = 1e-12);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
 use hovernav::frames::{Body, Vector};
 use hovernav::glam::{DQuat, DVec3};
@@ -205,7 +206,7 @@ fn a_hover_senses_gravity_and_the_rotation_of_the_earth() {
     for trajectory in [plan.build().unwrap(), plan.hold(60.0).build().unwrap()] {
         let state = trajectory.at(17.0);
         let local = Local::at(&field);
-        assert!((state.specific_force_mps2.z() + local.gravity_mps2).abs() < 1e-15);
+        assert_abs_diff_eq!(state.specific_force_mps2.z(), -local.gravity_mps2, epsilon = 1e-15);
         // The nose points east: north is to the left.
         let half = EARTH_RATE_RADPS * 0.5f64.sqrt();
         let expected = Vector::new(0.0, -half, -half);
@@ -227,10 +228,10 @@ fn a_steady_turn_is_a_circle() {
     assert!(later.position.displacement_from(&start.position).norm() < 1e-4);
     let opposite = trajectory.at(20.0 + 0.5 * TAU / rate_radps);
     let diameter_m = opposite.position.displacement_from(&start.position).norm();
-    assert!((diameter_m - 2.0 * speed_mps / rate_radps).abs() < 1e-4);
+    assert_abs_diff_eq!(diameter_m, 2.0 * speed_mps / rate_radps, epsilon = 1e-4);
     // Banked so that the thrust carries the turn: tan(roll) = V r / g, and no force sideways.
     let roll_rad = start.body_to_ned.euler().roll_rad;
-    assert!((roll_rad - (speed_mps * rate_radps / 9.78f64).atan()).abs() < 1e-3);
+    assert_abs_diff_eq!(roll_rad, (speed_mps * rate_radps / 9.78f64).atan(), epsilon = 1e-3);
     assert!(start.specific_force_mps2.y().abs() < 1e-2);
 }
 

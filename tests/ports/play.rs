@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use approx::assert_abs_diff_eq;
 use hovernav::dmu::{
     Calibration, ClockFault, Flow, Link, LinkAction, LinkFault, Mode, SampleClock,
 };
@@ -158,7 +159,7 @@ fn a_continuous_unit_sends_every_sample_once_with_its_time() {
     }
     for pair in heard.timers.windows(2) {
         let step_s = f64::from(pair[0].wrapping_sub(pair[1])) * 0.79e-6;
-        assert!((step_s - 1.0 / 33.0).abs() < 1e-6, "{step_s}");
+        assert_abs_diff_eq!(step_s, 1.0 / 33.0, epsilon = 1e-6);
     }
     let counts = player.stop().unwrap()[0];
     assert_eq!((counts.sent, counts.lost), (2 + 30 * count as u64, 0));

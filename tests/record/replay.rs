@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use approx::assert_abs_diff_eq;
 use hovernav::event::Event;
 use hovernav::time::Time;
 use hovernav_log::record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
@@ -119,7 +120,7 @@ fn another_latency_moves_fixes_and_keeps_the_loops_order() {
     let config = dir.path().join("later.toml");
     std::fs::write(&config, "[gps]\nlatency_s = 0.42\n").unwrap();
     dataset.configure(&config).unwrap();
-    assert!((before[0].time - dataset.fixes[0].time - 0.3).abs() < 1e-9);
+    assert_abs_diff_eq!(before[0].time - dataset.fixes[0].time, 0.3, epsilon = 1e-9);
     assert_eq!(kinds(&dataset), order);
 }
 

@@ -1,5 +1,6 @@
 //! The smoother against the Rauch-Tung-Striebel smoother as textbooks have it, in dense form.
 
+use approx::assert_abs_diff_eq;
 use hovernav::ekf::covariance::{Gain, Sensitivity, Transition};
 use hovernav::ekf::layout::{Full, Layout, WithScaleFactors};
 use hovernav::ekf::{Ekf, EkfConfig, Smoother, Solution, Trace};
@@ -246,7 +247,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         same(found.accel_bias_sigma_mps2.to_array(), 12);
         let (sin, cos) = found.body_to_ned.euler().yaw_rad.sin_cos();
         let pitch = sin * sin * p[(0, 0)] - 2.0 * sin * cos * p[(0, 1)] + cos * cos * p[(1, 1)];
-        assert!((found.attitude_sigma_rad[1] / pitch.sqrt() - 1.0).abs() < 1e-8);
+        assert_abs_diff_eq!(found.attitude_sigma_rad[1] / pitch.sqrt(), 1.0, epsilon = 1e-8);
     }
 }
 

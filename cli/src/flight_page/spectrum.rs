@@ -105,6 +105,7 @@ fn windowed(segment: &[f64], window: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn density(values: &[f64], interval_s: f64) -> Option<Vec<(f64, f64)>> {
         let mut density = Density::of(values.len());
@@ -121,7 +122,7 @@ mod tests {
         let peak = lines.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
         assert!((peak.0 - 20.0).abs() < 0.01, "{peak:?}");
         let variance: f64 = lines.iter().map(|(_, density)| density * density).sum();
-        assert!((variance - 4.5).abs() < 0.1, "{variance}");
+        assert_abs_diff_eq!(variance, 4.5, epsilon = 0.1);
     }
 
     #[test]

@@ -200,6 +200,7 @@ fn wrong_usage_exits_with_two() {
     }
 }
 
+#[cfg(feature = "lab")]
 #[test]
 fn a_simulated_flight_is_a_dataset_that_can_be_estimated() {
     let (log, out) = (place("simulated"), place("simulated_out"));

@@ -55,6 +55,11 @@ fn an_estimate_is_written_whole_or_not_at_all() {
     let out = place("full-estimate");
     let arguments = ["estimate", HELI, "--out", text(&out)];
     leaves_nothing_cut(&out, &arguments, &[0, 1 << 16], "solution.csv");
+}
+
+#[cfg(feature = "export")]
+#[test]
+fn an_export_is_written_whole_or_not_at_all() {
     let exports = ["kml", "gpx", "pos", "tum", "euroc", "mcap"];
     for format in exports {
         let out = place(&format!("full-export-{format}"));

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use approx::assert_abs_diff_eq;
 use hovernav_model::{StateSpace, TimeDomain};
 use serde_json::Value;
 
@@ -53,12 +54,12 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
     let (r, pedal) = (model.state("r").expect("r"), model.input("pedal").expect("pedal"));
     let of = |name: &str| parameters.iter().find(|parameter| parameter["name"] == name);
     let value = |name: &str| of(name).and_then(|found| found["value"].as_f64()).expect("a value");
-    assert!((model.b()[(r, pedal)] - value("Nped")).abs() < 1e-9);
-    assert!((model.a()[(r, r)] - value("Nr")).abs() < 1e-9);
+    assert_abs_diff_eq!(model.b()[(r, pedal)], value("Nped"), epsilon = 1e-9);
+    assert_abs_diff_eq!(model.a()[(r, r)], value("Nr"), epsilon = 1e-9);
     let covariance = model.covariance().expect("a covariance");
     let place = model.parameters().iter().position(|known| known.name == "Nr").expect("Nr");
     let bound = of("Nr").and_then(|found| found["bound"].as_f64()).expect("a bound");
-    assert!((covariance[(place, place)].sqrt() / bound - 1.0).abs() < 1e-6);
+    assert_abs_diff_eq!(covariance[(place, place)].sqrt() / bound, 1.0, epsilon = 1e-6);
 
     let page = fs::read_to_string(out.join("report.html")).expect("a page");
     for anchor in ["parameters", "histories", "residuals", "bode", "poles", "held-gps"] {

@@ -11,6 +11,7 @@ mod features;
 mod full_disk;
 #[cfg(feature = "lab")]
 mod identify;
+#[cfg(feature = "lab")]
 mod inject;
 mod long_logs;
 mod manners;
@@ -19,5 +20,6 @@ mod record;
 #[cfg(feature = "lab")]
 mod robustness;
 mod signals;
+#[cfg(feature = "export")]
 mod trajectories;
 mod validate;

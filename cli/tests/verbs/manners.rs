@@ -1,8 +1,10 @@
 //! What a command does in a pipe, in a script and in wrong hands.
 
+#[cfg(feature = "export")]
 use std::fs;
 use std::process::{Command, Stdio};
 
+use approx::assert_abs_diff_eq;
 use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
@@ -54,7 +56,11 @@ fn info_is_one_json_object_for_programs() {
     let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
     assert_eq!(info["sensors"]["imu"]["samples"], 9899);
     assert_eq!(info["format"], "dataset directory");
-    assert!((info["sensors"]["gps"]["rate_hz"].as_f64().expect("a rate") - 1.0).abs() < 0.01);
+    assert_abs_diff_eq!(
+        info["sensors"]["gps"]["rate_hz"].as_f64().expect("a rate"),
+        1.0,
+        epsilon = 0.01
+    );
 }
 
 #[test]
@@ -121,6 +127,7 @@ fn shells_and_man_know_every_verb() {
     assert_eq!(hovernav(&["completions", "cmd"]).status.code(), Some(2));
 }
 
+#[cfg(feature = "export")]
 #[test]
 fn what_an_earlier_run_left_is_removed_and_what_is_anybodys_is_named() {
     let out = place("stale");

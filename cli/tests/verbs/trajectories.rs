@@ -141,6 +141,7 @@ fn what_no_vehicle_does_is_not_scored() {
     }
 }
 
+#[cfg(feature = "formats")]
 #[test]
 fn a_table_with_names_of_its_own_is_scored_by_its_mapping() {
     let solution = exported();

@@ -90,6 +90,7 @@ fn crossing(points: &[(f64, f64)], level: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav_model::{Signal, StateSpace};
     use nalgebra::{DMatrix, dmatrix};
 
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn an_integrator_rejects_up_to_its_gain_and_never_peaks() {
         let found = qualities(dmatrix![0.0], dmatrix![2.0], dmatrix![1.0]);
-        assert!((found.rejection_bandwidth_radps.unwrap() - 2.0).abs() < 1e-3);
+        assert_abs_diff_eq!(found.rejection_bandwidth_radps.unwrap(), 2.0, epsilon = 1e-3);
         assert!(found.rejection_peak_db < 1e-3, "{found:?}");
         assert_eq!((found.bandwidth_radps, found.phase_delay_s), (None, None));
     }

@@ -77,6 +77,7 @@ impl Nichols {
 mod tests {
     use super::*;
     use crate::response::logarithmic_frequencies;
+    use approx::assert_abs_diff_eq;
     use hovernav_model::{Signal, TimeDomain};
     use nalgebra::{DMatrix, dmatrix};
 
@@ -102,9 +103,10 @@ mod tests {
         // |1 + L|²/|1 − L|² of 1/(s² + s) is ((1 − ω²)² + ω²)/((1 + ω²)² + ω²), least at ω = 1: 1/5.
         let found = loop_of(1.0);
         assert!((found.disk.value - 2.0 / 5f64.sqrt()).abs() < 1e-5, "{:?}", found.disk);
-        assert!((found.disk.frequency_radps - 1.0).abs() < 1e-2);
+        assert_abs_diff_eq!(found.disk.frequency_radps, 1.0, epsilon = 1e-2);
         let [least, most] = found.disk_gain();
-        assert!((least * most - 1.0).abs() < 1e-12 && most > 2.0);
+        assert_abs_diff_eq!(least * most, 1.0, epsilon = 1e-12);
+        assert!(most > 2.0);
     }
 
     #[test]

@@ -91,6 +91,7 @@ fn answer(config: NotchConfig, imu_hz: f64, radps: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use nalgebra::Complex;
 
     #[test]
@@ -116,9 +117,9 @@ mod tests {
     #[test]
     fn what_is_slow_is_late_by_the_delay_that_the_notch_itself_tells() {
         let found = NotchCost::new(NotchConfig::at_hz(25.0).with_width_hz(5.0), 200.0).unwrap();
-        assert!((found.delay_s - 1.3e-3).abs() < 1e-4, "{}", found.delay_s);
+        assert_abs_diff_eq!(found.delay_s, 1.3e-3, epsilon = 1e-4);
         let (_, lag_rad) = answer(found.config, 200.0, 3.0);
-        assert!((lag_rad / (3.0 * found.delay_s) - 1.0).abs() < 0.01);
+        assert_abs_diff_eq!(lag_rad / (3.0 * found.delay_s), 1.0, epsilon = 0.01);
         // 33 Hz do not see 32 Hz apart from what the vehicle does: it is left in.
         assert_eq!(NotchCost::new(NotchConfig::at_hz(32.0), 33.0).unwrap().delay_s, 0.0);
         assert!(NotchCost::new(NotchConfig::at_hz(f64::NAN), 33.0).is_err());

@@ -35,6 +35,7 @@ pub fn position_m(solution: &Solution, origin: &Geodetic) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav::frames::EulerAngles;
 
     #[test]
@@ -45,6 +46,8 @@ mod tests {
         let north = Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 0.0));
         let [x, y, z, w] = flu_to_enu(north);
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        assert!((z - half).abs() < 1e-12 && (w - half).abs() < 1e-12 && x.hypot(y) < 1e-12);
+        assert_abs_diff_eq!(z, half, epsilon = 1e-12);
+        assert_abs_diff_eq!(w, half, epsilon = 1e-12);
+        assert!(x.hypot(y) < 1e-12);
     }
 }

@@ -39,12 +39,15 @@ fn unit(quaternion: DQuat) -> Option<DQuat> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn level_and_facing_east_is_no_turn_of_enu_and_ninety_degrees_of_ned() {
         let attitude = attitude_flu_enu([1.0, 0.0, 0.0, 0.0]).unwrap().euler();
         let [roll, pitch, yaw] = attitude.to_degrees();
-        assert!(roll.abs() < 1e-9 && pitch.abs() < 1e-9 && (yaw - 90.0).abs() < 1e-9);
+        assert_abs_diff_eq!(roll, 0.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(pitch, 0.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(yaw, 90.0, epsilon = 1e-9);
     }
 
     #[test]
@@ -52,7 +55,7 @@ mod tests {
         // Nose up by 10° turns forward-left-up by −10° about left.
         let half = 5.0f64.to_radians();
         let attitude = attitude_flu_enu([half.cos(), 0.0, -half.sin(), 0.0]).unwrap().euler();
-        assert!((attitude.pitch_rad.to_degrees() - 10.0).abs() < 1e-9);
+        assert_abs_diff_eq!(attitude.pitch_rad.to_degrees(), 10.0, epsilon = 1e-9);
         assert_eq!(attitude_frd_ned([0.0; 4]), None);
         assert_eq!(attitude_frd_ned([f64::NAN; 4]), None);
     }

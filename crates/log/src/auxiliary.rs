@@ -110,6 +110,7 @@ fn read_timed<T, const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_pressure_in_another_unit_is_named() {
@@ -125,7 +126,11 @@ mod tests {
     fn altitudes_are_those_of_the_standard_atmosphere() {
         for (pressure_pa, altitude_m) in [(101_325.0, 0.0), (89_874.6, 1000.0), (54_019.9, 5000.0)]
         {
-            assert!((pressure_altitude_m(pressure_pa).unwrap() - altitude_m).abs() < 0.1);
+            assert_abs_diff_eq!(
+                pressure_altitude_m(pressure_pa).unwrap(),
+                altitude_m,
+                epsilon = 0.1
+            );
         }
         assert_eq!(pressure_altitude_m(22_000.0), None);
     }

@@ -227,15 +227,14 @@ impl Reading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn reading(mounting_deg: [f64; 3]) -> Reading {
         Reading { mounting: rotation_of(mounting_deg), ..Reading::default() }
     }
 
     fn assert_near(found: [f64; 3], expected: [f64; 3]) {
-        let near =
-            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9);
-        assert!(near, "found {found:?}, expected {expected:?}");
+        assert_abs_diff_eq!(found[..], expected[..], epsilon = 1e-9);
     }
 
     #[test]

@@ -241,6 +241,7 @@ pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav::frames::Vector;
 
     fn heli_hover() -> Dataset {
@@ -285,7 +286,7 @@ mod tests {
                 rows.map(|(index, noise)| [value(index as f64 * 0.01, *noise); 6]).collect();
             vibration(&rows).unwrap()[0]
         };
-        assert!((of(&|_, noise| 0.3 * noise) - 0.3).abs() < 0.01);
+        assert_abs_diff_eq!(of(&|_, noise| 0.3 * noise), 0.3, epsilon = 0.01);
         assert!(of(&|time_s, _| 5.0 * (0.5 * time_s).sin()) < 1e-3);
         assert_eq!(vibration(&[[0.0; 6]; 2]), None);
     }
@@ -305,7 +306,8 @@ mod tests {
             .collect();
         let rates = rates(samples);
         assert_eq!(rates.len(), 2);
-        assert!((rates[0][0] - 0.1).abs() < 1e-12 && (rates[0][5] + 9.81).abs() < 1e-12);
+        assert_abs_diff_eq!(rates[0][0], 0.1, epsilon = 1e-12);
+        assert_abs_diff_eq!(rates[0][5], -9.81, epsilon = 1e-12);
     }
 
     #[test]

@@ -87,6 +87,7 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn engine() -> Engine {
         Engine::new(&EngineConfig::default(), &HelicopterParameters::raptor60())
@@ -99,7 +100,7 @@ mod tests {
             engine.advance(0.5, 5.6, 0.01);
         }
         let expected = 0.015 * (1.0 - (-1f64).exp());
-        assert!((1.0 - engine.speed - expected).abs() < 1e-12, "{}", engine.speed);
+        assert_abs_diff_eq!(1.0 - engine.speed, expected, epsilon = 1e-12);
     }
 
     #[test]
@@ -110,7 +111,7 @@ mod tests {
             engine.advance(0.0, 4.0, 0.01);
         }
         let EngineConfig { inertia_kgm2, .. } = EngineConfig::default();
-        assert!((engine.speed - (1.0 - 4.0 / (inertia_kgm2 * 160.0))).abs() < 1e-12);
+        assert_abs_diff_eq!(engine.speed, 1.0 - 4.0 / (inertia_kgm2 * 160.0), epsilon = 1e-12);
         assert!(!engine.drive().powered);
     }
 
@@ -123,7 +124,7 @@ mod tests {
             engine.advance(0.0, drag_nm * engine.speed * engine.speed, step_s);
         }
         let per_s = drag_nm / (EngineConfig::default().inertia_kgm2 * 160.0);
-        assert!((engine.speed - 1.0 / (1.0 + 2.0 * per_s)).abs() < 1e-4, "{}", engine.speed);
+        assert_abs_diff_eq!(engine.speed, 1.0 / (1.0 + 2.0 * per_s), epsilon = 1e-4);
     }
 
     #[test]
@@ -131,7 +132,7 @@ mod tests {
         let (mut short, mut driven) = (engine(), engine());
         short.advance(0.0, 14.0, 0.1);
         driven.advance(0.0, -2.0, 0.1);
-        assert!((short.speed - (1.0 - 1.0 / 16.0 * 0.1)).abs() < 1e-12);
-        assert!((driven.speed - (1.0 + 2.0 / 16.0 * 0.1)).abs() < 1e-12);
+        assert_abs_diff_eq!(short.speed, 1.0 - 1.0 / 16.0 * 0.1, epsilon = 1e-12);
+        assert_abs_diff_eq!(driven.speed, 1.0 + 2.0 / 16.0 * 0.1, epsilon = 1e-12);
     }
 }

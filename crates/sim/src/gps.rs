@@ -236,6 +236,7 @@ fn to_step_of(resolution: f64, value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_receiver_that_states_one_number_errs_as_one_that_states_three() {
@@ -248,7 +249,7 @@ mod tests {
         let (three, one) = (fix(false), fix(true));
         assert_eq!(three.horizontal_velocity_mps, one.horizontal_velocity_mps);
         let sigma = |fix: Fix| fix.velocity_sigma_mps.unwrap();
-        assert!((sigma(three).norm() - sigma(one).norm()).abs() < 1e-12);
+        assert_abs_diff_eq!(sigma(three).norm(), sigma(one).norm(), epsilon = 1e-12);
         assert_eq!(sigma(one).x(), sigma(one).z());
     }
 }

@@ -234,6 +234,7 @@ fn steady_part(change: f64, rate: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav::frames::wrap_angle;
 
     fn field() -> Geodetic {
@@ -248,13 +249,13 @@ mod tests {
     #[test]
     fn test_points_begin_and_end_in_a_level_hover() {
         let plan = FlightPlan::hover_at(field(), 0.3).test_points();
-        assert!((plan.duration_s() - 102.0).abs() < 1e-9);
+        assert_abs_diff_eq!(plan.duration_s(), 102.0, epsilon = 1e-9);
         let end = end_of(&plan);
         assert!(end.velocity_mps.norm() < 1e-12);
         assert!(end.angular_rate_radps.norm() < 1e-12);
         let angles = end.body_to_ned.euler();
         assert!(angles.roll_rad.abs() < 1e-15 && angles.pitch_rad.abs() < 1e-15);
-        assert!((angles.yaw_rad - 0.3).abs() < 1e-12);
+        assert_abs_diff_eq!(angles.yaw_rad, 0.3, epsilon = 1e-12);
     }
 
     #[test]
@@ -268,15 +269,15 @@ mod tests {
             let end = end_of(&plan);
             let yaw = end.body_to_ned.euler().yaw_rad;
             assert!(wrap_angle(yaw - (turn_rad - 0.4)).abs() < 1e-12);
-            assert!((end.position.height_m - 41.0).abs() < 1e-7);
-            assert!((end.velocity_mps.norm() - 50f64.sqrt()).abs() < 1e-12);
+            assert_abs_diff_eq!(end.position.height_m, 41.0, epsilon = 1e-7);
+            assert_abs_diff_eq!(end.velocity_mps.norm(), 50f64.sqrt(), epsilon = 1e-12);
         }
     }
 
     #[test]
     fn thrust_stays_along_the_body_axis() {
         let trajectory = FlightPlan::test_flight(field(), 1.0).build().unwrap();
-        assert!((trajectory.duration_s() - 300.0).abs() < 1e-9);
+        assert_abs_diff_eq!(trajectory.duration_s(), 300.0, epsilon = 1e-9);
         for i in 0..3000 {
             let force = trajectory.at(0.1 * f64::from(i)).specific_force_mps2;
             let sideways = force.x().hypot(force.y());

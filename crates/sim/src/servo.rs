@@ -92,6 +92,7 @@ impl SimulatedServo {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_small_step_is_answered_with_the_time_constant() {
@@ -101,7 +102,7 @@ mod tests {
         for _ in 0..100 {
             servo.step(0.01, lag_s / 100.0);
         }
-        assert!((servo.position() / 0.01 - (1.0 - (-1f64).exp())).abs() < 1e-9);
+        assert_abs_diff_eq!(servo.position() / 0.01, 1.0 - (-1f64).exp(), epsilon = 1e-9);
     }
 
     #[test]
@@ -110,7 +111,7 @@ mod tests {
         for _ in 0..60 {
             servo.step(1.0, 1e-3);
         }
-        assert!((servo.position() + 1.0 - 15.0 * 0.06).abs() < 1e-9);
+        assert_abs_diff_eq!(servo.position() + 1.0, 15.0 * 0.06, epsilon = 1e-9);
     }
 
     #[test]

@@ -251,6 +251,7 @@ impl LowPass {
 mod tests {
     use super::*;
     use crate::noise::Stream;
+    use approx::assert_abs_diff_eq;
 
     const PERIOD_S: f64 = 0.01;
 
@@ -302,7 +303,7 @@ mod tests {
             })
             .collect();
         // 0.6 m/s/√h is 0.01 m/s/√s: 0.02 m/s after 4 s.
-        assert!((rms(&velocities) / 0.02 - 1.0).abs() < 0.06);
+        assert_abs_diff_eq!(rms(&velocities) / 0.02, 1.0, epsilon = 0.06);
     }
 
     #[test]
@@ -316,7 +317,7 @@ mod tests {
                 bias
             })
             .collect();
-        assert!((rms(&biases) / 0.5f64.to_radians() - 1.0).abs() < 0.06);
+        assert_abs_diff_eq!(rms(&biases) / 0.5f64.to_radians(), 1.0, epsilon = 0.06);
     }
 
     #[test]
@@ -329,11 +330,11 @@ mod tests {
         let mut triad = gyros(config, 9);
         let values: Vec<DVec3> = (0..300_000).map(|_| still(&mut triad)).collect();
         let sigma = 0.1f64.to_radians();
-        assert!((rms(&values) / sigma - 1.0).abs() < 0.05);
+        assert_abs_diff_eq!(rms(&values) / sigma, 1.0, epsilon = 0.05);
         let one_time_apart: Vec<DVec3> =
             values.windows(51).map(|window| window[50] - window[0]).collect();
         let expected = sigma * (2.0 * (1.0 - (-1f64).exp())).sqrt();
-        assert!((rms(&one_time_apart) / expected - 1.0).abs() < 0.05);
+        assert_abs_diff_eq!(rms(&one_time_apart) / expected, 1.0, epsilon = 0.05);
     }
 
     #[test]
@@ -349,7 +350,7 @@ mod tests {
                 one
             })
             .collect();
-        assert!((rms(&errors) / 0.01 - 1.0).abs() < 0.06);
+        assert_abs_diff_eq!(rms(&errors) / 0.01, 1.0, epsilon = 0.06);
     }
 
     #[test]
@@ -361,10 +362,10 @@ mod tests {
             triad.measure(rate, DVec3::ZERO, false).x.to_degrees()
         };
         for (rate, expected) in [(0.24, 0.0), (0.26, 0.5), (-33.3, -33.5), (99.9, 100.0)] {
-            assert!((shown(rate) - expected).abs() < 1e-12);
+            assert_abs_diff_eq!(shown(rate), expected, epsilon = 1e-12);
         }
         for (rate, expected) in [(100.3, 100.0), (1e4, 100.0), (-250.0, -100.0)] {
-            assert!((shown(rate) - expected).abs() < 1e-12);
+            assert_abs_diff_eq!(shown(rate), expected, epsilon = 1e-12);
         }
     }
 
@@ -394,6 +395,6 @@ mod tests {
             .map(|rate| triad.measure(rate, DVec3::ZERO, false))
             .collect();
         // Straight lines between the 20 samples of a cycle take 1 % off.
-        assert!((rms(&shown[1000..]) - 0.5).abs() < 0.01);
+        assert_abs_diff_eq!(rms(&shown[1000..]), 0.5, epsilon = 0.01);
     }
 }

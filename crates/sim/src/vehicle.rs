@@ -363,6 +363,7 @@ impl Vehicle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav_model::helicopter::HelicopterParameters;
 
     fn hovering_at(height_m: f64) -> Vehicle {
@@ -399,7 +400,7 @@ mod tests {
         fly(&mut vehicle, -0.9, 5.0);
         let state = vehicle.state();
         assert!(!vehicle.has_crashed(), "{:?}", state.body_to_ned.euler().to_degrees());
-        assert!((state.position.height_m - 0.38).abs() < 0.03, "{}", state.position.height_m);
+        assert_abs_diff_eq!(state.position.height_m, 0.38, epsilon = 0.03);
         assert!(state.velocity_mps.norm() < 0.02);
     }
 
@@ -447,8 +448,9 @@ mod tests {
         let roll = |vehicle: &Vehicle| vehicle.state().body_to_ned.euler().roll_rad;
         let forward = |vehicle: &Vehicle| vehicle.motion.velocity_mps.x();
         let (turned, faster) = (roll(&pushed) - roll(&calm), forward(&pushed) - forward(&calm));
-        assert!((turned - 0.3).abs() < 0.05 && (faster - 2.0).abs() < 0.3, "{turned} {faster}");
-        assert!((rolled - turned).abs() < 0.01, "{rolled} {turned}");
-        assert!((sped - faster).abs() < 0.3, "{sped} {faster}");
+        assert_abs_diff_eq!(turned, 0.3, epsilon = 0.05);
+        assert_abs_diff_eq!(faster, 2.0, epsilon = 0.3);
+        assert_abs_diff_eq!(rolled, turned, epsilon = 0.01);
+        assert_abs_diff_eq!(sped, faster, epsilon = 0.3);
     }
 }

@@ -135,6 +135,7 @@ impl RunningSource {
 mod tests {
     use super::*;
     use crate::noise::Stream;
+    use approx::assert_abs_diff_eq;
 
     fn source(frequency_hz: f64) -> VibrationSource {
         let harmonic = Harmonic {
@@ -187,7 +188,11 @@ mod tests {
         let lag_s = 1.0 / (TAU * 25.0);
         for (frequency_hz, share) in [(25.0, 0.5f64.sqrt()), (50.0, 0.2f64.sqrt())] {
             let samples = shaking(&source(frequency_hz), 330.0, false, [0.0, lag_s], 3300);
-            assert!((amplitude(&samples, 330.0, frequency_hz) / 3.0 - share).abs() < 1e-9);
+            assert_abs_diff_eq!(
+                amplitude(&samples, 330.0, frequency_hz) / 3.0,
+                share,
+                epsilon = 1e-9
+            );
         }
     }
 
@@ -212,7 +217,7 @@ mod tests {
         let samples = shaking(&source, rate_hz, false, [0.0; 2], 400_000);
         let rises = samples.windows(2).filter(|pair| pair[0][1].z < 0.0 && pair[1][1].z >= 0.0);
         let mean_hz = rises.count() as f64 * rate_hz / samples.len() as f64;
-        assert!((mean_hz - 20.0).abs() < 0.02);
+        assert_abs_diff_eq!(mean_hz, 20.0, epsilon = 0.02);
         // Phase wanders as the integral of the frequency: 2 σ² τ t.
         let reference = |k: usize| TAU * 20.0 * k as f64 / rate_hz;
         let mut turned = Vec::new();

@@ -169,6 +169,7 @@ impl Dryden {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn gusts(config: &WindConfig, count: usize) -> Vec<[f64; 3]> {
         let mut wind = Wind::new(config, 0.03, 5).unwrap();
@@ -206,7 +207,9 @@ mod tests {
     fn wind_from_the_east_blows_to_the_west() {
         let wind = WindConfig::from_direction(4.0, 90f64.to_radians(), 2.0);
         let [north, east, down] = wind.steady_mps.to_array();
-        assert!(north.abs() < 1e-12 && (east + 4.0).abs() < 1e-12 && down == 0.0);
+        assert_abs_diff_eq!(north, 0.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(east, -4.0, epsilon = 1e-12);
+        assert_eq!(down, 0.0);
         assert_eq!(wind.gust_sigma_mps, HorizontalVertical::new(2.0, 1.0));
         assert_eq!(WindConfig::from_direction(0.2, 0.0, 0.0).passing_mps, 1.0);
     }

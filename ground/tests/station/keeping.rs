@@ -4,6 +4,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::{cycle, snapshot};
+use approx::assert_abs_diff_eq;
 use hovernav_ground::channel::Id;
 use hovernav_ground::decode::Protocol;
 use hovernav_ground::frames::Rigging;
@@ -181,7 +182,11 @@ fn a_record_cut_at_any_byte_opens_or_says_what_it_is() {
     let whole = std::fs::read(&file).unwrap();
     let (store, is_cut) = record::read(&file).unwrap();
     assert!(!is_cut && store.markers_from(0).0.count() == 1);
-    assert!((store.at(Id::Roll, 1e9 + 0.5) - station.store.at(Id::Roll, 1e9 + 0.5)).abs() < 1e-9);
+    assert_abs_diff_eq!(
+        store.at(Id::Roll, 1e9 + 0.5),
+        station.store.at(Id::Roll, 1e9 + 0.5),
+        epsilon = 1e-9
+    );
     let cut = place.path().join("cut.mcap");
     for length in (0..whole.len()).step_by(997) {
         std::fs::write(&cut, &whole[..length]).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::common::sender::Sender;
 use crate::common::snapshot;
+use approx::assert_abs_diff_eq;
 use hovernav::time::Time;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
@@ -86,7 +87,7 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
             station.receive(&bytes, 1e9 + 0.1 * f64::from(k));
             let expected = 0.1 * f64::from(k) - 1e-3 * (f64::from(taken_ms) - 10_000.0);
             let found = station.store.latest(Id::GpsAge);
-            assert!((found - expected).abs() < 0.06, "{found} s, expected {expected}");
+            assert_abs_diff_eq!(found, expected, epsilon = 0.06);
         }
         assert_eq!(why(&station, "GPS"), "3D fix, 12 satellites, 5.2 s old");
         assert!(Id::GpsAge.channel().alarms(station.store.latest(Id::GpsAge)));

@@ -9,6 +9,7 @@ use std::time::Duration;
 use crate::common::browser::{Browser, chromium};
 use crate::common::sender::Sender;
 use crate::common::serve;
+use approx::assert_abs_diff_eq;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::lamps::{Light, control, lamps};
@@ -181,7 +182,7 @@ fn the_gimbal_and_the_other_ground_station_are_not_the_vehicle() {
         }
         station.receive(&bytes, at_s);
     }
-    assert!((station.store.latest(Id::Roll) - 0.5f64.to_degrees()).abs() < 0.01);
+    assert_abs_diff_eq!(station.store.latest(Id::Roll), 0.5f64.to_degrees(), epsilon = 0.01);
     let value = |id| station.store.latest(id);
     assert_eq!(control(value).flies, "POSCTL");
     assert_eq!(lamps(value)[0].why, "armed");
@@ -246,7 +247,7 @@ fn a_message_that_is_not_sent_any_more_has_no_value_any_more() {
     }
     assert!(station.store.latest(Id::Roll).is_nan());
     // What comes without a time of its own goes on.
-    assert!((station.store.latest(Id::Output1) - 1.199).abs() < 1e-9);
+    assert_abs_diff_eq!(station.store.latest(Id::Output1), 1.199, epsilon = 1e-9);
 }
 
 #[test]

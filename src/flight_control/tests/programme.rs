@@ -4,6 +4,7 @@ use super::*;
 use crate::autopilot::{
     ExcitationAbort, ExcitationLimits, ExcitationProgramme, Maneuver, ProgrammeChange, TestInput,
 };
+use approx::assert_abs_diff_eq;
 
 fn programme() -> ExcitationProgramme {
     let doublet = Maneuver::Doublet { amplitude: 0.1, hold_s: 0.6 };
@@ -96,7 +97,7 @@ fn a_stick_moves_no_faster_for_them_than_it_may() {
     let mut before = 0.0;
     for _ in 0..400 {
         let pedal = bench.cycles(1).injected.pedal;
-        assert!((pedal - before).abs() <= PERIOD_S + 1e-9, "{before} to {pedal}");
+        assert_abs_diff_eq!(pedal, before, epsilon = PERIOD_S + 1e-9);
         before = pedal;
     }
     assert_eq!(count(&bench, ProgrammeChange::Done), 1);

@@ -6,6 +6,7 @@ use crate::autopilot::Mode;
 use crate::controls::Channels;
 use crate::frames::Vector;
 use crate::telemetry::{ControlFlags, Drops, LoopTiming, Severity};
+use approx::assert_abs_diff_eq;
 
 /// A snapshot whose every number is whole steps and unlike the others.
 fn full() -> Snapshot {
@@ -117,7 +118,7 @@ fn what_a_field_cannot_hold_becomes_the_nearest_it_can_and_nan_becomes_unknown()
     assert_eq!((told.temperature_degc, told.velocity_mps), (None, None));
     assert_eq!(told.commanded_ms.pedal, Some(0.0));
     assert_eq!(told.drops.imu_packets, 65_535);
-    assert!((extreme.time - told.time).abs() <= 1e-6);
+    assert_abs_diff_eq!(extreme.time - told.time, 0.0, epsilon = 1e-6);
 }
 
 #[test]

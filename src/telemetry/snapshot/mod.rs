@@ -162,6 +162,7 @@ impl Snapshot {
 mod tests {
     use super::*;
     use crate::imu::Motion;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn increments_are_told_as_rates() {
@@ -171,8 +172,8 @@ mod tests {
         };
         let sample = ImuSample::new(Time::ZERO, motion);
         let told = Snapshot::at(Time::ZERO).with_imu(&sample, 0.01);
-        assert!((told.angular_rate_radps.unwrap().x() - 1.0).abs() < 1e-12);
-        assert!((told.specific_force_mps2.unwrap().z() + 9.81).abs() < 1e-12);
+        assert_abs_diff_eq!(told.angular_rate_radps.unwrap().x(), 1.0, epsilon = 1e-12);
+        assert_abs_diff_eq!(told.specific_force_mps2.unwrap().z(), -9.81, epsilon = 1e-12);
         assert_eq!(Snapshot::at(Time::ZERO).with_imu(&sample, 0.0).specific_force_mps2, None);
     }
 }

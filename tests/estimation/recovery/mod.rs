@@ -3,6 +3,7 @@
 mod bad_input;
 mod hostile_events;
 
+use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{
     Channel, Ekf, EkfConfig, FullEkf, Innovation, Prediction, Report, ResetCause, Verdict, layout,
@@ -108,7 +109,7 @@ fn one_bad_position_is_refused_by_axis_and_the_next_good_one_taken() {
     assert_eq!(verdict(&glitch, Channel::VelocityNorth), Verdict::Accepted);
     let innovation =
         glitch.innovations().find(|axis| axis.channel == Channel::PositionNorth).unwrap();
-    assert!((innovation.innovation - 200.0).abs() < 5.0);
+    assert_abs_diff_eq!(innovation.innovation, 200.0, epsilon = 5.0);
     assert!(rest.off_m(Vector::ZERO) < 1.0);
     let height = rest.fix(Vector::new(0.0, 0.0, -300.0));
     assert_eq!(verdict(&height, Channel::PositionDown), Verdict::Rejected);
@@ -133,7 +134,7 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     let joint = rest.filter.joint_covariance().0;
     for axis in 0..2 {
         assert!((79.0..90.0).contains(&sigma_m[axis]), "{sigma_m:?}");
-        assert!((joint[axis][axis].sqrt() - sigma_m[axis]).abs() < 1e-6);
+        assert_abs_diff_eq!(joint[axis][axis].sqrt(), sigma_m[axis], epsilon = 1e-6);
     }
     assert!(sigma_m[2] < 3.0, "{sigma_m:?}");
     for _ in 0..10 {
@@ -184,7 +185,7 @@ fn a_fix_without_a_height_is_taken_for_the_horizontal_alone() {
         assert_eq!(report.innovations().count(), 4);
     }
     assert!(rest.filter.state().position.displacement_from(&place()).x() > 0.05);
-    assert!((rest.filter.state().position.height_m - place().height_m).abs() < 0.5);
+    assert_abs_diff_eq!(rest.filter.state().position.height_m, place().height_m, epsilon = 0.5);
 }
 
 /// A filter at rest with every state, a barometer at 25 Hz beside the fixes at 5 Hz, for some seconds

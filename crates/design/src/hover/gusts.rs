@@ -137,6 +137,7 @@ fn in_air(whole: &StateSpace, gusts: &Gusts) -> Result<(StateSpace, DMatrix<f64>
 mod tests {
     use super::*;
     use crate::hover::evolution::Random;
+    use approx::assert_abs_diff_eq;
     use hovernav_model::linalg::exponential;
     use hovernav_model::shipped;
 
@@ -153,11 +154,11 @@ mod tests {
         // What the gusts are is read off what they do to a velocity that only drag moves: −Xu times them.
         let u = blown.state("u").unwrap();
         let x = blown.a()[(u, first)] / -blown.a()[(u, u)];
-        assert!((x * x * covariance[(0, 0)] - 1.5 * 1.5).abs() < 1e-6);
+        assert_abs_diff_eq!(x * x * covariance[(0, 0)], 1.5 * 1.5, epsilon = 1e-6);
         let w = blown.state("w").unwrap();
         let mix = blown.a().view((w, first + 3), (1, 2)) / -blown.a()[(w, w)];
         let z = (&mix * covariance.view((3, 3), (2, 2)) * mix.transpose())[(0, 0)];
-        assert!((z - 0.8 * 0.8).abs() < 1e-6, "{z}");
+        assert_abs_diff_eq!(z, 0.8 * 0.8, epsilon = 1e-6);
     }
 
     #[test]
@@ -213,7 +214,7 @@ mod tests {
         };
         let [one, two] = [of(1.0).unwrap(), of(2.0).unwrap()];
         for (one, two) in one.states.iter().zip(two.states) {
-            assert!((two / one - 2.0).abs() < 1e-6);
+            assert_abs_diff_eq!(two / one, 2.0, epsilon = 1e-6);
         }
         assert!(of(0.0).is_err() && of(f64::NAN).is_err());
     }

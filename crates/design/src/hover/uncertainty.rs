@@ -110,6 +110,7 @@ impl Vehicle {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use hovernav_model::{Parameter, Slope, shipped};
 
     /// The 60-class helicopter whose damping, control and delays are known to `share`, one sigma; the two of roll
@@ -185,7 +186,8 @@ pub(super) mod tests {
         let off = uncertainty.axes.row(8).transpose();
         let vehicle = uncertainty.vehicle(&off).unwrap();
         let later_s = (&uncertainty.axes * &off)[8];
-        assert!(later_s > 0.0 && (vehicle.later_s[3] - later_s).abs() < 1e-12);
+        assert!(later_s > 0.0);
+        assert_abs_diff_eq!(vehicle.later_s[3], later_s, epsilon = 1e-12);
         let design = HoverDesign::default();
         let slower = HoverDesign { tail_servo_s: design.tail_servo_s + later_s, ..design.clone() };
         let expected = closed_loop::plant(&slower, &vehicle.whole, FlightMode::Velocity).unwrap();

@@ -104,6 +104,7 @@ impl CycleTimer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     fn at(milliseconds: i64) -> Time {
         Time::from_nanoseconds(milliseconds * 1_000_000)
@@ -116,7 +117,8 @@ mod tests {
         timer.end_wait(at(20), None);
         timer.complete_cycle();
         let cycle = timer.begin_wait(at(25)).unwrap();
-        assert!((cycle.work_s - 0.007).abs() < 1e-12 && cycle.on_time);
+        assert_abs_diff_eq!(cycle.work_s, 0.007, epsilon = 1e-12);
+        assert!(cycle.on_time);
     }
 
     #[test]
@@ -139,7 +141,7 @@ mod tests {
         timer.packet_behind(0.02);
         timer.complete_cycle();
         assert!(!timer.begin_wait(at(121)).unwrap().on_time);
-        assert!((timer.wake_latency.longest_s() - 0.02).abs() < 1e-12);
+        assert_abs_diff_eq!(timer.wake_latency.longest_s(), 0.02, epsilon = 1e-12);
     }
 
     /// A unit whose line was cut for 3 s: the loop ran by the clock, on time.

@@ -5,6 +5,7 @@ use mavlink::dialects::common::{
 use mavlink::{MavlinkReader, MavlinkVersion};
 
 use super::*;
+use approx::assert_abs_diff_eq;
 use hovernav::controls::Channels;
 use hovernav::frames::EulerAngles;
 use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags};
@@ -80,7 +81,7 @@ fn a_flight_is_told_in_the_units_of_the_message_set() {
 
     let MavMessage::ATTITUDE(attitude) = attitude else { panic!() };
     assert_eq!(attitude.time_boot_ms, 2_500);
-    assert!((attitude.yaw - 170f32.to_radians()).abs() < 1e-6);
+    assert_abs_diff_eq!(attitude.yaw, 170f32.to_radians(), epsilon = 1e-6);
     assert_eq!((attitude.rollspeed, attitude.yawspeed), (0.1, 0.3));
 
     let MavMessage::HIGHRES_IMU(imu) = imu else { panic!() };
@@ -212,7 +213,7 @@ fn local_positions_count_from_the_first_that_is_a_place() {
         _ => None,
     });
     for (found, expected) in local.unwrap().into_iter().zip([30.0, -20.0, -5.0]) {
-        assert!((found - expected).abs() < 0.01, "{found} for {expected}");
+        assert_abs_diff_eq!(found, expected, epsilon = 0.01);
     }
 }
 

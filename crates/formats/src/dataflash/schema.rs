@@ -214,6 +214,7 @@ pub(super) fn text(bytes: &[u8]) -> Option<&str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn fields_have_the_size_and_scale_of_their_format() {
@@ -225,7 +226,8 @@ mod tests {
         body.extend(58_882_i32.to_le_bytes());
         let row = schema.row_of_bytes(&body);
         assert_eq!((row[0], row[3]), (2.5, 3.0));
-        assert!((row[5] + 35.362_627_7).abs() < 1e-9 && (row[8] - 588.82).abs() < 1e-9);
+        assert_abs_diff_eq!(row[5], -35.362_627_7, epsilon = 1e-9);
+        assert_abs_diff_eq!(row[8], 588.82, epsilon = 1e-9);
         assert!(row[1].is_nan());
         assert!(schema.row_of_bytes(&body[..12])[5].is_nan());
     }
@@ -244,11 +246,11 @@ mod tests {
         let mut body = vec![0; 8];
         body.extend(219_i16.to_le_bytes());
         body.extend(219_i16.to_le_bytes());
-        assert!((schema.row_of_bytes(&body)[2] - 0.219).abs() < 1e-12);
+        assert_abs_diff_eq!(schema.row_of_bytes(&body)[2], 0.219, epsilon = 1e-12);
         let known = HashMap::from([(b'F', 1e-6), (b'B', 1e-2)]);
         schema.set_multipliers("sGG", "FBB", &known);
-        assert!((schema.row_of_bytes(&body)[2] - 2.19).abs() < 1e-12);
+        assert_abs_diff_eq!(schema.row_of_bytes(&body)[2], 2.19, epsilon = 1e-12);
         // Centi by its format and by its multiplier is centi once.
-        assert!((schema.row_of_bytes(&body)[3] - 2.19).abs() < 1e-12);
+        assert_abs_diff_eq!(schema.row_of_bytes(&body)[3], 2.19, epsilon = 1e-12);
     }
 }

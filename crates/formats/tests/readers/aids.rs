@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use approx::assert_abs_diff_eq;
 use hovernav_formats::{Log, Options, open};
 use hovernav_testing::shared;
 
@@ -41,8 +42,8 @@ fn dataflash_gives_distances_downwards_and_yaws_of_the_receiver() {
     let last = dataset.ranges[19];
     assert_eq!((last.range_m, last.quality), (2.5 + 0.95, Some(0.8)));
     let heading = dataset.headings[0];
-    assert!((heading.heading_rad + 10f64.to_radians()).abs() < 1e-9);
-    assert!((heading.sigma_rad.unwrap() - 0.6f64.to_radians()).abs() < 1e-6);
+    assert_abs_diff_eq!(heading.heading_rad, -10f64.to_radians(), epsilon = 1e-9);
+    assert_abs_diff_eq!(heading.sigma_rad.unwrap(), 0.6f64.to_radians(), epsilon = 1e-6);
     assert_eq!(heading.time, dataset.fixes[5].time);
 }
 
@@ -116,7 +117,7 @@ fn telemetry_logs_give_distances_and_the_yaw_of_the_receiver() {
     let said: Vec<_> =
         dataset.ranges.iter().take(4).map(|r| ((100.0 * r.range_m).round(), r.quality)).collect();
     assert_eq!(said, [(600.0, Some(0.9)), (15.0, Some(0.0)), (601.0, Some(0.0)), (602.0, None)]);
-    assert!((dataset.ranges[0].sigma_m.unwrap() - 0.05).abs() < 1e-12);
+    assert_abs_diff_eq!(dataset.ranges[0].sigma_m.unwrap(), 0.05, epsilon = 1e-12);
     assert!(dataset.headings[0].heading_rad.abs() < 1e-12);
 }
 
@@ -134,7 +135,7 @@ fn the_rangefinder_of_a_telemetry_log_without_distance_sensor_is_read() {
     let dataset = log("a.tlog", &bytes).dataset;
     assert_eq!(dataset.ranges.len(), 50);
     assert_eq!(dataset.ranges[1].range_m, 4.5);
-    assert!((dataset.ranges[1].time - dataset.imu[1].time).abs() < 1e-6);
+    assert_abs_diff_eq!(dataset.ranges[1].time - dataset.imu[1].time, 0.0, epsilon = 1e-6);
 }
 
 #[test]

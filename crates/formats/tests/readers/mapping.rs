@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use approx::assert_abs_diff_eq;
 use hovernav::ekf::Solution;
 use hovernav_formats::{Format, Options, Proposal, open};
 use hovernav_log::Dataset;
@@ -263,7 +264,7 @@ fn numbers_in_quotes_may_have_the_commas_that_part_them() {
     Proposal::of(&[file]).unwrap().write(&out, false).unwrap();
     let imu = open(&out, &Options::default()).unwrap().dataset.imu;
     assert_eq!(imu.len(), 200);
-    assert!((imu[199].time - imu[0].time - 1.99).abs() < 1e-9);
+    assert_abs_diff_eq!(imu[199].time - imu[0].time, 1.99, epsilon = 1e-9);
     let force = imu[150].motion.mean_rates(0.01).specific_force_mps2;
     assert_eq!(force.to_array(), [0.1, 0.2, -9.15]);
 }

@@ -1,5 +1,6 @@
 //! Inertial samples of foreign text: increments by their names, fields that cannot be.
 
+use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
 
 use crate::mapped::mapped;
@@ -21,7 +22,8 @@ fn columns_called_dth_and_dv_are_increments() {
         panic!("{report}\n{mapping}")
     };
     let (angle_rad, velocity_mps) = (angle_rad.to_array(), velocity_mps.to_array());
-    assert!((angle_rad[2] + 2e-5).abs() < 1e-12 && (velocity_mps[2] + 0.0981).abs() < 1e-12);
+    assert_abs_diff_eq!(angle_rad[2], -2e-5, epsilon = 1e-12);
+    assert_abs_diff_eq!(velocity_mps[2], -0.0981, epsilon = 1e-12);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Clocks of foreign loggers: times that repeat, that are out of order, of days and of weeks.
 
+use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
 
 use crate::mapped::mapped;
@@ -107,7 +108,8 @@ fn times_of_day_as_one_number_go_on_past_minutes_and_midnight() {
         dataset.imu[5999].time - dataset.imu[0].time,
         dataset.fixes[239].time - dataset.fixes[0].time,
     ];
-    assert!((imu_s - 59.99).abs() < 1e-6 && (gps_s - 59.75).abs() < 1e-6, "{imu_s} {gps_s}");
+    assert_abs_diff_eq!(imu_s, 59.99, epsilon = 1e-6);
+    assert_abs_diff_eq!(gps_s, 59.75, epsilon = 1e-6);
 }
 
 #[test]

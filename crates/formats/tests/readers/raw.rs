@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use approx::assert_abs_diff_eq;
 use hovernav_formats::{Format, Options, open};
 use hovernav_testing::shared;
 use serde_json::Value;
@@ -88,14 +89,14 @@ fn a_dmus_stream_gives_every_whole_packet_its_time() {
     let imu = &log.dataset.imu;
     assert_eq!(imu.len(), expected.len());
     let span_s = imu[imu.len() - 1].time - imu[0].time;
-    assert!((span_s - 329.0 * 0.0303).abs() < 0.02, "{span_s} s");
+    assert_abs_diff_eq!(span_s, 329.0 * 0.0303, epsilon = 0.02);
     for (sample, packet) in imu.iter().zip(&expected) {
         let [roll, pitch, yaw] = sample.attitude.unwrap().to_degrees();
         for (ours, key) in [(roll, "roll"), (pitch, "pitch"), (yaw, "yaw")] {
             assert!((ours - packet[key].as_f64().unwrap()).abs() < 1e-9, "{key}");
         }
         let force = sample.motion.mean_rates(0.03).specific_force_mps2.z();
-        assert!((force + 9.80665 * packet["az"].as_f64().unwrap()).abs() < 1e-9);
+        assert_abs_diff_eq!(force, -9.80665 * packet["az"].as_f64().unwrap(), epsilon = 1e-9);
     }
 
     let damaged = open(&folder.join("damaged.bin"), &Options::default()).unwrap().dataset;
@@ -105,5 +106,5 @@ fn a_dmus_stream_gives_every_whole_packet_its_time() {
     println!("{} of {intact} intact packets, {:?}", damaged.imu.len(), damaged.warnings);
     assert!(damaged.imu.len() <= intact && damaged.imu.len() + 5 > intact);
     let span_s = damaged.imu[damaged.imu.len() - 1].time - damaged.imu[0].time;
-    assert!((span_s - 9.97).abs() < 0.2, "{span_s}");
+    assert_abs_diff_eq!(span_s, 9.97, epsilon = 0.2);
 }

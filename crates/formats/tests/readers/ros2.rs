@@ -5,6 +5,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
 use hovernav_formats::{Format, Log, Options, open, open_bytes};
@@ -168,11 +169,11 @@ fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
         assert_eq!(dataset.fixes.len(), original.fixes.len());
         let shift = dataset.imu[0].time - original.imu[0].time;
         for (a, b) in dataset.imu.iter().zip(&original.imu) {
-            assert!((a.time - b.time - shift).abs() < 2e-9);
+            assert_abs_diff_eq!(a.time - b.time, shift, epsilon = 2e-9);
             assert_eq!(a.motion, b.motion);
             let (a, b) = (a.attitude.unwrap(), b.attitude.unwrap());
             for (a, b) in a.to_degrees().into_iter().zip(b.to_degrees()) {
-                assert!((a - b).abs() < 1e-9, "{a} and {b}");
+                assert_abs_diff_eq!(a, b, epsilon = 1e-9);
             }
         }
         for (a, b) in dataset.fixes.iter().zip(&original.fixes) {
@@ -184,7 +185,7 @@ fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
         let onboard = log.onboard.unwrap();
         assert_eq!(onboard.moments.len(), original.imu.len().div_ceil(10));
         let speed = onboard.moments[5].velocity_mps.unwrap().norm();
-        assert!((speed - 1.0).abs() < 1e-9);
+        assert_abs_diff_eq!(speed, 1.0, epsilon = 1e-9);
         let said = [&dataset.notes[..], &dataset.warnings].concat().join("\n");
         for sentence in [
             "REP 103",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
+use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
 use hovernav_formats::{Options, open};
 use hovernav_log::pressure_altitude_m;
@@ -57,8 +58,8 @@ fn the_reference_library_reads_the_same_numbers_however_chunks_are_packed() {
         for ((fix, e), v) in dataset.fixes.iter().zip(&expected["fix"]).zip(velocities) {
             assert_eq!(fix.time.nanoseconds() as f64, e[0]);
             let place = fix.position;
-            assert!((place.latitude_deg() - e[1]).abs() < 1e-12);
-            assert!((place.longitude_deg() - e[2]).abs() < 1e-12);
+            assert_abs_diff_eq!(place.latitude_deg(), e[1], epsilon = 1e-12);
+            assert_abs_diff_eq!(place.longitude_deg(), e[2], epsilon = 1e-12);
             assert_eq!(place.height_m, e[3]);
             let sigma = fix.position_sigma_m.unwrap().to_array();
             assert_eq!(sigma, [e[4].sqrt(), e[5].sqrt(), e[6].sqrt()]);

@@ -1,4 +1,5 @@
 use super::*;
+use approx::assert_abs_diff_eq;
 use proptest::prelude::*;
 
 /// A row of published test values: decimal year, height, km, latitude and longitude, °, then
@@ -99,12 +100,16 @@ fn the_poles_have_a_field_that_turns_with_the_meridian_and_nothing_else() {
         let reference = at(2026.0, 0.0, latitude_deg, 0.0);
         for longitude_deg in [-120.0, 35.0, 180.0] {
             let turned = at(2026.0, 0.0, latitude_deg, longitude_deg);
-            assert!((turned.field_gauss.z() - reference.field_gauss.z()).abs() < 1e-12);
+            assert_abs_diff_eq!(turned.field_gauss.z(), reference.field_gauss.z(), epsilon = 1e-12);
             let hemisphere = f64::signum(latitude_deg);
             let turn_rad = turned.declination_rad() - reference.declination_rad();
             let off_rad = turn_rad - hemisphere * longitude_deg.to_radians();
             assert!(libm::sin(0.5 * off_rad).abs() < 1e-9, "{latitude_deg} {longitude_deg}");
-            assert!((turned.horizontal_gauss() - reference.horizontal_gauss()).abs() < 1e-12);
+            assert_abs_diff_eq!(
+                turned.horizontal_gauss(),
+                reference.horizontal_gauss(),
+                epsilon = 1e-12
+            );
         }
     }
 }

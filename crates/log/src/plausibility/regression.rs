@@ -147,6 +147,7 @@ pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_matrix_is_found_again() {
@@ -162,7 +163,7 @@ mod tests {
         }
         let fit = regression.fit(0.1).unwrap();
         for (found, expected) in fit.matrix.iter().flatten().zip(truth.iter().flatten()) {
-            assert!((found - expected).abs() < 1e-9);
+            assert_abs_diff_eq!(found, expected, epsilon = 1e-9);
         }
         assert!(fit.explained.iter().all(|explained| *explained > 0.999));
         assert!(regression.fit(10.0).is_none());
@@ -176,8 +177,13 @@ mod tests {
             .collect();
         let Scale { scale, sigma, explained } = Scale::of(&pairs).unwrap();
         let (xx, size) = (2870.0f64, 0.1f64);
-        assert!((scale - 0.3).abs() < 3.0 * sigma && explained > 0.99);
-        assert!((sigma / (size * (20.0f64 / 19.0).sqrt() / xx.sqrt()) - 1.0).abs() < 0.01);
+        assert_abs_diff_eq!(scale, 0.3, epsilon = 3.0 * sigma);
+        assert!(explained > 0.99);
+        assert_abs_diff_eq!(
+            sigma / (size * (20.0f64 / 19.0).sqrt() / xx.sqrt()),
+            1.0,
+            epsilon = 0.01
+        );
         assert_eq!(Scale::of(&[(0.0, 1.0), (0.0, 2.0)]), None);
         assert_eq!(Scale::of(&[(1.0, 1.0)]), None);
     }

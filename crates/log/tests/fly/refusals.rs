@@ -1,5 +1,6 @@
 //! What `fly` refuses, each with its key, what was found and what is expected, in plain words.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Gains, HoverConfig, StickLimits, Trim};
 use hovernav::controls::Sticks;
 use hovernav_log::{FlyConfig, write_autopilot};
@@ -55,7 +56,7 @@ fn a_servo_that_ends_at_hover_trim_is_refused_and_one_that_ends_early_bounds_the
 
     let config = loaded("[servo.channels.pedal]\nmax_ms = 1.8\n", &hover()).unwrap();
     let limits = config.autopilot.unwrap().flown.unwrap().limits;
-    assert!((limits.highest.pedal - 0.6).abs() < 1e-9);
+    assert_abs_diff_eq!(limits.highest.pedal, 0.6, epsilon = 1e-9);
     let rest = Sticks { pedal: 1.0, ..limits.highest };
     assert_eq!(
         (rest, limits.lowest),

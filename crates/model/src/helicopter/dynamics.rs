@@ -354,6 +354,7 @@ fn fin_force<T: Real>(fin: &Fin, half_density: f64, along: T, across: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use proptest::prelude::*;
 
     fn main_disc() -> Disc {
@@ -387,7 +388,7 @@ mod tests {
         let disc = main_disc();
         let x: f64 = disc.axial_inflow(0.0357, 0.0);
         let coefficient = disc.slope * (0.0357 - 0.5 * x);
-        assert!((x - (0.5 * coefficient).sqrt()).abs() < 1e-15);
+        assert_abs_diff_eq!(x, (0.5 * coefficient).sqrt(), epsilon = 1e-15);
     }
 
     #[test]

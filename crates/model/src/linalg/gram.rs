@@ -27,12 +27,13 @@ pub fn add_gram(squares: &mut DMatrix<f64>, a: &DMatrix<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn blocks_add_up_to_the_whole() {
         for rows in [0, 1, BLOCK, 2 * BLOCK + 3] {
             let a = DMatrix::from_fn(rows, 3, |row, column| ((row * 7 + column * 5) % 11) as f64);
-            assert!((gram(&a) - a.tr_mul(&a)).amax() < 1e-9 * rows.max(1) as f64);
+            assert_abs_diff_eq!(gram(&a), a.tr_mul(&a), epsilon = 1e-9 * rows.max(1) as f64);
         }
     }
 }

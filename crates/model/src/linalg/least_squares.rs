@@ -70,6 +70,7 @@ fn solve(a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use nalgebra::dmatrix;
 
     #[test]
@@ -81,7 +82,7 @@ mod tests {
         let b = &a * &x + off;
         let found = least_squares(a.clone(), &b);
         let normal = (a.tr_mul(&a)).cholesky().unwrap().solve(&a.tr_mul(&b));
-        assert!((found - normal).amax() < 1e-12);
+        assert_abs_diff_eq!(found, normal, epsilon = 1e-12);
     }
 
     #[test]

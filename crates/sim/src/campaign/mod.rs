@@ -353,6 +353,7 @@ pub fn percentile(values: &[f64], share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use nalgebra::DMatrix;
 
     use hovernav::autopilot::Gains;
@@ -415,12 +416,16 @@ mod tests {
             let dry = without.flight(&without.draw(seed));
             assert_eq!(dry.events, Vec::new());
             let start_kg = flight.helicopter.mass_kg;
-            assert!((start_kg - dry.helicopter.mass_kg - (draw.fuel_kg - 0.2)).abs() < 1e-9);
+            assert_abs_diff_eq!(
+                start_kg - dry.helicopter.mass_kg,
+                draw.fuel_kg - 0.2,
+                epsilon = 1e-9
+            );
             let Some((end_s, FlightEvent::Mass(end_kg))) = flight.events.last() else {
                 panic!("it burns")
             };
             assert_eq!(*end_s, with.duration_s);
-            assert!((start_kg - end_kg - burnt_kg).abs() < 1e-9);
+            assert_abs_diff_eq!(start_kg - end_kg, burnt_kg, epsilon = 1e-9);
         }
         assert!(least >= burnt_kg && least < burnt_kg + 0.01 && most > 0.39 && most <= 0.4);
         let long = Campaign { duration_s: 3600.0, ..campaign() };
@@ -455,10 +460,11 @@ mod tests {
             .collect();
         let mean = |value: &dyn Fn(&[f64; 2]) -> f64| draws.iter().map(value).sum::<f64>() / 4000.0;
         let (one, other) = (mean(&|d| d[0] * d[0]).sqrt(), mean(&|d| d[1] * d[1]).sqrt());
-        assert!((one - 0.05).abs() < 0.003 && (other - 0.05).abs() < 0.003, "{one} {other}");
+        assert_abs_diff_eq!(one, 0.05, epsilon = 0.003);
+        assert_abs_diff_eq!(other, 0.05, epsilon = 0.003);
         // −0.45/(−10 · 20) over 0.05²: the signs of the values turn the correlation.
         let correlation = mean(&|d| d[0] * d[1]) / (one * other);
-        assert!((correlation - 0.9).abs() < 0.02, "{correlation}");
+        assert_abs_diff_eq!(correlation, 0.9, epsilon = 0.02);
     }
 
     #[test]

@@ -78,6 +78,7 @@ fn heading_rad(field: DVec3, tilt_rad: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_turned_field_shows_a_heading_off_by_as_much() {
@@ -85,7 +86,7 @@ mod tests {
             let field = DVec3::new(0.2, -0.1, 0.4);
             let turned = DQuat::from_axis_angle(down(tilt), -0.5) * field;
             let off = wrap_angle(heading_rad(turned, tilt) - heading_rad(field, tilt));
-            assert!((off - 0.5).abs() < 1e-12, "{off}");
+            assert_abs_diff_eq!(off, 0.5, epsilon = 1e-12);
         }
     }
 }

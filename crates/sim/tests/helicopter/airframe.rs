@@ -1,5 +1,6 @@
 //! What an airframe other than the one it was rigged for does, and one that something happens to.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
@@ -128,7 +129,7 @@ fn a_jammed_servo_stays_where_it_is() {
     vehicle.jam(9);
     vehicle.step(up, Vector::ZERO, 0.5);
     assert_eq!(vehicle.servos().collective, 0.0);
-    assert!((vehicle.servos().pedal - 0.3).abs() < 0.01);
+    assert_abs_diff_eq!(vehicle.servos().pedal, 0.3, epsilon = 0.01);
 }
 
 /// The gyro stands before the tail's servo: with that jammed nothing damps the heading but the air.

@@ -1,6 +1,7 @@
 //! How late the estimator's solution is against the motion, measured where the truth is known: what the design's
 //! default counts for it.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver};
 use hovernav::controls::Sticks;
 use hovernav::ekf::layout::Full;
@@ -116,12 +117,12 @@ fn the_design_counts_for_the_estimator_what_it_is_late_by() {
     let EstimatorLag { rate_s, attitude_s, velocity_s } = EstimatorLag::default();
     let [p, q, r, phi, theta, psi, u, v, w] = lags_s;
     for found in [p, q, r] {
-        assert!((found - rate_s).abs() < 1e-3, "{found}");
+        assert_abs_diff_eq!(found, rate_s, epsilon = 1e-3);
     }
     for found in [phi, theta, psi] {
-        assert!((found - attitude_s).abs() < 2e-3, "{found}");
+        assert_abs_diff_eq!(found, attitude_s, epsilon = 2e-3);
     }
-    assert!((w - velocity_s).abs() < 3e-3, "{w}");
+    assert_abs_diff_eq!(w, velocity_s, epsilon = 3e-3);
     // Attitude errors move horizontal velocities as slowly as manoeuvres do: these are known to some 15 ms.
     assert!([u, v].iter().all(|found| found.abs() < 40e-3), "{u} {v}");
 }

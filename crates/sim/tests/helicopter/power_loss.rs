@@ -1,5 +1,6 @@
 //! What becomes of a helicopter whose engine stops.
 
+use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
@@ -110,7 +111,8 @@ fn a_flight_in_autorotation_sinks_steadily() {
     let [early, late] = [35.0, 45.0].map(|at_s| sink_mps(&flight, at_s));
     let share = late / induced_mps(&HelicopterParameters::raptor60());
     println!("sink {early:.2} m/s, ten seconds later {late:.2}: {share:.2} induced velocities");
-    assert!((early - late).abs() < 0.5 && (1.5..2.2).contains(&share));
+    assert_abs_diff_eq!(early, late, epsilon = 0.5);
+    assert!((1.5..2.2).contains(&share));
 }
 
 #[test]
@@ -123,5 +125,5 @@ fn with_the_engine_running_the_rotor_stays_near_its_speed() {
         vehicle.step(Sticks { collective: 0.2, ..Sticks::NEUTRAL }, Vector::ZERO, 0.03);
     }
     let expected = 1.0 - 0.2 * config.engine.droop;
-    assert!((vehicle.rotor_speed() - expected).abs() < 1e-3, "{}", vehicle.rotor_speed());
+    assert_abs_diff_eq!(vehicle.rotor_speed(), expected, epsilon = 1e-3);
 }

@@ -271,6 +271,7 @@ fn kinematic([u, v, w, p, q, r, phi, theta]: [f64; 8]) -> [f64; 5] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_step_between_two_samples_keeps_its_time() {
@@ -278,9 +279,9 @@ mod tests {
         let controls = [(at(0.0), [0.0; 4]), (at(1.01), [0.1, 0.2, 0.0, -0.1])];
         let held = |from_s: f64| held_mean(&controls, at(from_s), 0.03);
         assert_eq!(held(0.5), [0.0; 4]);
-        assert!((held(1.0)[1] - 0.2 * 2.0 / 3.0).abs() < 1e-9);
-        assert!((held(1.02)[3] + 0.1).abs() < 1e-12);
-        assert!((held(7.0)[0] - 0.1).abs() < 1e-12);
+        assert_abs_diff_eq!(held(1.0)[1], 0.2 * 2.0 / 3.0, epsilon = 1e-9);
+        assert_abs_diff_eq!(held(1.02)[3], -0.1, epsilon = 1e-12);
+        assert_abs_diff_eq!(held(7.0)[0], 0.1, epsilon = 1e-12);
         // Before the first record the sticks stand as it says.
         assert_eq!(held(-1.0), [0.0; 4]);
     }

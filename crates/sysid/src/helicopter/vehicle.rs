@@ -242,6 +242,7 @@ fn nearest(poles: &[Complex<f64>], to: Complex<f64>) -> Complex<f64> {
 
 #[cfg(test)]
 mod tests {
+    use approx::assert_abs_diff_eq;
     use nalgebra::DMatrix;
 
     use super::*;
@@ -282,9 +283,13 @@ mod tests {
         let poles = found.poles().expect("one number");
         assert_eq!(poles.len(), 1);
         assert!((poles[0].value.re - damping.value).abs() < 1e-9, "{poles:?}");
-        assert!((poles[0].covariance[(0, 0)].sqrt() / damping.bound - 1.0).abs() < 1e-6);
+        assert_abs_diff_eq!(
+            poles[0].covariance[(0, 0)].sqrt() / damping.bound,
+            1.0,
+            epsilon = 1e-6
+        );
         let [low, high] = poles[0].region_95(61)[..] else { panic!("an interval") };
-        assert!(((high - low).re / (2.0 * 1.96 * damping.bound) - 1.0).abs() < 1e-3);
+        assert_abs_diff_eq!((high - low).re / (2.0 * 1.96 * damping.bound), 1.0, epsilon = 1e-3);
         assert!(low.re < -4.0 && -4.0 < high.re, "{low} to {high}");
     }
 
@@ -340,7 +345,7 @@ mod tests {
         for at in pole.region_95(31) {
             let off = nalgebra::Vector2::new(at.re + 1.0, at.im - 2.0);
             let distance = (off.transpose() * inverse * off)[(0, 0)];
-            assert!((distance - 5.991).abs() < 1e-6, "{distance}");
+            assert_abs_diff_eq!(distance, 5.991, epsilon = 1e-6);
         }
     }
 }

@@ -95,6 +95,7 @@ const LONGEST_S: f64 = 60.0;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn the_drive_keeps_the_error_at_its_size() {
@@ -103,6 +104,6 @@ mod tests {
         let kept = f64::exp(-period_s / error.time_s);
         let step = error.drive(period_s) * error.time_s * (1.0 - kept);
         let variance = (0..10_000).fold(0.0, |variance, _| kept * kept * variance + step * step);
-        assert!((variance.sqrt() / 0.05 - 1.0).abs() < 1e-9);
+        assert_abs_diff_eq!(variance.sqrt() / 0.05, 1.0, epsilon = 1e-9);
     }
 }

@@ -150,6 +150,7 @@ fn step(at: &Quadratic, free: &[usize], damping: f64) -> Option<DVector<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     /// Rosenbrock's valley as least squares: residuals 10 (y − x²) and 1 − x.
     struct Valley;
@@ -178,7 +179,8 @@ mod tests {
         let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
         let found = minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &FREE, limits).unwrap();
         assert!(found.converged && found.iterations < 40, "{}", found.iterations);
-        assert!((found.theta[0] - 1.0).abs() < 1e-8 && (found.theta[1] - 1.0).abs() < 1e-8);
+        assert_abs_diff_eq!(found.theta[0], 1.0, epsilon = 1e-8);
+        assert_abs_diff_eq!(found.theta[1], 1.0, epsilon = 1e-8);
     }
 
     #[test]
@@ -189,6 +191,6 @@ mod tests {
                 .unwrap();
         assert_eq!(found.theta[0], 0.5);
         assert_eq!(found.on_bound, [true, false]);
-        assert!((found.theta[1] - 0.25).abs() < 1e-8);
+        assert_abs_diff_eq!(found.theta[1], 0.25, epsilon = 1e-8);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use approx::assert_abs_diff_eq;
 use nalgebra::DMatrix;
 
 use super::problem::Problem;
@@ -50,7 +51,11 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
         own: RefCell::new(Problem::guesses(structure, &records)),
     };
     let at = problem.quadratic(&theta).expect("a predictor");
-    assert!((at.cost - problem.cost(&theta).expect("a cost")).abs() < 1e-8 * at.cost.abs());
+    assert_abs_diff_eq!(
+        at.cost,
+        problem.cost(&theta).expect("a cost"),
+        epsilon = 1e-8 * at.cost.abs()
+    );
     for index in 0..theta.len() {
         let step = 1e-4 * theta[index].abs().max(0.1);
         let at_offset = |offset: f64| {
@@ -132,6 +137,6 @@ fn what_is_expected_holds_a_parameter_that_the_flight_does_not_know() {
     let still = Experiment::new("still", 0.03, names.0, names.1, inputs, outputs).expect("finite");
     let found = identify(&structure, &[still], &Settings::innovations(vec![1.0])).expect("found");
     let gain = found.estimates.get("k").expect("it has one");
-    assert!((gain.value - 2.5).abs() < 1e-3, "{}", gain.value);
-    assert!((gain.bound / 0.2 - 1.0).abs() < 1e-3, "{}", gain.bound);
+    assert_abs_diff_eq!(gain.value, 2.5, epsilon = 1e-3);
+    assert_abs_diff_eq!(gain.bound / 0.2, 1.0, epsilon = 1e-3);
 }

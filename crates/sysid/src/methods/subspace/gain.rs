@@ -75,6 +75,7 @@ fn steady_gain(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
     use nalgebra::dmatrix;
 
     #[test]
@@ -82,7 +83,7 @@ mod tests {
         let one = dmatrix![1.0];
         let gain = steady_gain(&one, &one, &one, &dmatrix![0.0], &one).unwrap();
         // P = (1 + √5)/2, K = P/(P + 1).
-        assert!((gain[0] - (5_f64.sqrt() - 1.0) / 2.0).abs() < 1e-12);
+        assert_abs_diff_eq!(gain[0], (5_f64.sqrt() - 1.0) / 2.0, epsilon = 1e-12);
     }
 
     #[test]
@@ -95,6 +96,6 @@ mod tests {
             &dmatrix![2.0],
             &dmatrix![1.0],
         );
-        assert!((gain.unwrap()[0] - 2.0).abs() < 1e-12);
+        assert_abs_diff_eq!(gain.unwrap()[0], 2.0, epsilon = 1e-12);
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use approx::assert_abs_diff_eq;
 use hovernav_model::{LinearModel, TimeDomain};
 use nalgebra::dmatrix;
 use rand_chacha::ChaCha8Rng;
@@ -99,7 +100,7 @@ fn theil_tells_an_offset_from_a_size_from_the_rest() {
     assert!(theil(&wave, &larger).variance > 0.99);
     assert!(theil(&wave, &late).covariance > 0.99);
     let opposite: Vec<f64> = wave.iter().map(|value| -value).collect();
-    assert!((theil(&wave, &opposite).coefficient - 1.0).abs() < 1e-12);
+    assert_abs_diff_eq!(theil(&wave, &opposite).coefficient, 1.0, epsilon = 1e-12);
     assert_eq!(theil(&wave, &wave).coefficient, 0.0);
 }
 

@@ -79,6 +79,7 @@ fn polynomial(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use approx::assert_abs_diff_eq;
 
     #[test]
     fn a_quartic_is_reproduced_and_a_quick_reversal_is_not() {
@@ -87,7 +88,7 @@ mod tests {
         let values: Vec<f64> = times.iter().map(|&t| quartic(t)).collect();
         let smooth = polynomial_velocity(&times, &values, &[0.0, 3.3, 11.9, 12.1, 24.0]).unwrap();
         for (value, t) in smooth.iter().zip([0.0, 3.3, 11.9, 12.1, 24.0]) {
-            assert!((value - quartic(t)).abs() < 1e-9);
+            assert_abs_diff_eq!(*value, quartic(t), epsilon = 1e-9);
         }
         let doublet: Vec<f64> =
             times.iter().map(|&t| if (t - 6.0).abs() < 1.5 { 1.0 } else { 0.0 }).collect();
