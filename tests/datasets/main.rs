@@ -8,3 +8,5 @@ mod reading;
 mod samples_in_file;
 mod scoring;
 mod setup_check;
+mod setup_garbage;
+mod setup_velocity;

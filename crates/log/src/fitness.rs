@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::axes::Reading;
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use crate::finding::{AIDS, SetupFinding};
-use crate::plausibility::denied_aid;
+use crate::finding::{AIDS, Sensor, SetupFinding};
+use crate::plausibility::{Unmeasured, denied_aid};
 use crate::replay::Run;
 use hovernav::ekf::{Aid, EstimatorConfig};
 
@@ -44,10 +44,18 @@ impl Dataset {
     }
 
     /// Leaves the aids of these findings out, as if the log had none of them, unless the manifest's `[aiding]` says
-    /// `true` of one. What was left out is given back, in words that say so.
+    /// `true` of one. A finding of [`Sensor::GpsVelocity`] leaves out velocities of exactly 0 from fixes that move.
+    /// Returns the findings that were applied, marked as not used.
     pub fn leave_out(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
         let mut left_out = Vec::new();
         for mut finding in denied {
+            if finding.sensor == Sensor::GpsVelocity {
+                let Some(zeros) = Unmeasured::of(&self.fixes) else { continue };
+                zeros.take_out(&mut self.fixes);
+                finding.found = format!("not used: {}", finding.found);
+                left_out.push(finding);
+                continue;
+            }
             let of_finding = AIDS.iter().find(|(_, sensor, _)| *sensor == finding.sensor);
             let Some((aid, _, key)) = of_finding else { continue };
             if self.manifest.aiding.get(*key).and_then(toml::Value::as_bool) == Some(true) {

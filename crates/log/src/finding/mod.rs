@@ -87,10 +87,11 @@ impl fmt::Display for SetupFinding {
 }
 
 impl SetupFinding {
-    /// Whether the estimator can do without whose it is: an aid.
+    /// Whether the estimator can do without whose it is: an aid, or the receiver's velocity.
     #[must_use]
     pub fn can_be_left_out(&self) -> bool {
-        AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
+        self.sensor == Sensor::GpsVelocity
+            || AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
     }
 
     /// The finding over a log from `start_s` to `end_s`.

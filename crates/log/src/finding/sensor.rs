@@ -16,6 +16,8 @@ pub enum Sensor {
     UnitHeading,
     /// The receiver of the fixes.
     Gps,
+    /// The receiver's velocity, where the set-up of it cannot be.
+    GpsVelocity,
     /// A magnetometer, in the inertial unit or apart from it.
     Magnetometer,
     /// A barometer.
@@ -41,6 +43,7 @@ impl Sensor {
             Self::UnitAttitude => "unit's own attitude",
             Self::UnitHeading => "unit's own heading",
             Self::Gps => "gps",
+            Self::GpsVelocity => "gps velocity",
             Self::Magnetometer => "magnetometer",
             Self::Barometer => "barometer",
             Self::Rangefinder => "rangefinder",

@@ -5,16 +5,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use hovernav::frames::wrap_angle;
 use hovernav::gps::Fix;
 
+use super::pairs::pairs;
 use super::regression::{Fit, fit};
 use crate::finding::{Sensor, SetupFinding};
 
 /// Over how long a displacement is taken, s.
 const HORIZONTAL_S: f64 = 4.0;
 const VERTICAL_S: f64 = 8.0;
-/// Velocities that change less than this, m/s rms, tell nothing; nor does one of two axes that changes less than such a
-/// share of both by itself, for what is off in one of them shows in the other.
+/// Velocities that change less than this, m/s rms, tell nothing.
 const LEAST_MPS: f64 = 0.4;
-const ALONE: f64 = 0.15;
 /// So much of the displacements has to be explained before anything is concluded.
 const EXPLAINED: f64 = 0.6;
 /// A velocity that is turned against what the places do by the sine of more than this is one of another moment.
@@ -25,8 +24,9 @@ const SMALLER: f64 = 0.75;
 const LEAST_SCALE: f64 = 0.6;
 /// Courses closer than this, rad (12°), are the same: a place's scale depends on its latitude, which may be a wrong one.
 const ALIKE_RAD: f64 = 0.2;
-/// Heights, m, between which helicopters and drones fly.
+/// Heights, m, between which helicopters and drones fly; and the share of the fixes outside that is no set-up yet.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
+const OUTSIDE: f64 = 0.3;
 
 /// Velocity units by their size in m/s.
 const UNITS: [(f64, &str); 6] = [
@@ -52,7 +52,11 @@ pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     if found.len() == known {
         epochs(fixes, found);
     }
-    if let Some(fix) = fixes.iter().find(|fix| !HEIGHTS_M.contains(&fix.position.height_m)) {
+    let is_outside = |fix: &&Fix| !HEIGHTS_M.contains(&fix.position.height_m);
+    let outside = fixes.iter().filter(is_outside).count();
+    if outside as f64 > OUTSIDE * fixes.len() as f64
+        && let Some(fix) = fixes.iter().find(is_outside)
+    {
         found.push(gps(
             false,
             format!(
@@ -72,50 +76,10 @@ fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding
     SetupFinding { sensor: Sensor::Gps, is_certain, found, cause: cause.into(), mend: mend.into() }
 }
 
-/// Mean velocity and displacement rate, NED, of the axes from `from_axis` on, over parts of about `length_s`; of
-/// velocities as `velocity` takes them from a fix.
-fn pairs<const D: usize>(
-    fixes: &[Fix],
-    length_s: f64,
-    from_axis: usize,
-    velocity: impl Fn(&Fix) -> Option<[f64; D]>,
-) -> Vec<([f64; D], [f64; D])> {
-    let mut pairs = Vec::new();
-    let mut first = 0;
-    while first < fixes.len() {
-        let start = &fixes[first];
-        let count =
-            fixes[first..].iter().take_while(|fix| fix.time - start.time < length_s).count();
-        let last = first + count;
-        if let Some(end) = fixes.get(last).filter(|end| end.time - start.time < 2.0 * length_s) {
-            let over_s = end.time - start.time;
-            let mut mean = [0.0; D];
-            let mut is_known = true;
-            for pair in fixes[first..=last].windows(2) {
-                let (Some(a), Some(b)) = (velocity(&pair[0]), velocity(&pair[1])) else {
-                    is_known = false;
-                    break;
-                };
-                let share = 0.5 * (pair[1].time - pair[0].time) / over_s;
-                for ((mean, a), b) in mean.iter_mut().zip(a).zip(b) {
-                    *mean += share * (a + b);
-                }
-            }
-            if is_known {
-                let moved = end.position.displacement_from(&start.position).to_array();
-                pairs.push((mean, std::array::from_fn(|axis| moved[from_axis + axis] / over_s)));
-            }
-        }
-        first = last.max(first + 1);
-    }
-    pairs
-}
-
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     // Receivers that tell speed and course tell no vertical velocity.
     let pairs = pairs(fixes, HORIZONTAL_S, 0, |fix| fix.horizontal_velocity_mps);
-    let least_mps = LEAST_MPS.max(ALONE * spread(&pairs));
-    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, least_mps) else {
+    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
         straight(&pairs, found);
         return;
     };
@@ -155,18 +119,6 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         let cause = "coordinates or velocity of a wrong unit";
         found.push(gps(false, sizes, cause, "expected degrees and m/s"));
     }
-}
-
-/// By how much level velocities change, rms, in the unit in which they are told.
-fn spread(pairs: &[([f64; 2], [f64; 2])]) -> f64 {
-    let count = pairs.len() as f64;
-    (0..2)
-        .map(|axis| {
-            let mean = pairs.iter().map(|(told, _)| told[axis]).sum::<f64>() / count;
-            pairs.iter().map(|(told, _)| (told[axis] - mean).powi(2)).sum::<f64>() / count
-        })
-        .sum::<f64>()
-        .sqrt()
 }
 
 /// A vehicle that only goes to and fro on one line, of which north and east cannot be told apart: its speed, and where

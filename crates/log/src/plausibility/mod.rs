@@ -12,7 +12,9 @@ mod field_turning;
 mod fixes;
 mod gravity;
 mod magnetic;
+mod pairs;
 mod regression;
+mod unmeasured;
 
 use std::path::Path;
 
@@ -31,6 +33,7 @@ use magnetic::Field;
 
 pub use alternatives::{alternative, denied_aid};
 pub(crate) use regression::Scale;
+pub(crate) use unmeasured::Unmeasured;
 
 impl Dataset {
     /// What of this log's set-up cannot be, the certain first: see [`SetupFinding`]. Reads no
@@ -76,16 +79,19 @@ impl SetupLook {
             apart.for_each(|(_, field_gauss)| self.field.push(field_gauss.to_array()));
         }
         let up = self.gravity.up();
+        let unmeasured = Unmeasured::of(&dataset.fixes);
+        let fixes = Unmeasured::without(unmeasured.as_ref(), &dataset.fixes);
         let mut found = Vec::new();
         clocks::check(dataset, &mut found);
-        self.gravity.check(&dataset.fixes, &mut found);
+        self.gravity.check(&fixes, &mut found);
         if !self.turning.check(&mut found) {
             self.tilting.check(&mut found);
         }
         if found.is_empty() {
             self.field_turning.check(&dataset.magnetometer, &mut found);
         }
-        fixes::check(&dataset.fixes, &mut found);
+        fixes::check(&fixes, &mut found);
+        found.extend(unmeasured.map(|zeros| zeros.finding(&dataset.fixes)));
         barometer::check(dataset, &mut found);
         self.field.check(dataset, up, &mut found);
         found.sort_by_key(|finding| !finding.is_certain);

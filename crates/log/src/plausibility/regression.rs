@@ -1,5 +1,7 @@
 //! Which matrix, or which number, takes what was measured to what it should have been.
 
+use crate::statistics::quantile;
+
 /// Least squares of `M x + b = y`, gathered pair by pair.
 #[derive(Clone, Debug)]
 pub(super) struct Regression<const D: usize> {
@@ -46,6 +48,11 @@ impl<const D: usize> Regression<D> {
             }
             self.yy[i] += old_y[i] * (y[i] - self.mean_y[i]);
         }
+    }
+
+    /// Root of the mean square of the measured components about their means, of all together.
+    fn spread(&self) -> f64 {
+        ((0..D).map(|i| self.xx[i][i]).sum::<f64>() / self.count).sqrt()
     }
 
     /// The fit; `None` of too few pairs, or where a measured component does not move by `least`, rms, by itself: of what
@@ -118,30 +125,87 @@ const LEAST: f64 = 12.0;
 const LEAST_EACH: f64 = 4.0;
 /// Share of the pairs that a [`fit`] leaves out.
 const TRIMMED: f64 = 0.2;
+/// Smallest share of the spread of all components that one of them has by itself: an error in one of two components
+/// shows in the other.
+const ALONE: f64 = 0.15;
+/// Rounds in which the pairs that follow the fit are chosen.
+const ROUNDS: usize = 6;
+/// A pair follows the fit within this number of median residuals, or within this share of its own size.
+const NEAR: f64 = 4.0;
+const SHARE: f64 = 0.3;
+/// A pair moves where its size exceeds this number of median residuals.
+const MOVES: f64 = 3.0;
+/// Share and number of the moving pairs that have to follow the fit.
+const FOLLOWED: f64 = 0.5;
+const LEAST_MOVING: usize = 3;
 
-/// The fit of pairs `(x, y)` without the fifth of them that it explains least well: a receiver that jumps or stands
-/// still for some seconds is no wrong unit. `None` as of [`Regression::fit`].
+/// Fit that most of the moving pairs `(x, y)` follow, each with one vote however large it is; without the fifth of
+/// the pairs with the largest residuals. A receiver that jumps, freezes or gives garbage for a minute is no wrong
+/// unit. Nothing is `explained` where fewer of the moving pairs follow. `None` as of [`Regression::fit`].
 pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
-    let of = |pairs: &mut dyn Iterator<Item = &([f64; D], [f64; D])>| {
-        let mut regression = Regression::NONE;
-        for &(x, y) in pairs {
-            regression.push(x, y);
-        }
+    let whole = Regression::of(pairs);
+    whole.fit(least.max(ALONE * whole.spread()))?;
+    let (mut chosen, mut judged) = (whole, Vec::new());
+    for _ in 0..ROUNDS {
+        judged = chosen.judge(pairs)?;
+        let following = pairs.iter().zip(&judged).filter(|(_, judged)| judged.follows);
+        chosen = Regression::of(following.map(|(pair, _)| pair));
+    }
+    let mut kept: Vec<_> = pairs.iter().zip(&judged).collect();
+    kept.sort_by(|a, b| a.1.residual.total_cmp(&b.1.residual));
+    kept.truncate(kept.len() - (TRIMMED * kept.len() as f64) as usize);
+    let following = kept.iter().filter(|(_, judged)| judged.follows);
+    let kept = Regression::of(following.map(|(pair, _)| *pair));
+    let mut fit = kept.fit_of_any(least.max(ALONE * kept.spread()))?;
+    let moving = judged.iter().filter(|judged| judged.moves);
+    let [count, follow] = moving
+        .fold([0; 2], |[count, follow], judged| [count + 1, follow + usize::from(judged.follows)]);
+    if count < LEAST_MOVING || (follow as f64) < FOLLOWED * count as f64 {
+        fit.explained = [0.0; D];
+    }
+    Some(fit)
+}
+
+fn size<const D: usize>(vector: &[f64; D]) -> f64 {
+    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+/// One pair against a fit.
+struct Against {
+    residual: f64,
+    follows: bool,
+    moves: bool,
+}
+
+impl<const D: usize> Regression<D> {
+    fn of<'a>(pairs: impl IntoIterator<Item = &'a ([f64; D], [f64; D])>) -> Self {
+        let mut regression = Self::NONE;
+        pairs.into_iter().for_each(|&(x, y)| regression.push(x, y));
         regression
-    };
-    let whole = of(&mut pairs.iter());
-    let Fit { matrix, .. } = whole.fit(least)?;
-    let left = |&(x, y): &([f64; D], [f64; D])| -> f64 {
-        let off = |row: usize| {
-            let model: f64 = (0..D).map(|i| matrix[row][i] * (x[i] - whole.mean_x[i])).sum();
-            y[row] - whole.mean_y[row] - model
+    }
+
+    /// The `pairs` against the fit of this; `None` where a measured component does not move.
+    fn judge(&self, pairs: &[([f64; D], [f64; D])]) -> Option<Vec<Against>> {
+        let Fit { matrix, .. } = self.fit_of_any(0.0)?;
+        // Residual, and the larger of the measured and the explained displacement.
+        let sizes = pairs.iter().map(|(x, y)| {
+            let moved: [f64; D] = std::array::from_fn(|row| y[row] - self.mean_y[row]);
+            let model: [f64; D] = std::array::from_fn(|row| {
+                (0..D).map(|i| matrix[row][i] * (x[i] - self.mean_x[i])).sum()
+            });
+            let residual = size(&std::array::from_fn::<f64, D, _>(|row| moved[row] - model[row]));
+            (residual, size(&moved).max(size(&model)))
+        });
+        let sizes: Vec<(f64, f64)> = sizes.collect();
+        let mut residuals: Vec<f64> = sizes.iter().map(|(residual, _)| *residual).collect();
+        let usual = quantile(&mut residuals, 0.5)?;
+        let against = |&(residual, size): &(f64, f64)| Against {
+            residual,
+            follows: residual <= (NEAR * usual).max(SHARE * size),
+            moves: size > MOVES * usual,
         };
-        (0..D).map(|row| off(row).powi(2)).sum()
-    };
-    let mut ordered: Vec<_> = pairs.iter().collect();
-    ordered.sort_by(|a, b| left(a).total_cmp(&left(b)));
-    let kept = ordered.len() - (TRIMMED * ordered.len() as f64) as usize;
-    of(&mut ordered[..kept].iter().copied()).fit_of_any(least)
+        Some(sizes.iter().map(against).collect())
+    }
 }
 
 #[cfg(test)]
