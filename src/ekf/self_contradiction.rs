@@ -12,47 +12,9 @@ use crate::gps::Fix;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Readings as often as they come, and a second apart: what drifts like a true motion from one to the next does not from
-/// second to second.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SelfContradiction<T> {
-    each: Comparison<T>,
-    by_second: Comparison<T>,
-}
-
-impl<T: Scalar> SelfContradiction<T> {
-    /// Nothing seen yet.
-    pub const NONE: Self = Self { each: Comparison::NONE, by_second: Comparison::NONE };
-
-    /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
-    pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
-        self.each.add(felt_mps, whole);
-        self.by_second.add(felt_mps, whole);
-    }
-
-    /// Whether the last fixes have contradicted each other, or a velocity has jumped and not come back: they reset nothing.
-    pub fn is_suspected(&self) -> bool {
-        self.each.is_suspected() || self.by_second.is_suspected()
-    }
-
-    /// Whether they have done so more than once: they are not taken in.
-    pub fn is_proven(&self) -> bool {
-        self.each.contradictions >= REFUSED || self.by_second.contradictions >= REFUSED
-    }
-
-    /// Takes in a fix; `own_mps` is the filter's velocity.
-    ///
-    /// # Source
-    /// Equation (K15) of docs/equations.md.
-    pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected) {
-        self.each.push(fix, own_mps, expected, 0.0);
-        self.by_second.push(fix, own_mps, expected, SECOND_S);
-    }
-}
-
 /// What successive fixes have in common that the motion between them does not explain.
 #[derive(Clone, Copy, Debug)]
-struct Comparison<T> {
+pub(super) struct SelfContradiction<T> {
     last: Option<Reading>,
     /// Change of velocity by specific force since the last fix.
     felt_mps: Vector<Ned, T>,
@@ -65,6 +27,8 @@ struct Comparison<T> {
     contradictions: u8,
     /// By how much velocity has jumped and not come back, m/s, the most of it, and since when.
     jump_mps: [f32; 3],
+    /// What was left of the last change of velocity, m/s.
+    left_mps: [f32; 3],
     farthest_mps: f32,
     jumped: Time,
 }
@@ -106,10 +70,8 @@ impl Unexplained {
     }
 }
 
-/// Fixes a second apart are no closer than this, s.
-const SECOND_S: f64 = 0.8;
-/// Fixes closer than this, s, are not compared.
-const LEAST_S: f64 = 0.02;
+/// Fixes closer than this, s, are not compared: what drifts like a true motion from one to the next is not told from it.
+const LEAST_S: f64 = 0.8;
 /// Nor those further apart than this, s.
 const LONGEST_S: f64 = 2.5;
 /// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
@@ -134,8 +96,9 @@ const REFUSED: u8 = 2;
 /// The count goes no further than this.
 const MOST: u8 = 3;
 
-impl<T: Scalar> Comparison<T> {
-    const NONE: Self = Self {
+impl<T: Scalar> SelfContradiction<T> {
+    /// Nothing seen yet.
+    pub const NONE: Self = Self {
         last: None,
         felt_mps: Vector::ZERO,
         in_part: false,
@@ -143,21 +106,32 @@ impl<T: Scalar> Comparison<T> {
         agility_mps2: [0.0; 2],
         contradictions: 0,
         jump_mps: [0.0; 3],
+        left_mps: [0.0; 3],
         farthest_mps: 0.0,
         jumped: Time::ZERO,
     };
 
-    fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
+    /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
+    pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
         self.felt_mps += felt_mps;
         self.in_part |= !whole;
     }
 
-    fn is_suspected(&self) -> bool {
+    /// Whether the last fixes have contradicted each other, or a velocity has jumped and not come back: they reset nothing.
+    pub fn is_suspected(&self) -> bool {
         self.contradictions > 0 || self.farthest_mps > 0.0
     }
 
-    /// Takes in a fix that comes at least `least_s` after the last one that was compared.
-    fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected, least_s: f64) {
+    /// Whether they have done so more than once: they are not taken in.
+    pub const fn is_proven(&self) -> bool {
+        self.contradictions >= REFUSED
+    }
+
+    /// Takes in a fix; `own_mps` is the filter's velocity.
+    ///
+    /// # Source
+    /// Equation (K15) of docs/equations.md.
+    pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected) {
         let reading =
             Reading { time: fix.time, position: fix.position, velocity_mps: fix.velocity_mps() };
         let Some(before) = self.last else {
@@ -165,7 +139,7 @@ impl<T: Scalar> Comparison<T> {
             return;
         };
         let interval_s = reading.time - before.time;
-        if (0.0..least_s).contains(&interval_s) {
+        if (0.0..LEAST_S).contains(&interval_s) {
             return;
         }
         let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
@@ -193,9 +167,8 @@ impl<T: Scalar> Comparison<T> {
         let change = velocities.filter(|_| !in_part).map(|(from, to)| to - from);
         let is_denied =
             change.is_some_and(|change| is_denied(change, felt_mps, interval_s, expected));
-        let goes_on = dot(unexplained.velocity_mps, self.unexplained.velocity_mps) > 0.0;
         let left_mps = change.map_or(Vector::ZERO, |change| change - moved_mps);
-        self.judge_jump(reading.time, left_mps, is_denied, goes_on);
+        self.judge_jump(reading.time, left_mps, is_denied);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             (self.contradictions + 1).min(MOST)
@@ -222,20 +195,27 @@ impl<T: Scalar> Comparison<T> {
         }
     }
 
-    /// Notes a change of velocity that was not felt, and whether no attitude explains it. One that `goes_on` to the same
-    /// side is no jump: a bias that has stepped, or a level that is lost.
-    fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_denied: bool, goes_on: bool) {
+    /// Notes a change of velocity that was not felt, and whether no attitude explains it. One that goes on as it was
+    /// is no jump: a bias that has stepped, or a level that is lost.
+    fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_denied: bool) {
+        let left = left.to_array().map(|left| left as f32);
+        let before = core::mem::replace(&mut self.left_mps, left);
         if self.farthest_mps == 0.0 {
             if !is_denied {
                 return;
             }
             self.jumped = time;
         }
-        for (sum, left) in self.jump_mps.iter_mut().zip(left.to_array()) {
-            *sum += left as f32;
+        let mut differs = [0.0; 3];
+        let parts = self.jump_mps.iter_mut().zip(&mut differs).zip(left.into_iter().zip(before));
+        for ((sum, differs), (left, before)) in parts {
+            *sum += left;
+            *differs = left - before;
         }
-        let size_mps = libm::sqrtf(dot(self.jump_mps, self.jump_mps));
+        let size_mps = length(self.jump_mps);
         self.farthest_mps = self.farthest_mps.max(size_mps);
+        let goes_on =
+            length(before) > AGREEMENT_MPS as f32 && length(differs) < 0.5 * length(before);
         let is_back = size_mps <= 0.5 * self.farthest_mps;
         if goes_on || is_back || time - self.jumped >= JUMPED_S {
             (self.jump_mps, self.farthest_mps) = ([0.0; 3], 0.0);
@@ -259,8 +239,8 @@ fn is_denied(
     libm::fabs(asked_mps - felt_mps) > usual_mps
 }
 
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a.into_iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+fn length([x, y, z]: [f32; 3]) -> f32 {
+    libm::sqrtf(x * x + y * y + z * z)
 }
 
 /// What is left of a change of velocity less the one that was felt, m/s, where motion of late explains `agility_mps`, level
@@ -318,7 +298,7 @@ mod tests {
                 };
                 watch.add(felt_mps.into(), true);
                 watch.push(&fix, Vector::ZERO, &EXPECTED);
-                watch.each.contradictions
+                watch.contradictions
             })
             .collect()
     }
@@ -364,7 +344,7 @@ mod tests {
                 start.displaced(Vector::new(0.0, 0.0, height_m)),
             );
             watch.push(&fix, Vector::ZERO, &EXPECTED);
-            *count = watch.each.contradictions;
+            *count = watch.contradictions;
         }
         assert_eq!(seen, [0, 0, 1, 2, 3]);
     }

@@ -132,8 +132,10 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
             let config = dataset.settings().unwrap();
             let run = dataset.estimate(&config, |_| {});
             let found = dataset.findings(&run);
-            let told =
-                found.iter().find(|finding| finding.kind == FindingKind::TimeOffset).unwrap();
+            let told = found
+                .iter()
+                .find(|finding| finding.kind == FindingKind::TimeOffset)
+                .unwrap_or_else(|| panic!("{name}, {late_s} s: {found:#?}"));
             let (_, latency) = told.words.split_once("latency_s = ").unwrap();
             let off_s = latency.parse::<f64>().unwrap() - late_s - own_s;
             assert!(off_s.abs() < 0.1, "{name}, {late_s} s: {}", told.words);
