@@ -26,7 +26,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         self.take_base(other);
         self.samples = other.samples;
-        self.own = other.own;
+        self.own.gps_learned = other.own.gps_learned;
         self.gates = other.gates;
     }
 

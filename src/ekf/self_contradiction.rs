@@ -76,9 +76,9 @@ const LEAST_S: f64 = 0.8;
 const LONGEST_S: f64 = 2.5;
 /// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
 const AGREEMENT_MPS: f64 = 1.0;
-/// What was felt of late, whatever the heading and the delay of the fixes, explains a level change of velocity of up to so
-/// many times its length.
-const ANY_HEADING: f64 = 2.0;
+/// What was felt of late explains, whatever the heading and the delay of the fixes, a change of velocity of up to so many
+/// times its length.
+const EXPLAINS: f64 = 2.0;
 /// What was felt counts as of late for about so long, s.
 const AGILE_S: f64 = 3.0;
 /// Share of a change of velocity that times which do not agree leave.
@@ -251,8 +251,8 @@ fn unexplained_velocity(
     expected: &Expected,
 ) -> [f32; 3] {
     let [sigma, _, sigma_down] = expected.velocity_mps;
-    let level = AGREEMENT_MPS + SIGMAS * sigma + ANY_HEADING * level_mps;
-    beyond(left.to_array(), level, AGREEMENT_MPS + SIGMAS * sigma_down + vertical_mps)
+    let usual = |sigma: f64, moved: f64| AGREEMENT_MPS + SIGMAS * sigma + EXPLAINS * moved;
+    beyond(left.to_array(), usual(sigma, level_mps), usual(sigma_down, vertical_mps))
 }
 
 /// What of a change of position the velocities do not explain, m, where they may have led elsewhere by `meanwhile_m`.

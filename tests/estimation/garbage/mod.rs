@@ -89,7 +89,6 @@ fn assert_met(flown: &[Flown], goals: &[&Goal]) {
 }
 
 #[test]
-#[ignore = "the filter does not reject garbage yet"]
 fn garbage_does_not_have_the_log_refused() {
     assert_met(sample(), &[&REFUSED]);
 }
@@ -100,25 +99,23 @@ fn garbage_does_not_make_the_filter_diverge() {
 }
 
 #[test]
-#[ignore = "the filter does not reject garbage yet"]
 fn a_barometer_holds_height_and_vertical_velocity_while_the_receiver_gives_garbage() {
     assert_met(sample(), &[&HEIGHT]);
 }
 
 #[test]
-#[ignore = "the filter does not reject garbage yet"]
+#[ignore = "two of eight flights: garbage of 15 m at 5 Hz is found too late"]
 fn velocity_stays_inside_three_sigma_while_the_receiver_gives_garbage() {
     assert_met(sample(), &[&INSIDE]);
 }
 
 #[test]
-#[ignore = "the filter does not reject garbage yet"]
+#[ignore = "two of eight flights: garbage of 15 m at 5 Hz is found too late"]
 fn five_seconds_after_garbage_the_filter_is_as_good_as_without() {
     assert_met(sample(), &[&NORMAL]);
 }
 
 #[test]
-#[ignore = "the filter does not reject garbage yet"]
 fn garbage_drives_no_bias_beyond_a_tenth_of_full_scale() {
     assert_met(sample(), &[&BIAS]);
 }
