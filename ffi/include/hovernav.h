@@ -60,7 +60,7 @@
 
 // Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
 // much it is in this one.
-#define HOVERNAV_SIZE 54272
+#define HOVERNAV_SIZE 56320
 
 // The same where the library was built without heading-search.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672

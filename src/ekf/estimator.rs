@@ -43,8 +43,8 @@ use lost_level::Level;
 /// | estimator | bytes |
 /// |---|---|
 /// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 16 000 |
-/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 42 100 |
-/// | `Estimator<Full, 28, f32>`, in single precision | at most 29 500 |
+/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 42 010 |
+/// | `Estimator<Full, 28, f32>`, in single precision | at most 28 700 |
 /// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 000 |
 ///
 /// and its calls at most 8 kB of stack.
