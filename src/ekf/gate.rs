@@ -10,8 +10,10 @@
 //! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of
 //!   innovations that were too large already: the filter is lost. It is reopened as soon as
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three fixes were refused.
-//! - Velocities changed as no vehicle with the accelerations felt can: the sensor is at fault. Nothing of it reopens
-//!   the filter until the velocities have come back, for at most 15 s.
+//! - Velocity jumped as no acceleration explains: the receiver is at fault. It reopens nothing until its velocity is
+//!   back, for at most 15 s.
+//! - The receiver contradicts itself, reading after reading: it reopens nothing, and its fixes are rejected unless all
+//!   of them lies at the filter.
 //! - The innovations of a height lean to one side for seconds: those of the receiver while a barometer agrees with the
 //!   filter, or those of a barometer while the receiver agrees. The sensor that leans drifts. It is refused although
 //!   each single innovation lies within the gate.
@@ -74,12 +76,12 @@ pub(super) enum Reopening {
     Motion { lost_s: f64 },
 }
 
-/// What speaks against the receiver, by its successive fixes.
+/// Evidence against the receiver from its successive fixes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contradiction {
-    /// It may contradict itself: it resets nothing.
+    /// The receiver may contradict itself: its fixes reopen nothing.
     pub suspected: bool,
-    /// It does: nothing of it is taken in.
+    /// The receiver contradicts itself: its fixes are rejected.
     pub proven: bool,
 }
 
@@ -330,13 +332,6 @@ impl Gates {
         for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
             *to = *from;
         }
-    }
-
-    /// Puts back all but the gates of the GPS.
-    pub fn set_all_but_gps(&mut self, before: &Self) {
-        let gps = self.gps();
-        *self = *before;
-        self.set_gps(&gps);
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Gives whether such innovations lean to

@@ -1,11 +1,11 @@
-//! What is a filter's own beside its state and covariance.
+//! Memory of one filter beside its state and covariance.
 
 use super::level_force::LevelForce;
 use super::net_turn::NetTurn;
 use super::scalar::Scalar;
 use crate::frames::{Body, Vector};
 
-/// What one filter remembers, whoever else flies the same samples: filters of a bank exchange it whole.
+/// Memory of one filter of a bank that flies the same samples: the bank exchanges it whole.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Own<T> {
     /// Angular rate against the ground's axes, less bias.

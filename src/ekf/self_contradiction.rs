@@ -1,7 +1,7 @@
 //! Whether a receiver contradicts itself: no motion leads from one of its readings to the next and on to the one after.
 //!
-//! Between two fixes the inertial unit tells how velocity has changed, and the receiver's own velocities how the place
-//! has. A reading that jumps leaves that path once, a filter that is lost or a bias that has stepped leave it to the same
+//! Between two fixes the inertial unit measures the change of velocity, and the receiver's own velocities give the
+//! change of position. A reading that jumps leaves that path once, a filter that is lost or a bias that has stepped leave it to the same
 //! side each time. Readings that leave it to one side and then to the other are those of a receiver that is jammed,
 //! reflected or broken. Neither a wrong heading nor a tilt that is off by ten degrees looks so.
 
@@ -12,7 +12,7 @@ use crate::gps::Fix;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// What successive fixes have in common that the motion between them does not explain.
+/// Comparison of successive fixes with the motion between them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SelfContradiction<T> {
     last: Option<Reading>,
@@ -21,14 +21,14 @@ pub(super) struct SelfContradiction<T> {
     /// Whether samples since are missing, or stood at full scale.
     in_part: bool,
     unexplained: Unexplained,
-    /// Greatest accelerations of late, level and vertical, m/s².
+    /// Largest recent accelerations, level and vertical, m/s².
     agility_mps2: [f32; 2],
     /// How many of the last fixes contradicted the two before, less those that did not, 0 to [`MOST`].
     contradictions: u8,
-    /// By how much velocity has jumped and not come back, m/s, the most of it, and since when.
-    jump_mps: [f32; 3],
-    /// What was left of the last change of velocity, m/s.
+    /// Last change of velocity less the change that was felt, m/s.
     left_mps: [f32; 3],
+    /// Sum of these changes since a jump, m/s, its largest length, and the time of the jump.
+    jump_mps: [f32; 3],
     farthest_mps: f32,
     jumped: Time,
 }
@@ -76,10 +76,10 @@ const LEAST_S: f64 = 0.8;
 const LONGEST_S: f64 = 2.5;
 /// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
 const AGREEMENT_MPS: f64 = 1.0;
-/// What was felt of late explains, whatever the heading and the delay of the fixes, a change of velocity of up to so many
-/// times its length.
+/// Recent acceleration explains a change of velocity up to this number of times its own, for any heading and any delay
+/// of the fixes.
 const EXPLAINS: f64 = 2.0;
-/// What was felt counts as of late for about so long, s.
+/// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
 /// Share of a change of velocity that times which do not agree leave.
 const TIMING: f64 = 0.3;
@@ -105,8 +105,8 @@ impl<T: Scalar> SelfContradiction<T> {
         unexplained: Unexplained::NONE,
         agility_mps2: [0.0; 2],
         contradictions: 0,
-        jump_mps: [0.0; 3],
         left_mps: [0.0; 3],
+        jump_mps: [0.0; 3],
         farthest_mps: 0.0,
         jumped: Time::ZERO,
     };
@@ -153,10 +153,10 @@ impl<T: Scalar> SelfContradiction<T> {
         self.note_agility(moved_mps, interval_s);
         let agility_mps = self.agility_mps2.map(|agility| f64::from(agility) * interval_s);
         let velocities = before.velocity_mps.zip(reading.velocity_mps);
+        let change = velocities.filter(|_| !in_part).map(|(from, to)| to - from);
+        let left_mps = change.map_or(Vector::ZERO, |change| change - moved_mps);
         let unexplained = Unexplained {
-            velocity_mps: velocities.filter(|_| !in_part).map_or([0.0; 3], |(from, to)| {
-                unexplained_velocity(to - from - moved_mps, agility_mps, expected)
-            }),
+            velocity_mps: unexplained_velocity(left_mps, agility_mps, expected),
             position_m: {
                 let (from, to) = velocities.unwrap_or((own_mps, own_mps));
                 let moved_m = reading.position.displacement_from(&before.position);
@@ -164,10 +164,8 @@ impl<T: Scalar> SelfContradiction<T> {
                 unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
             },
         };
-        let change = velocities.filter(|_| !in_part).map(|(from, to)| to - from);
         let is_denied =
-            change.is_some_and(|change| is_denied(change, felt_mps, interval_s, expected));
-        let left_mps = change.map_or(Vector::ZERO, |change| change - moved_mps);
+            change.is_some_and(|change| is_denied(change, felt_mps, fallen_mps, expected));
         self.judge_jump(reading.time, left_mps, is_denied);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
@@ -185,7 +183,7 @@ impl<T: Scalar> SelfContradiction<T> {
         (self.last, self.felt_mps, self.in_part) = (Some(reading), Vector::ZERO, false);
     }
 
-    /// Notes the greatest accelerations of late, by a change of velocity that was felt.
+    /// Updates the largest recent accelerations by a change of velocity that was felt.
     fn note_agility(&mut self, moved_mps: Vector<Ned>, interval_s: f64) {
         let [north, east, down] = moved_mps.to_array();
         let left = libm::exp(-interval_s / AGILE_S) as f32;
@@ -223,17 +221,16 @@ impl<T: Scalar> SelfContradiction<T> {
     }
 }
 
-/// Whether no attitude makes what was felt within `interval_s` as long as a change of velocity asks: a rotation leaves
-/// lengths.
+/// Whether no attitude makes the change that was felt as long as `change` needs beside gravity's `fallen_mps`: a rotation
+/// leaves lengths.
 fn is_denied(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,
-    interval_s: f64,
+    fallen_mps: Vector<Ned>,
     expected: &Expected,
 ) -> bool {
-    let asked = change - Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
     let [sigma, _, sigma_down] = expected.velocity_mps;
-    let (asked_mps, felt_mps) = (asked.norm(), felt_mps.norm());
+    let (asked_mps, felt_mps) = ((change - fallen_mps).norm(), felt_mps.norm());
     let usual_mps =
         AGREEMENT_MPS + SIGMAS * sigma.max(sigma_down) + TIMING * change.norm().min(felt_mps);
     libm::fabs(asked_mps - felt_mps) > usual_mps
@@ -243,8 +240,8 @@ fn length([x, y, z]: [f32; 3]) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }
 
-/// What is left of a change of velocity less the one that was felt, m/s, where motion of late explains `agility_mps`, level
-/// and vertical.
+/// The part of `left`, a change of velocity less the change that was felt, m/s, beyond the recent acceleration's
+/// `agility_mps`, level and vertical.
 fn unexplained_velocity(
     left: Vector<Ned>,
     [level_mps, vertical_mps]: [f64; 2],

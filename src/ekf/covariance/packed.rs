@@ -3,14 +3,16 @@
 use super::super::scalar::Scalar;
 use super::Covariance;
 
-/// The states of such a filter.
-const STATES: usize = 16;
+const STATES: usize = PackedCovariance::STATES;
 
 /// The upper triangle of the covariance, row by row, in single precision.
 #[derive(Clone, Debug)]
 pub(in super::super) struct PackedCovariance([f32; STATES * (STATES + 1) / 2]);
 
 impl PackedCovariance {
+    /// The states of such a filter.
+    pub const STATES: usize = 16;
+
     pub const ZERO: Self = Self([0.0; STATES * (STATES + 1) / 2]);
 
     /// Keeps a filter's covariance.

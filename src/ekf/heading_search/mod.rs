@@ -33,6 +33,7 @@ pub(super) use monitor::BetterHeading;
 use monitor::Monitor;
 
 use super::config::{EkfConfig, GpsModel};
+use super::covariance::PackedCovariance;
 use super::filter::{Ekf, Samples};
 use super::gate::Group;
 use super::history::Cursor;
@@ -51,7 +52,7 @@ use turns::Waiting;
 
 /// The filter of a sector, and the length of its state vector.
 type SectorEkf<T> = Ekf<WithBarometer, STATES, T>;
-const STATES: usize = 16;
+const STATES: usize = PackedCovariance::STATES;
 
 /// Number of sectors.
 const SECTORS: usize = 12;
@@ -100,7 +101,7 @@ pub struct HeadingSearch<T = f64> {
     fast: bool,
     /// Since when the monitor has borne out the leader.
     borne_out: Option<Time>,
-    /// Which sector follows the leader in taking in the next barometric height.
+    /// The sector that took in the last barometric height after the leader.
     next_height: u8,
     /// What wanders of the last fix, which no sector has states for.
     wander: Wander,

@@ -62,7 +62,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
         let gates = self.gates;
         self.compare_baro(state, time, height_m, [noise, elapsed_s], &mut ());
-        self.gates.set_all_but_gps(&gates);
+        self.gates = gates;
     }
 
     /// How far off a height is, m.

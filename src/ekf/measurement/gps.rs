@@ -132,9 +132,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooOld);
         };
         self.relax(trace);
-        let noise = self.gps_noise(fix, trace);
+        let sigmas = self.fix_sigmas(fix);
+        let noise = self.gps_noise(fix, sigmas, trace);
         if news {
-            self.judge_readings(fix, earth.gravity_mps2.wide());
+            self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
             if velocity_then.hidden_s > T::ZERO {
                 // Nor were the samples whole from a fix within a gap to the next.
                 self.samples.self_contradiction.add(Vector::ZERO, false);
@@ -213,9 +214,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.time.offset_by(since_s)
     }
 
-    /// Tells the gates whether the receiver contradicts itself.
-    fn judge_readings(&mut self, fix: &Fix, gravity_mps2: f64) {
-        let (position_m, velocity_mps) = self.fix_sigmas(fix);
+    /// Compares a fix of these one-sigmas, of position and velocity, with those before it.
+    fn judge_readings(
+        &mut self,
+        fix: &Fix,
+        (position_m, velocity_mps): ([f64; 3], [f64; 3]),
+        gravity_mps2: f64,
+    ) {
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });

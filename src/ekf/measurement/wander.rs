@@ -18,14 +18,18 @@ pub(super) struct GpsNoise {
 const STEADY: f64 = 1.25;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Splits a fix's one-sigma into what is white and what wanders, and sets the wandering states to
+    /// Splits the one-sigmas of a fix, of position and velocity, into what is white and what wanders, and sets the wandering states to
     /// match; the first fix opens them.
     ///
     /// # Source
     /// Equation (M5) of docs/equations.md.
-    pub(super) fn gps_noise(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>) -> GpsNoise {
+    pub(super) fn gps_noise(
+        &mut self,
+        fix: &Fix,
+        (position, velocity): ([f64; 3], [f64; 3]),
+        trace: &mut impl Trace<T, N>,
+    ) -> GpsNoise {
         let model = self.config.gps;
-        let (position, velocity) = self.fix_sigmas(fix);
         let split = |state: Option<usize>, share: f64, sigma: [f64; 3], floor: f64| {
             let slow = if state.is_some() { share } else { 0.0 };
             let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));

@@ -165,8 +165,8 @@ impl Means {
     }
 }
 
-fn norm([x, y, z]: [f64; 3]) -> f64 {
-    x.hypot(y).hypot(z)
+fn norm<const D: usize>(vector: [f64; D]) -> f64 {
+    vector.into_iter().fold(0.0, f64::hypot)
 }
 
 const G: f64 = STANDARD_GRAVITY_MPS2;

@@ -1,5 +1,6 @@
 //! Which matrix, or which number, takes what was measured to what it should have been.
 
+use super::norm;
 use crate::statistics::quantile;
 
 /// Least squares of `M x + b = y`, gathered pair by pair.
@@ -166,10 +167,6 @@ pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) ->
     Some(fit)
 }
 
-fn size<const D: usize>(vector: &[f64; D]) -> f64 {
-    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
-}
-
 /// One pair against a fit.
 struct Against {
     residual: f64,
@@ -193,8 +190,8 @@ impl<const D: usize> Regression<D> {
             let model: [f64; D] = std::array::from_fn(|row| {
                 (0..D).map(|i| matrix[row][i] * (x[i] - self.mean_x[i])).sum()
             });
-            let residual = size(&std::array::from_fn::<f64, D, _>(|row| moved[row] - model[row]));
-            (residual, size(&moved).max(size(&model)))
+            let residual = norm(std::array::from_fn::<f64, D, _>(|row| moved[row] - model[row]));
+            (residual, norm(moved).max(norm(model)))
         });
         let sizes: Vec<(f64, f64)> = sizes.collect();
         let mut residuals: Vec<f64> = sizes.iter().map(|(residual, _)| *residual).collect();

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use hovernav::gps::Fix;
 
+use super::norm;
 use crate::finding::{Sensor, SetupFinding};
 use crate::statistics::quantile;
 
@@ -18,7 +19,7 @@ const SIGMAS: f64 = 3.0;
 /// Largest distance of the fixes from a motion at constant velocity, relative to the distance moved.
 const UNSTEADY: f64 = 1.0 / 3.0;
 
-/// Which velocities of the fixes are zeros that nothing measured.
+/// Velocities of exactly zero that no sensor measured.
 #[derive(Debug)]
 pub(crate) struct Unmeasured {
     /// For each fix, horizontal and vertical.
@@ -37,7 +38,7 @@ impl Unmeasured {
         for run in runs(fixes, level) {
             if let Some(far_m) = moved(&fixes[run.clone()], [0, 1], LEAST_M[0]) {
                 moved_m[0] = moved_m[0].max(far_m);
-                // What is measured next to a column of zeros has noise.
+                // A measured velocity has noise.
                 run.for_each(|index| zeros[index] = [true, down(&fixes[index])]);
             }
         }
@@ -67,7 +68,7 @@ impl Unmeasured {
         fixes
     }
 
-    /// What to say of these velocities of `fixes`.
+    /// The finding on these velocities of `fixes`.
     pub fn finding(&self, fixes: &[Fix]) -> SetupFinding {
         let count =
             |is_one: fn(&[bool; 2]) -> bool| self.zeros.iter().filter(|zero| is_one(zero)).count();
@@ -132,18 +133,14 @@ fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<
         let ends = [within(part, PART_S / 3.0), within(part, 2.0 * PART_S / 3.0)];
         rest = after;
         let Some(ends) = Ends::of(first, part, ends, axes) else { continue };
-        far_m = far_m.max(size(ends.last));
+        far_m = far_m.max(norm(ends.last));
         let moved_m =
-            size(std::array::from_fn::<f64, D, _>(|axis| ends.last[axis] - ends.first[axis]));
+            norm(std::array::from_fn::<f64, D, _>(|axis| ends.last[axis] - ends.first[axis]));
         if moved_m > least_m && ends.unsteady_m < UNSTEADY * moved_m {
             moving += 1;
         }
     }
     (moving >= LEAST_MOVING).then_some(far_m)
-}
-
-fn size<const D: usize>(vector: [f64; D]) -> f64 {
-    vector.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 
 /// Median positions of the first and the last third of a part, m, and the median distance of its fixes from a motion
@@ -177,7 +174,7 @@ impl<const D: usize> Ends<D> {
         let off = |fix: &Fix| {
             let share = (fix.time - from.time - first_s) / (last_s - first_s);
             let place = position(fix);
-            size(std::array::from_fn::<f64, D, _>(|axis| {
+            norm(std::array::from_fn::<f64, D, _>(|axis| {
                 place[axis] - first[axis] - share * (last[axis] - first[axis])
             }))
         };
