@@ -76,11 +76,11 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
         ("gap=2@100", FindingKind::Gap, "gap of 2."),
         ("gap=10@100", FindingKind::Unusable, "the inertial samples were missing"),
         ("packet-loss=25", FindingKind::SamplesLost, "% of the samples are missing"),
-        ("stuck=all@100:2", FindingKind::Stuck, "repeated all its readings"),
+        ("stuck=all@100:2", FindingKind::Stuck, "all readings repeated"),
         ("stuck=gz@100:5", FindingKind::StuckAxis, "gyro z"),
         ("clip-accel=1.5", FindingKind::Clipping, "full scale of 14.7 m/s² (1.50 g)"),
         ("glitch-step=60@100:15", FindingKind::Refused, "glitch"),
-        ("frozen-fix@100", FindingKind::FrozenFix, "repeat the one before"),
+        ("frozen-fix@100", FindingKind::FrozenFix, "repeat the previous one"),
         ("no-velocity", FindingKind::VelocityAbsent, "velocity absent in 299 of 299 fixes"),
         ("height-held@100", FindingKind::HeightHeld, "height held at"),
         ("gps-time=0.15", FindingKind::TimeOffset, "latency_s = 0.1"),
@@ -208,7 +208,7 @@ fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
     let found = dataset.findings(&run);
     let named = found.iter().find(|finding| finding.kind == FindingKind::Understated);
     let Some(finding) = named else { panic!("{:?}", sentences(&found)) };
-    assert!(finding.is_warning() && finding.words.contains("surer than they are"));
+    assert!(finding.is_warning() && finding.words.contains("understates the one-sigmas of its"));
 }
 
 #[test]

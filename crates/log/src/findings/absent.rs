@@ -7,18 +7,18 @@ use super::Judged;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// A span without readings longer than this, s, and than so many of their usual intervals is told.
+/// Shortest absence that is reported, s, and in usual intervals of the readings.
 const ABSENT_S: f64 = 5.0;
 const ABSENT_INTERVALS: f64 = 10.0;
-/// Readings that begin later than this after the inertial samples, s, are late.
+/// Readings that begin later than this, s, after the first inertial sample are late.
 const LATE_S: f64 = 10.0;
-/// A rangefinder whose last reading was beyond this share of its longest, and over which the vehicle then climbed to so
-/// much more than that, m, is out of reach; so is the ground closer than this, m.
+/// The ground is out of reach if the last reading exceeds this share of the longest one and the vehicle then climbs
+/// this far beyond the longest, m; or if it is closer than the last constant, m.
 const FAR: f64 = 0.7;
 const BEYOND_M: f64 = 2.0;
 const CLOSEST_M: f64 = 0.6;
 
-/// When the aids that come with the inertial samples were there, gathered sample by sample.
+/// Times of the readings that come with the inertial samples.
 #[derive(Default)]
 pub(super) struct OfUnit {
     attitude: Readings,
@@ -36,12 +36,12 @@ impl OfUnit {
     }
 }
 
-/// When readings came.
+/// Times of one aid's readings.
 #[derive(Default)]
 struct Readings {
     first_last: Option<(Time, Time)>,
     intervals: Distribution,
-    /// From the last reading before to the first after, s.
+    /// Pauses, from the last reading before to the first after, s.
     pauses: Vec<(f64, f64)>,
 }
 
@@ -73,23 +73,17 @@ pub(super) fn find(log: &Judged<'_>, of_unit: OfUnit, findings: &mut Vec<Finding
     };
     let of_headings = || Readings::at(dataset.headings.iter().map(|heading| heading.time));
     let of_ranges = || Readings::at(dataset.ranges.iter().map(|reading| reading.time));
-    let gyros = "the heading is held by gyros and fixes alone";
+    let gyros = "gyros and fixes alone carry the heading";
     for (is_used, sensor, what, cost, readings) in [
         (
             aiding.attitude,
             Sensor::InertialUnit,
-            "attitude of its own",
-            "attitude is held without it",
+            "own attitude",
+            "the attitude continues without it",
             of_unit.attitude,
         ),
         (aiding.magnetometer, Sensor::Magnetometer, "reading", gyros, of_field()),
-        (
-            aiding.baro,
-            Sensor::Barometer,
-            "reading",
-            "the height is held by the fixes alone",
-            of_baro(),
-        ),
+        (aiding.baro, Sensor::Barometer, "reading", "fixes alone carry the height", of_baro()),
         (aiding.second_antenna, Sensor::SecondAntenna, "heading", gyros, of_headings()),
         (
             aiding.rangefinder,
@@ -105,7 +99,7 @@ pub(super) fn find(log: &Judged<'_>, of_unit: OfUnit, findings: &mut Vec<Finding
     }
 }
 
-/// Where the readings of one aid are absent while there are solutions.
+/// Reports absences of one aid's readings during the solution.
 fn of_aid(
     log: &Judged<'_>,
     (sensor, what, cost): (Sensor, &str, &str),
@@ -129,12 +123,12 @@ fn of_aid(
         }
         let (begins, ends) = (from_s < first.seconds(), to_s > last.seconds());
         let cause = match (begins, ends) {
-            (true, _) => "it or its logging was started late",
-            (false, true) => "the sensor or its line stopped, to the end of the log",
-            (false, false) => "the sensor or its line paused",
+            (true, _) => "the sensor or its logging started late",
+            (false, true) => "the sensor or its connection stopped until the end of the log",
+            (false, false) => "the sensor or its connection paused",
         };
         let out_of_reach = sensor == Sensor::Rangefinder && is_out_of_reach(log, from_s, to_s);
-        let cause = if out_of_reach { "the ground was out of its reach" } else { cause };
+        let cause = if out_of_reach { "the ground was out of range" } else { cause };
         let usual = match usual_s > 0.0 {
             true => format!(" (usually one every {usual_s:.2} s)"),
             false => String::new(),
@@ -154,7 +148,7 @@ fn of_aid(
     }
 }
 
-/// For how long within a span the inertial samples were missing too, s: that is told of them.
+/// Time within a span, s, without inertial samples; gaps have findings of their own.
 fn gaps_s(log: &Judged<'_>, from_s: f64, to_s: f64) -> f64 {
     let gaps = log.dataset.overview().gaps.found();
     let within = gaps.iter().map(|gap| {
@@ -164,8 +158,8 @@ fn gaps_s(log: &Judged<'_>, from_s: f64, to_s: f64) -> f64 {
     within.sum()
 }
 
-/// Whether the vehicle climbed above what the rangefinder reaches over the ground, or stood on it, within a span: by
-/// the solution's height and the reading beside the span.
+/// Whether the ground was out of the rangefinder's range at some time within a span, too far or too close. The expected
+/// distance is the reading next to the span plus the change of the solution's height.
 fn is_out_of_reach(log: &Judged<'_>, from_s: f64, to_s: f64) -> bool {
     let ranges = &log.dataset.ranges;
     let after = ranges.partition_point(|reading| reading.time.seconds() <= from_s);

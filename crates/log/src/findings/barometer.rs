@@ -5,9 +5,9 @@ use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::quantile;
 
-/// A height that repeats for less than this, s, may be true.
+/// Shorter repetitions of a height, s, may be real.
 const FROZEN_S: f64 = 10.0;
-/// The vehicle has to climb or sink by more than this, m, and by so many of the barometer's usual steps.
+/// Smallest change of height, m, and in usual steps of the barometer.
 const MOVED_M: f64 = 3.0;
 const STEPS: f64 = 3.0;
 
@@ -36,7 +36,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             count: last - first,
             words: format!(
                 "barometer frozen {}: {} readings repeat {:.1} m to the last digit while the height changed by \
-                 {moved_m:.1} m, so that the sensor was not measuring or its line not bringing it",
+                 {moved_m:.1} m: the sensor or its connection delivered no new measurements",
                 when(start_s, end_s),
                 last - first,
                 heights[first]
@@ -45,7 +45,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// By how much the solution's height changed at most within a span, m.
+/// Range of the solution's height within a span, m.
 fn climbed_m(log: &Judged<'_>, start_s: f64, end_s: f64) -> f64 {
     let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
     for solution in &log.run.solutions {

@@ -6,7 +6,7 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Contradictions no further apart than this, s, are one finding.
+/// Contradictions at most this far apart, s, are one finding.
 const APART_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -24,8 +24,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         severity: Severity::Warning,
         count: span.count,
         words: format!(
-            "gps contradicts itself {}: no motion that the inertial unit felt explains {} of its fixes, which were \
-             rejected; inertial unit and barometer hold the solution{}",
+            "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \
+             were rejected; inertial unit and barometer carry the solution{}",
             when(span.start_s, span.end_s),
             span.count,
             log.cost(span.start_s, span.end_s)

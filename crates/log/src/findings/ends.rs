@@ -1,4 +1,4 @@
-//! Samples at the end of a sensor's range.
+//! Clipping: samples at the end of a sensor's range.
 
 use super::spans::{Span, Spans};
 use super::unit::{AXES, component};
@@ -10,22 +10,22 @@ use hovernav::earth::STANDARD_GRAVITY_MPS2;
 /// Clipped samples closer than this, s, are one event.
 const APART_S: f64 = 10.0;
 
-/// Where the axes stand at their full scale: what that is takes one look at all samples, when they do another.
+/// Samples at full scale, by axis: a first pass finds where readings pile up, a second one the samples.
 pub(super) struct Ends {
     axes: [End; 6],
-    /// Samples of the second look so far.
+    /// Number of samples in the second pass so far.
     seen: usize,
 }
 
 /// One axis.
 struct End {
-    /// The known range, or zero, and how much of it was seen.
+    /// Known range, zero if unknown, and the largest size seen.
     known: f64,
     largest: f64,
     is_marked: bool,
     low: Extreme,
     high: Extreme,
-    /// Readings where they pile up, from the second look on.
+    /// Levels at which readings pile up, low and high, from the second pass on.
     scale: [Option<f64>; 2],
     spans: Spans,
     /// First and last sample of each span.
@@ -58,7 +58,7 @@ impl Ends {
         }
     }
 
-    /// Ends the first look; whether a second can find anything.
+    /// Ends the first pass; whether a second one can find anything.
     pub fn looked(&mut self) -> bool {
         for end in &mut self.axes {
             end.scale = [end.low.pile(), end.high.pile()];
@@ -92,9 +92,9 @@ impl Ends {
         for (axis, end) in self.axes.into_iter().enumerate() {
             for (span, (first, last)) in end.spans.found.into_iter().zip(end.within) {
                 let Span { start_s, end_s, count, largest } = span;
-                // A marked sample is a mean of readings of which one may have been at the end.
+                // A marked sample is a mean of raw readings of which at least one was clipped.
                 let level = if end.is_marked {
-                    "full scale by the unit's own marks".to_owned()
+                    "full scale, as the unit itself marks".to_owned()
                 } else if axis < 3 {
                     format!("its full scale of {:.0} °/s", largest.to_degrees())
                 } else {
@@ -111,8 +111,7 @@ impl Ends {
                     severity: Severity::Warning,
                     count,
                     words: format!(
-                        "{} clipped at {level} {}: {count} samples, {:.1} % of that \
-                         time, so what lay beyond is not known",
+                        "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
                         AXES[axis],
                         when(start_s, end_s),
                         100.0 * count as f64 / (last - first + 1) as f64
@@ -129,14 +128,14 @@ impl End {
     }
 }
 
-/// The extreme of an axis to one side and the next reading to it, and how often each was found.
+/// Extreme value of an axis to one side, the value next to it, and how often each occurred.
 struct Extreme {
     side: f64,
     end: f64,
     next: f64,
     at_end: usize,
     at_next: usize,
-    /// Times that the end was reached from elsewhere.
+    /// Number of times that the extreme was reached from another value.
     visits: usize,
     last: Option<f64>,
 }
@@ -164,10 +163,9 @@ impl Extreme {
         }
     }
 
-    /// The extreme where readings pile up there, again and again, as they do at the end of a range and nowhere
-    /// else.
+    /// The extreme if readings pile up there repeatedly, as they do only at the end of a range.
     fn pile(&self) -> Option<f64> {
-        /// Readings, and times that the range was left and reached again, that make an end.
+        /// Readings at an end of the range, and separate visits to it, at least.
         const PILED: usize = 6;
         const VISITS: usize = 3;
         let is_end =

@@ -1,4 +1,4 @@
-//! What the fixes themselves tell: absent, frozen, without velocity, height held.
+//! Findings from the fixes alone: absent, frozen, without velocity, height held.
 
 use hovernav::gps::Fix;
 
@@ -7,11 +7,11 @@ use super::{Judged, when};
 use crate::clock::median_interval_s;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// A span without fixes longer than this, s, and than three intervals is an outage.
+/// An outage is a span without fixes longer than this, s, and than three intervals.
 const OUTAGE_S: f64 = 3.5;
-/// A receiver that repeats itself for less than this, s, is not called frozen.
+/// Shorter repetitions of a whole fix, s, do not count as frozen.
 const FROZEN_S: f64 = 2.0;
-/// A height that repeats for less than this, s, may be true.
+/// Shorter repetitions of a height, s, may be real.
 const HELD_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -35,8 +35,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Warning,
             count: last - first,
             words: format!(
-                "gps frozen {}: {} fixes repeat the one before to the last digit, so that the \
-                 receiver was not measuring, or tells too few digits{}",
+                "gps frozen {}: {} fixes repeat the previous one to the last digit: the receiver was not measuring, or \
+                 outputs too few digits{}",
                 when(times[first], times[last]),
                 last - first,
                 log.cost(times[first], times[last])
@@ -50,7 +50,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if end_s - start_s < HELD_S || is_frozen {
             continue;
         }
-        // Whoever read the log has said of these that they have none.
+        // The log's reader has marked these as two-dimensional.
         let known = fixes[first + 1..=last].iter().filter(|fix| fix.two_dimensional).count();
         let is_known = 2 * known > last - first;
         let (when, count) = (when(start_s, end_s), last - first);
@@ -63,11 +63,11 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             count,
             words: match is_known {
                 true => format!(
-                    "gps without a height {when}, {count} fixes: two-dimensional, taken for the horizontal alone"
+                    "gps without height {when}: {count} two-dimensional fixes, used for the horizontal alone"
                 ),
                 false => format!(
-                    "gps height held at {:.1} m {when}, {count} fixes, while the position moved: a 2-D fix, \
-                     whose height tells nothing",
+                    "gps height held at {:.1} m {when} in {count} fixes while the position moved: likely 2-D fixes, \
+                     whose height is not measured",
                     heights[first]
                 ),
             },
@@ -130,10 +130,10 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let count = |lacks: fn(&Fix) -> bool| fixes.iter().filter(|fix| lacks(fix)).count();
     let horizontal = count(|fix| fix.horizontal_velocity_mps.is_none());
     let (without, words) = match horizontal {
-        // The usual receiver on a telemetry link tells speed and course alone.
+        // The usual receiver on a telemetry link reports only speed and course.
         0 => {
             let without = count(|fix| fix.down_velocity_mps.is_none());
-            let cost = "how fast it climbs is known from heights alone";
+            let cost = "the climb rate comes from heights alone";
             (
                 without,
                 format!(
@@ -144,10 +144,10 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         }
         without => {
             let heading = match without == fixes.len() {
-                true => ", and so is a heading that has to be found in motion",
+                true => ", as is a heading that has to be found in motion",
                 false => "",
             };
-            let cost = "velocity is known from positions alone, half as well again";
+            let cost = "velocity comes from positions and is about 1.5 times less accurate";
             let words = format!(
                 "gps velocity absent in {without} of {} fixes: {cost}{heading}",
                 fixes.len()

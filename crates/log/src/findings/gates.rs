@@ -1,4 +1,4 @@
-//! Measurements that the gates refused, and what became of the filter.
+//! Measurements that the gates rejected, and the filter's response.
 
 use std::ops::Range;
 
@@ -9,14 +9,14 @@ use super::spans::{Span, spans};
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// What is refused and taken together.
+/// Channels that are accepted or rejected together.
 struct Group {
     channels: &'static [Channel],
     sensor: Sensor,
     name: &'static str,
     unit: &'static str,
     scale: f64,
-    /// Refusals of more than this, in the unit, are worth a word even where they are short.
+    /// Rejections beyond this size, in the unit, are a warning even if short.
     large: f64,
 }
 
@@ -104,15 +104,15 @@ struct Compared {
     verdict: Verdict,
 }
 
-/// Refusals in so many measurements in a row and for so long, s, are a warning whatever their size.
+/// Rejections that are this many and last this long, s, are a warning whatever their size.
 const LASTING: usize = 3;
 const LASTING_S: f64 = 2.0;
-/// A disagreement this soon after trouble, s, comes of it.
+/// Time after an event, s, in which it may cause a rejection.
 const AFTERMATH_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
-    // What one receiver says is refused together, whichever of its groups begins.
+    // The groups of one receiver form one finding.
     for sensor in [0..4, 4..5, 5..6, 6..7, 7..8, 8..9] {
         let mut refused: Vec<(f64, f64)> = groups[sensor.clone()]
             .iter()
@@ -127,12 +127,12 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// A filter that is reopened by a fix has taken it in so long, s, after the fix's time.
+/// Time after a fix, s, by which a filter reset to it shows the result.
 const REOPENED_S: f64 = 1.0;
 
 impl Judged<'_> {
-    /// Whether a position that was `off_m` from where the filter was, and is taken at `time_s`, leaves it in doubt
-    /// between the two.
+    /// Whether a position used at `time_s`, `off_m` from the filter's own, leaves an ambiguity between the two: the
+    /// one-sigma afterwards exceeds half that distance.
     fn disputes(&self, time_s: f64, off_m: f64) -> bool {
         let after_s = time_s + REOPENED_S;
         self.solution_at(after_s).is_some_and(|solution| {
@@ -142,7 +142,7 @@ impl Judged<'_> {
     }
 }
 
-/// Refusals of one sensor, in a sentence.
+/// Finding for the rejections of one sensor within a span.
 fn refusal(
     log: &Judged<'_>,
     groups: &[Vec<Compared>],
@@ -170,7 +170,7 @@ fn refusal(
         let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
-        // Of a thinned run it is not known how many were accepted in between.
+        // In a thinned run the number of accepted readings is unknown.
         let left_out = match first.sensor {
             Sensor::Gps => log.run.fixes_left_out,
             _ => log.run.comparisons_left_out,
@@ -180,7 +180,7 @@ fn refusal(
         parts.push(format!("{name} by up to {largest:.1} {unit} ({count}{of_all} readings)"));
     }
     let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
-    // The velocity's gate tells whether the receiver contradicts itself.
+    // Only a receiver's own velocity can confirm or contradict its position.
     let told = log.dataset.fixes.iter().any(|fix| fix.horizontal_velocity_mps.is_some());
     let agrees = told && !is_refused[2] && !is_refused[3];
     if let Some(time_s) =
@@ -194,7 +194,7 @@ fn refusal(
             severity: Severity::Info,
             count: 1,
             words: format!(
-                "{} taken anew at {time_s:.1} s, after a gap in the inertial samples: {}",
+                "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
                 first.sensor,
                 parts.join(", "),
             ),
@@ -202,20 +202,20 @@ fn refusal(
     }
     let why = match cause(log, first, span.start_s) {
         Some(why) => why,
-        None if agrees => "a jump of the receiver (glitch), as its velocity agreed".into(),
-        None => "a glitch of the receiver or an error of the filter".into(),
+        None if agrees => "a position jump of the receiver (glitch), as its velocity agreed".into(),
+        None => "a receiver glitch or a filter error".into(),
     };
     let response = match reopened {
         Some(time_s) if agrees && log.disputes(time_s, farthest_m) => format!(
-            "; with nothing that tells which is right, the filter took it at {time_s:.1} s, and its one-sigma reaches \
-             back to where it was before{}",
+            "; the filter cannot tell which position is right: it was reset to that of the receiver at {time_s:.1} s, \
+             and its one-sigma covers the earlier position too{}",
             log.cost(span.start_s, time_s + REOPENED_S)
         ),
         Some(time_s) => format!(
-            "; the filter had locked itself out, and was reopened and took it at {time_s:.1} s{}",
+            "; the filter had rejected good readings and was reset to them at {time_s:.1} s{}",
             log.cost(span.start_s, time_s + REOPENED_S)
         ),
-        None => "; the filter went on without it".into(),
+        None => "; the filter continued without it".into(),
     };
     Finding {
         start_s: span.start_s,
@@ -229,7 +229,7 @@ fn refusal(
         },
         count: span.count,
         words: format!(
-            "{} refused {}, off what the filter expected in {}: {why}{response}",
+            "{} rejected {}, off the filter's prediction in {}: {why}{response}",
             first.sensor,
             when(span.start_s, span.end_s),
             parts.join(", "),
@@ -237,12 +237,12 @@ fn refusal(
     }
 }
 
-/// Whether what happens at `start_s` may come of trouble at `time`.
+/// Whether an event at `time` may cause a rejection at `start_s`.
 fn in_aftermath(time: Time, start_s: f64) -> bool {
     (0.0..=AFTERMATH_S).contains(&(start_s - time.seconds()))
 }
 
-/// Whether it is the attitude or heading that a gap has hidden, taken as it is told again.
+/// Whether a gap in the inertial samples hid an attitude or heading, and this is its first reading afterwards.
 fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
     let hides = |notice: &Notice| match notice {
         Notice::GapBridged { time, .. } => in_aftermath(*time, span.start_s),
@@ -252,13 +252,13 @@ fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
         && log.run.notices.iter().any(hides)
 }
 
-/// Whether the heading of a report is of another sensor than the group's: the unit's own comes with its tilt.
+/// Whether the heading of a report is of another sensor than the group's: the unit's own heading comes with its tilt.
 fn tells_another(group: &Group, report: &Report) -> bool {
     let with_tilt = report.innovations().any(|axis| axis.channel == Channel::Roll);
     group.channels == [Channel::Yaw] && with_tilt == (group.sensor == Sensor::Magnetometer)
 }
 
-/// What the run says of a group, measurement by measurement.
+/// Comparisons of a group, in order of time.
 fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
     let reports = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::Updated(report) => Some(report),
@@ -285,12 +285,12 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
     all
 }
 
-/// Why a group was refused from `start_s` on, as far as the sensor or what went before tells.
+/// Likely cause of a group's rejection from `start_s` on, from its sensor or from earlier events.
 fn cause(log: &Judged<'_>, group: &Group, start_s: f64) -> Option<String> {
     let of_aid = match group.sensor {
         Sensor::Gps => None,
         Sensor::SecondAntenna => Some("a wrong ambiguity, a reflection or a wrong heading"),
-        Sensor::UnitHeading => Some("an error of that or a wrong heading"),
+        Sensor::UnitHeading => Some("an error of that heading or of the filter's"),
         Sensor::Magnetometer => Some("a magnetic disturbance or a wrong heading"),
         _ => Some("a disturbance of the sensor or an error of the filter"),
     };
@@ -305,13 +305,13 @@ fn cause(log: &Judged<'_>, group: &Group, start_s: f64) -> Option<String> {
         _ => 0.0,
     };
     if absence_s > 2.5 {
-        return Some(format!("drift of the filter in {absence_s:.1} s without fixes"));
+        return Some(format!("filter drift in {absence_s:.1} s without fixes"));
     }
     for notice in &log.run.notices {
         match notice {
             Notice::GapBridged { time, length_s } if recent(time) => {
                 return Some(format!(
-                    "drift of the filter in a gap of {length_s:.2} s in the inertial samples"
+                    "filter drift in a gap of {length_s:.2} s in the inertial samples"
                 ));
             }
             Notice::CovarianceReset { time, .. } if recent(time) => {

@@ -1,4 +1,4 @@
-//! Steps of the ground, as a rangefinder saw them.
+//! Steps of the ground in the rangefinder's distance.
 
 use hovernav::ekf::{Channel, Notice, Verdict};
 
@@ -6,7 +6,7 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Refusals closer than this, s, are one event.
+/// Rejections closer than this, s, are one event.
 const APART_S: f64 = 2.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -29,8 +29,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Info,
             count: span.count,
             words: format!(
-                "rangefinder: the distance jumped by up to {largest_m:.1} m {}, {} readings: refused, \
-                 and where it lasted taken for another ground, not for height",
+                "rangefinder: the distance jumped by up to {largest_m:.1} m {} in {} readings: rejected, and a \
+                 lasting jump counted as another ground level, not as height",
                 when(span.start_s, span.end_s),
                 span.count
             ),

@@ -1,4 +1,4 @@
-//! The heading: where it came from, and what disturbed it.
+//! The heading: its sources and their disturbances.
 
 use hovernav::ekf::{Channel, Notice};
 use hovernav::ins::HeadingSource;
@@ -10,15 +10,15 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
-/// A field whose strength is off its median by this share is not the Earth's alone.
+/// Relative deviation of the field's strength from its median beyond which the field is disturbed.
 const DISTURBED: f64 = 0.25;
-/// A field that comes off what it was by no more than this share may be that of a unit that is not quite calibrated.
+/// Relative change of the field that an imperfect calibration of the magnetometer can explain.
 const UNCALIBRATED: f64 = 0.15;
-/// A doubt of less than this, rad (10°), is chance now and then.
+/// Smaller heading differences, rad (10°), occur by chance.
 const DOUBTED_RAD: f64 = 0.175;
-/// Doubts no further apart than this, s, are one.
+/// Suspect headings at most this far apart, s, are one finding.
 const ONE_DOUBT_S: f64 = 30.0;
-/// A disturbance shorter than this, s, passes with the noise.
+/// Shorter disturbances, s, are ignored as noise.
 const LASTING_S: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {
@@ -29,7 +29,7 @@ pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Fi
     changed_fields(log, known, findings);
 }
 
-/// What tells the heading of a run, and that it is not used while it is distrusted.
+/// Heading sources of a run, as the end of a sentence on their lockout; empty without any.
 fn sources(log: &Judged<'_>) -> String {
     let (mut attitude, mut magnetometer, mut antennas) = (false, false, false);
     for notice in &log.run.notices {
@@ -49,11 +49,11 @@ fn sources(log: &Judged<'_>) -> String {
     if named.is_empty() {
         return String::new();
     }
-    format!("; what told it, {}, is not used until it agrees", named.join(" or "))
+    format!("; its source, {}, is not used until it agrees", named.join(" or "))
 }
 
-/// Where the field came off what was usual by the filter's own watch over it, and no look at its strength, from the
-/// `known`th finding on, has told already.
+/// Field changes that the filter's field monitor reported, except for those among the `findings` from index `known`
+/// on, which the field's strength has shown.
 fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
     let log_end_s = log.span_s().map_or(0.0, |(_, end_s)| end_s);
     let mut notices = log.run.notices.iter();
@@ -77,9 +77,8 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
             severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
             count: 1,
             words: format!(
-                "magnetometer disturbed {}: the field came off what it was by {:.0} % of its strength, in strength, dip \
-                 or direction, by a current or iron nearby; the heading it gives, wrong by perhaps {:.0}°, counted for as much \
-                 less",
+                "magnetometer disturbed {}: the field changed by {:.0} % of its strength, in size, dip or direction, \
+                 likely by a current or iron nearby; its heading may be off by {:.0}° and was weighted less",
                 when(start_s, end_s),
                 100.0 * share,
                 sigma_rad.to_degrees()
@@ -105,11 +104,11 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     end_s: time_s,
                     sensor: Sensor::Filter,
                     kind: FindingKind::HeadingFound,
-                    // In flight it is a loss.
+                    // In flight the heading was lost; at the start it was only unknown.
                     severity: if start.is_some() { Severity::Info } else { Severity::Warning },
                     count: 1,
                     words: format!(
-                        "heading unknown {}, then found in motion, sure to {:.1}°",
+                        "heading unknown {}, then found in motion with a one-sigma of {:.1}°",
                         when(start_s, time_s),
                         sigma_rad.to_degrees()
                     ),
@@ -123,7 +122,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 severity: Severity::Warning,
                 count: 1,
                 words: format!(
-                    "the heading was wrong at {:.1} s by what the fixes say: turned by {:.0}°, sure to \
+                    "the heading was inconsistent with GPS at {:.1} s: the filter turned it by {:.0}°, one-sigma now \
                      {:.0}°{}",
                     time.seconds(),
                     turn_rad.to_degrees(),
@@ -145,14 +144,13 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         severity: Severity::Warning,
         count: 1,
         words: format!(
-            "the heading was not found {}: too little horizontal acceleration, no attitude and no \
-             magnetometer",
+            "the heading was not found {}: too little horizontal acceleration, and no attitude or magnetometer",
             when(start_s, end_s)
         ),
     });
 }
 
-/// Where the fixes doubted the heading without denying it.
+/// Headings that the fixes made suspect without resetting them.
 fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let doubts = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::HeadingDoubted { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
@@ -168,9 +166,9 @@ fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: if span.largest > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
             count: span.count,
             words: format!(
-                "the heading was up to {:.0}° off {} by what the fixes say{times}: an error of the attitude or \
-                 magnetometer that gave it, or of the mounting, or a drift to the side; it and its source are \
-                 less sure from then on",
+                "the heading was up to {:.0}° off {} according to GPS{times}: an error of the attitude, magnetometer \
+                 or mounting, or sideways drift; the filter has enlarged the one-sigmas of the heading and its \
+                 source",
                 span.largest.to_degrees(),
                 when(span.start_s, span.end_s),
             ),
@@ -178,8 +176,7 @@ fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// How strong the magnetic field is, and where it is not the Earth's: what is usual takes one look at all
-/// readings, when it is not another.
+/// Strength of the magnetic field and its disturbances: one pass for the median, a second for the deviations.
 pub(super) struct FieldStrength {
     strengths: Distribution,
     largest: f64,
@@ -205,7 +202,7 @@ impl FieldStrength {
         self.strengths.push(strength);
     }
 
-    /// Ends the first look; whether a second can find anything.
+    /// Ends the first pass; whether a second one can find anything.
     pub fn looked(&mut self) -> bool {
         self.usual = self.strengths.quantile(0.5).unwrap_or(0.0);
         let weakest = self.strengths.quantile(0.0).unwrap_or(0.0);
@@ -213,7 +210,7 @@ impl FieldStrength {
             && [weakest, self.largest].iter().any(|strength| self.off(*strength) > DISTURBED)
     }
 
-    /// Share by which a strength is off what is usual.
+    /// Relative deviation of a strength from the median.
     fn off(&self, strength: f64) -> f64 {
         (strength / self.usual - 1.0).abs()
     }
@@ -239,8 +236,8 @@ impl FieldStrength {
                 severity: Severity::Warning,
                 count: span.count,
                 words: format!(
-                    "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, \
-                     by a current or iron nearby, and so is the heading it gives",
+                    "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \
+                     a current or iron nearby; its heading is off too",
                     when(span.start_s, span.end_s),
                     100.0 * span.largest
                 ),

@@ -1,4 +1,4 @@
-//! What the inertial samples tell of their unit: gaps, losses, repetitions, full scale, blows, vibration.
+//! Findings from the inertial samples: gaps, losses, repetitions, clipping, shocks, vibration.
 
 use hovernav::ekf::{ImuFault, Notice, ResetCause};
 use hovernav::imu::{FullScale, Integrity, MeanRates};
@@ -15,14 +15,14 @@ use crate::rates::Rates;
 
 /// Events closer than this, s, are one.
 const APART_S: f64 = 2.0;
-/// Samples that repeat for longer than this, s, and are more than such a share of all, are those of a log and no fault.
+/// Repetitions that last longer than this, s, at this share of the samples, belong to the log and are no fault.
 const LASTING_S: f64 = 10.0;
 const HELD: f64 = 0.2;
-/// An axis that repeats itself for less than this, s, is not called stuck.
+/// Shorter repetitions of one axis, s, do not count as stuck.
 const STUCK_S: f64 = 0.2;
-/// More lost samples than this share are worth a word.
+/// Share of lost samples beyond which the loss is reported.
 const LOST: f64 = 0.02;
-/// Vibration that adds more than this to the velocity's error in a second, m/s, is high.
+/// Velocity error from vibration, m/s after a second, beyond which the vibration is high.
 const HIGH_MPS: f64 = 0.6;
 
 pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &mut Vec<Finding>) {
@@ -34,7 +34,7 @@ pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &m
     samples.vibration(findings);
 }
 
-/// What the samples themselves tell, one by one.
+/// Statistics and suspects of the samples, one at a time.
 pub(super) struct Inertial {
     intervals: Distribution,
     count: usize,
@@ -44,7 +44,7 @@ pub(super) struct Inertial {
     scale: FullScale,
     integrity: Integrity,
     shaken: Spans,
-    /// The forces of the last two samples, and the squares of how they bend.
+    /// Specific forces of the last two samples, and the sums of their squared second differences.
     before: [Option<[f64; 3]>; 2],
     bends: [f64; 3],
 }
@@ -92,7 +92,7 @@ impl Inertial {
         self.before = [self.before[1], Some(at.force_mps2)];
     }
 
-    /// Blows, by the judgement that the filter uses.
+    /// Shocks, by the criterion of the filter.
     fn shake(&mut self, at: &Rates, time_s: f64) {
         if at.interval_s > 0.5 {
             self.integrity.interrupt();
@@ -108,19 +108,19 @@ impl Inertial {
         }
     }
 
-    /// Samples missing here and there, and time stamps that scatter.
+    /// Single missing samples throughout the log; scattered time stamps do not count.
     fn lost(&self, findings: &mut Vec<Finding>) {
         let Some(typical_s) = self.intervals.quantile(0.5) else { return };
         let (mut whole, mut in_time) = (0.0, 0.0);
         for (interval_s, count) in self.intervals.counts() {
             let intervals = interval_s / typical_s;
-            // Longer ones are gaps, told one by one.
+            // Longer intervals are gaps, each with a finding of its own.
             if intervals < 5.0 {
                 whole += (intervals.round() - 1.0).max(0.0) * count as f64;
                 in_time += (intervals - 1.0) * count as f64;
             }
         }
-        // Stamps that scatter make intervals long and short, and nothing longer in all.
+        // Scattered time stamps lengthen and shorten intervals, but do not lengthen their sum.
         let missing = whole.min(in_time).max(0.0).round();
         let share = missing / (missing + self.count as f64);
         if share > LOST {
@@ -133,8 +133,8 @@ impl Inertial {
                 severity: Severity::Warning,
                 count: missing as usize,
                 words: format!(
-                    "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as a line \
-                     that loses packets makes it: each leaves the vibration in velocity and attitude",
+                    "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as on a link that \
+                     loses packets: each loss turns vibration into velocity and attitude errors",
                     100.0 * share,
                     when(start_s, end_s),
                 ),
@@ -168,8 +168,8 @@ impl Inertial {
                 severity: Severity::Warning,
                 count: last.last - first.first,
                 words: format!(
-                    "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), \
-                     while the readings before and after do not",
+                    "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), unlike the \
+                     readings before and after",
                     when(start_s, end_s),
                     end_s - start_s,
                     last.last - first.first
@@ -188,21 +188,21 @@ impl Inertial {
                 severity: Severity::Warning,
                 count: *count,
                 words: format!(
-                    "inertial unit shaken far beyond its usual vibration {}, up to {largest:.0} m/s²: a \
-                     blow or something loose; the uncertainty was opened",
+                    "inertial unit: shock far beyond its usual vibration {}, up to {largest:.0} m/s²: an impact or a \
+                     loose part; the filter has enlarged its uncertainty",
                     when(*start_s, *end_s)
                 ),
             });
         }
     }
 
-    /// What of the vibration the samples cannot follow, where that is much.
+    /// Vibration too fast for the sample rate, and the velocity error it causes.
     fn vibration(&self, findings: &mut Vec<Finding>) {
         let Some(interval_s) = self.intervals.quantile(0.5) else { return };
         let count = self.count.saturating_sub(2).max(1) as f64;
         let strengths = self.bends.map(|squares| (squares / (6.0 * count)).sqrt());
         let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
-        // White noise of this size, summed up for a second.
+        // Velocity random walk over a second of white noise of this size.
         let walk_mps = strengths[strongest] * interval_s.sqrt();
         let severity = if walk_mps > HIGH_MPS { Severity::Warning } else { Severity::Info };
         findings.push(Finding {
@@ -213,8 +213,8 @@ impl Inertial {
             severity,
             count: self.count,
             words: format!(
-                "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples), and what \
-                 the sample rate of {:.0} Hz cannot follow adds up to {walk_mps:.2} m/s in a second",
+                "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples); the part too fast for \
+                 the sample rate of {:.0} Hz adds up to {walk_mps:.2} m/s in a second",
                 if severity == Severity::Warning { "high" } else { "moderate" },
                 AXES[3 + strongest],
                 strengths[strongest],
@@ -224,29 +224,29 @@ impl Inertial {
     }
 }
 
-/// What to say of `count` samples within `length_s` that repeated the two before them, where so many did that the log was
-/// written more often than its unit measured.
+/// Explanation of `count` samples within `length_s` that repeat the two before them: the log was written more often than
+/// the inertial unit measured. `None` where the share of such samples is too small.
 fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     let rate_hz = 1.0 / log.dataset.sample_interval_s()?;
     let share = count as f64 / (rate_hz * length_s);
     (length_s > LASTING_S && share > HELD).then(|| {
-        // Of each reading all but the first two are passed over.
+        // The first two samples of each reading are used, the others are skipped.
         let rows = 2.0 / (1.0 - share.min(0.99));
         format!(
-            "gave each reading about {rows:.0} times, so it measured {:.0} times a second and the log was written \
-             {rate_hz:.0} times",
+            "each reading repeated about {rows:.0} times: it measured at {:.0} Hz and the log was written at \
+             {rate_hz:.0} Hz",
             rate_hz / rows
         )
     })
 }
 
-/// What the estimator itself reported of the samples.
+/// Findings from the estimator's own notices on the samples.
 fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let mut faults: [Vec<(f64, f64)>; 4] = Default::default();
     for notice in &log.run.notices {
         let (time, length_s, response) = match notice {
             Notice::GapBridged { time, length_s } => {
-                (*time, *length_s, "bridged with the velocity kept and the uncertainty opened")
+                (*time, *length_s, "bridged at the last velocity with a larger uncertainty")
             }
             Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
                 (*time, *length_s, "too long to bridge, so the filter was reset")
@@ -255,10 +255,11 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let time_s = time.seconds();
                 let why = match cause {
                     ResetCause::Misaligned { off_rad } => format!(
-                        "what the fixes say of the force denied its attitude, by {:.0}°, and it was aligned anew in motion",
+                        "its attitude was off by {:.0}° from the specific force that the fixes imply; it was aligned \
+                         again in motion",
                         off_rad.to_degrees()
                     ),
-                    _ => "the inertial sample would have led off the Earth".to_owned(),
+                    _ => "the inertial sample would have moved it off the Earth".to_owned(),
                 };
                 findings.push(Finding {
                     start_s: time_s,
@@ -299,16 +300,13 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         });
     }
     let what = [
-        (
-            FindingKind::Stuck,
-            "repeated all its readings to the last digit, so it was not measuring",
-        ),
-        (FindingKind::NotANumber, "gave readings that are not finite"),
+        (FindingKind::Stuck, "all readings repeated to the last digit, so it was not measuring"),
+        (FindingKind::NotANumber, "readings were not finite"),
         (
             FindingKind::Interpolated,
-            "went along a straight line in all its readings, which a logger has drawn where samples were missing",
+            "all readings follow a straight line, which a logger has drawn where samples were missing",
         ),
-        (FindingKind::TimeStamps, "gave samples not later than the one before"),
+        (FindingKind::TimeStamps, "samples not later than the one before"),
     ];
     for (moments, (kind, what)) in faults.into_iter().zip(what) {
         for Span { start_s, end_s, count, .. } in spans(moments, APART_S) {
@@ -322,7 +320,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 severity: Severity::Warning,
                 count,
                 words: format!(
-                    "inertial unit {} {what}; {count} samples were passed over",
+                    "inertial unit {}: {what}; {count} samples were skipped",
                     when(start_s, end_s)
                 ),
             });

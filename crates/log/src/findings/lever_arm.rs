@@ -1,4 +1,4 @@
-//! An antenna that stands elsewhere than declared: what is left of the fixes turns with the vehicle.
+//! A wrong lever arm of the antenna: the residuals of the fixes turn with the vehicle.
 
 use hovernav::ekf::{Channel, Notice};
 use hovernav::frames::{Body, Vector};
@@ -6,13 +6,13 @@ use hovernav::frames::{Body, Vector};
 use super::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// An arm that is off by less than this, m, costs less than it takes to tell of.
+/// Smaller errors of the lever arm, m, matter little.
 const LEAST_M: f64 = 0.3;
-/// And it has to be so many one-sigmas.
+/// Smallest error of the lever arm in one-sigmas.
 const SURE: f64 = 3.5;
-/// Fixes further apart than this, s, tell nothing of what changed between them.
+/// Longest time between two fixes that are compared, s.
 const LONGEST_S: f64 = 3.0;
-/// Innovations beyond so many one-sigmas are refused for other reasons.
+/// Larger innovations, in one-sigmas, have other causes and are ignored.
 const OUTLIER: f64 = 4.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -29,7 +29,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     });
 }
 
-/// What the filter has found, and is no longer left of the fixes: how far off, m, and what to say.
+/// Offset that the filter has estimated, m, with its sentence; the innovations no longer show it.
 fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
         Notice::AntennaElsewhere { time, offset_m, .. } => Some((time.seconds(), offset_m)),
@@ -39,16 +39,16 @@ fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     let offset = notices.next_back().map_or(first, |(_, last)| last);
     let [x, y, z] = likely(log, offset);
     let size = offset.norm();
-    // The filter follows what it does not know yet, so that the offset comes out too small.
+    // The filter may still be converging, so that the offset comes out too small.
     let words = format!(
-        "gps antenna seems to stand {size:.1} m or more from where its lever arm says, by what turns show; the filter \
-         takes it to stand there since {since_s:.0} s; is [gps] antenna_lever_arm_m about [{x}, {y}, {z}]? Turns do \
-         not show its height"
+        "gps antenna seems to be {size:.1} m or more from its declared lever arm, as turns show; the filter has used \
+         the corrected position since {since_s:.0} s; is [gps] antenna_lever_arm_m about [{x}, {y}, {z}]? Turns do \
+         not show the height"
     );
     Some((size, words))
 }
 
-/// What is left of the fixes, where it is sure: the same.
+/// Offset that explains the innovations, m, with its sentence; `None` where it is not significant.
 fn left(log: &Judged<'_>) -> Option<(f64, String)> {
     let (arm, sigma_m) = missing_arm(log)?;
     let size = arm.norm();
@@ -57,23 +57,22 @@ fn left(log: &Judged<'_>) -> Option<(f64, String)> {
     }
     let [x, y, z] = likely(log, arm);
     let words = format!(
-        "gps antenna seems to stand {size:.1} m from where its lever arm says (one-sigma {sigma_m:.1} m), throughout: \
-         what is left of position and velocity turns with the vehicle; is [gps] antenna_lever_arm_m about \
-         [{x}, {y}, {z}]?"
+        "gps antenna seems to be {size:.1} m from its declared lever arm (one-sigma {sigma_m:.1} m), throughout: the \
+         residuals of position and velocity turn with the vehicle; is [gps] antenna_lever_arm_m about [{x}, {y}, {z}]?"
     );
     Some((size, words))
 }
 
-/// The lever arm that the set-up should have, to 0.1 m.
+/// Declared lever arm plus the offset, rounded to 0.1 m.
 fn likely(log: &Judged<'_>, off: Vector<Body>) -> [f64; 3] {
     let declared = log.dataset.manifest.gps.antenna_lever_arm_m;
     (declared + off).to_array().map(|metres| (10.0 * metres).round() / 10.0)
 }
 
-/// The arm, body axes, that explains what is left of the fixes best, m, and its one-sigma.
+/// Offset of the lever arm, body axes, m, that explains the innovations best, and its one-sigma.
 ///
-/// An antenna δ further out is off by C δ in place and by C (ω × δ) in velocity. The filter follows the
-/// fixes, so that what is left of a place is what C δ has changed by since the fix before.
+/// An offset δ of the antenna adds C δ to the position and C (ω × δ) to the velocity. The filter follows the
+/// fixes, so a position innovation contains only the change of C δ since the fix before.
 fn missing_arm(log: &Judged<'_>) -> Option<(Vector<Body>, f64)> {
     let mut information = [[0.0; 3]; 3];
     let mut known = [0.0; 3];
@@ -126,13 +125,13 @@ fn missing_arm(log: &Judged<'_>) -> Option<(Vector<Body>, f64)> {
     let arm: [f64; 3] = std::array::from_fn(|i| {
         inverse[i].iter().zip(known).map(|(entry, known)| entry * known).sum()
     });
-    // Where innovations are larger than expected, so is what they leave unknown.
+    // Innovations larger than expected make the offset less certain in proportion.
     let scale = (squares / f64::max(count, 1.0)).max(1.0);
     let variance = (0..3).map(|axis| inverse[axis][axis]).fold(0.0, f64::max);
     (count > 200.0).then(|| (arm.into(), (scale * variance).sqrt()))
 }
 
-/// The inverse of a symmetric matrix, by cofactors; `None` of a singular one.
+/// Inverse of a symmetric matrix, by cofactors; `None` if it is singular.
 fn inverse(m: &[[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     let cofactor = |i: usize, j: usize| {
         let [a, b] = [(i + 1) % 3, (i + 2) % 3];

@@ -1,7 +1,7 @@
-//! What happened in a log and in a run over it, each in a sentence with its time.
+//! Events in a log and in a run over it, each with a sentence and its time.
 //!
-//! Everything here judges what the sensors said and what the estimator reported of it; the estimator
-//! itself is not asked again, and no reference is read.
+//! Inputs are the sensors' readings and the estimator's notices. Nothing is estimated again except for
+//! [`alternative`], and no reference is read.
 
 mod absent;
 mod barometer;
@@ -40,12 +40,10 @@ use steps::Witness;
 use timing::Felt;
 
 impl Dataset {
-    /// What happened in a `run` over this log, in order of time: outages, gaps, refusals, repetitions,
-    /// clipping, blows, disturbances, each a span with a sentence; and what of the set-up is likely
-    /// wrong.
+    /// Events in a `run` over this log, in order of time, each a span with a sentence: outages, gaps, rejections,
+    /// repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
     ///
-    /// Where the fixes deny the run, a part of it is run again under other set-ups: see
-    /// [`alternative`].
+    /// If the fixes are inconsistent with the run, a part of it is run again with other set-ups: see [`alternative`].
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
@@ -75,7 +73,7 @@ impl Dataset {
     }
 }
 
-/// What the inertial samples tell, gathered in one look at all of them, or two.
+/// Results of one or two passes over the inertial samples.
 struct Looked {
     inertial: Inertial,
     ends: Ends,
@@ -139,7 +137,7 @@ impl Judged<'_> {
         solutions.get(index)
     }
 
-    /// One-sigma of horizontal position, m, and velocity, m/s, at a moment.
+    /// One-sigma of horizontal position, m, and horizontal velocity, m/s, at a time.
     fn sigmas_at(&self, time_s: f64) -> Option<(f64, f64)> {
         let solution = self.solution_at(time_s).or(self.run.solutions.last())?;
         let horizontal = |[north, east, _]: [f64; 3]| north.hypot(east);
@@ -149,18 +147,18 @@ impl Judged<'_> {
         ))
     }
 
-    /// What a span cost in certainty, as the end of a sentence.
+    /// Change of the one-sigmas over a span, as the end of a sentence; empty without solutions.
     fn cost(&self, start_s: f64, end_s: f64) -> String {
         let Some((before, after)) = self.sigmas_at(start_s).zip(self.sigmas_at(end_s)) else {
             return String::new();
         };
         format!(
-            "; one-sigma of position went from {:.1} to {:.1} m, of velocity from {:.2} to {:.2} m/s",
+            "; position one-sigma went from {:.1} to {:.1} m, velocity one-sigma from {:.2} to {:.2} m/s",
             before.0, after.0, before.1, after.1
         )
     }
 
-    /// Where the solution begins and ends, s.
+    /// First and last time of the solution, s.
     fn span_s(&self) -> Option<(f64, f64)> {
         let solutions = &self.run.solutions;
         Some((solutions.first()?.time.seconds(), solutions.last()?.time.seconds()))

@@ -1,23 +1,23 @@
-//! What changes slowly: biases that step.
+//! Bias steps, from the filter's own bias estimates.
 
 use hovernav::ekf::Notice;
 
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Over how long a bias is compared with itself, s.
+/// Time over which a bias is compared with itself, s.
 const OVER_S: f64 = 20.0;
-/// A change of more than so many one-sigmas, the larger of before and after, is none that the filter expects of the bias:
-/// not even where a rest has ended in between.
+/// Smallest step of a bias in one-sigmas, the larger of before and after. A correct bias changes less, even at the end
+/// of a rest.
 const STEP: f64 = 6.0;
-/// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², cost little.
+/// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², matter little.
 const LEAST_GYRO: f64 = 0.005;
 const LEAST_ACCEL: f64 = 0.2;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
-    // Where the filter has opened its biases for a step, others judge what became of them.
+    // Steps for which the filter itself has enlarged its bias uncertainty are judged in `steps`.
     let doubted: Vec<f64> = log
         .run
         .notices
@@ -28,7 +28,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         })
         .map(|axis| axis.time.seconds())
         .collect();
-    // Ten moments a second are enough.
+    // Two solutions a second are enough.
     let mut coarse = Vec::new();
     let mut next_s = first.time.seconds() + OVER_S;
     for solution in solutions {
@@ -79,8 +79,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 severity: Severity::Warning,
                 count: 1,
                 words: format!(
-                    "{what} bias of axis {} changed by {:.3} {unit} {}, where its one-sigma was {:.3}: a \
-                     step of the sensor, or an error that the filter puts down to it",
+                    "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \
+                     stepped, or the filter attributes another error to it",
                     ["x", "y", "z"][axis],
                     change * scale,
                     when(start_s, end_s),

@@ -1,27 +1,26 @@
-//! Moments gathered into spans.
+//! Events gathered into spans.
 
 use std::collections::VecDeque;
 
-/// Moments that lie close together.
+/// Events that are close in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Span {
     pub start_s: f64,
     pub end_s: f64,
-    /// How many moments.
+    /// Number of events.
     pub count: usize,
-    /// The largest size among them.
+    /// Largest size among them.
     pub largest: f64,
 }
 
-/// The `(time, size)` of moments in order of time, gathered where no more than `apart_s` lie between
-/// one and the next.
+/// Spans of the `(time, size)` of events in order of time; successive events at most `apart_s` apart share one.
 pub(super) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {
     let mut spans = Spans::apart(apart_s);
     moments.into_iter().for_each(|moment| spans.push(moment));
     spans.found
 }
 
-/// [`spans`], moment by moment.
+/// [`spans`], one event at a time.
 pub(super) struct Spans {
     apart_s: f64,
     pub found: Vec<Span>,
@@ -44,47 +43,47 @@ impl Spans {
     }
 }
 
-/// Runs of `values` that repeat to the last bit by more than chance: first and last index of each.
+/// Runs of `values` that repeat to the last bit more often than by chance: first and last index of each.
 ///
-/// How often a value repeats the one before, shortly before and after a run, is what chance may do; a
-/// coarse sensor at rest repeats itself all the time.
+/// The chance of a repetition is its frequency shortly before and after the run: a coarse sensor at rest repeats
+/// itself all the time.
 pub(super) fn improbable_runs<T: PartialEq>(values: &[T]) -> Vec<(usize, usize)> {
     let mut runs = Repetitions::default();
     values.iter().for_each(|value| runs.push(value, ()));
     runs.finish().into_iter().map(|run| (run.first, run.last)).collect()
 }
 
-/// Values before and after a run that chance is judged by.
+/// Number of pairs before and after a run from which its chance is estimated.
 const NEAR: usize = 60;
-/// A run less likely than e to minus this is none of chance.
+/// A run is improbable if its chance is below e to the power of minus this.
 const UNLIKELY: f64 = 18.0;
 
-/// [`improbable_runs`], value by value, each with its moment.
+/// [`improbable_runs`], one value at a time, each with its time.
 #[derive(Clone)]
 pub(super) struct Repetitions<T, M> {
     last: Option<(T, M)>,
-    /// Pairs of neighbours so far, and whether those shortly before repeat.
+    /// Number of pairs of neighbours; whether the most recent ones repeat.
     pairs: usize,
     recent: VecDeque<bool>,
-    /// The run under way, and those that wait for what comes after them.
+    /// The current run, and completed runs that wait for the pairs after them.
     open: Option<Repeating<M>>,
     waiting: VecDeque<Repeating<M>>,
     found: Vec<Repeating<M>>,
 }
 
-/// A run of values that repeat the one before.
+/// A run of values that repeat their predecessor.
 #[derive(Clone, Copy)]
 pub(super) struct Repeating<M> {
-    /// Index and moment of the first value.
+    /// Index and time of the first value.
     pub first: usize,
     pub start: M,
-    /// Index and moment of the last one.
+    /// Index and time of the last one.
     pub last: usize,
     pub end: M,
-    /// Pairs shortly before and after, and how many of them repeat.
+    /// Number of pairs shortly before and after, and of those that repeat.
     near: usize,
     repeated: usize,
-    /// How many of them come after.
+    /// Number of the pairs that come after.
     after: usize,
 }
 
@@ -143,7 +142,7 @@ impl<T: PartialEq, M: Copy> Repetitions<T, M> {
         }
     }
 
-    /// Ends the run under way; a single repetition is none.
+    /// Ends the current run; a single repetition does not count.
     fn close(&mut self) {
         self.waiting.extend(self.open.take().filter(|run| run.last - run.first > 1));
     }
@@ -158,7 +157,7 @@ impl<T: PartialEq, M: Copy> Repetitions<T, M> {
         }
     }
 
-    /// The runs, in their order.
+    /// The improbable runs, in their order.
     pub fn finish(mut self) -> Vec<Repeating<M>> {
         self.close();
         while !self.waiting.is_empty() {

@@ -1,5 +1,5 @@
-//! Steps of a bias that the unit's own attitude witnesses, with the fixes' velocity for the
-//! accelerometers.
+//! Bias steps: of the gyros against the unit's own attitude, of the accelerometers against that attitude and the
+//! fixes' velocity.
 
 use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
@@ -11,36 +11,36 @@ use crate::statistics::quantile;
 
 /// Over how long a bias is averaged, s.
 const MEAN_S: f64 = 10.0;
-/// A unit's own attitude lags in faster turns, rad/s.
+/// Turn rate beyond which the unit's own attitude lags, rad/s.
 const TURNING_RADPS: f64 = 0.2;
-/// A filter that has opened its biases knows them after so long, s.
+/// Time after which a filter with enlarged bias uncertainty has estimated its biases again, s.
 const ABSORBED_S: f64 = 15.0;
-/// Means on either side of a step.
+/// Number of means on either side of a step.
 const SIDE: usize = 3;
-/// Parts near a step in which the attitude may turn otherwise than the gyros: with them, as a step itself makes it.
+/// Largest number of parts near a step in which the attitude may disagree with the gyros, as at a real step.
 const MOST_DENIED: usize = 2;
-/// A step is so many times what the means usually change by.
+/// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
-/// Smaller steps cost little: rad/s and m/s².
+/// Smaller steps matter little: rad/s and m/s².
 const LEAST_GYRO: f64 = 0.002;
 const LEAST_ACCEL: f64 = 0.12;
-/// Of a step that the filter took in; less may be how the bias was from the start, of which the filter has
-/// learned late: five one-sigmas of the accelerometers' bias.
+/// Smallest lasting step that the filter has estimated; smaller ones may be an initial bias estimated late. Five
+/// one-sigmas of the accelerometers' initial bias.
 const LEAST_LASTING_GYRO: f64 = 0.0035;
 const LEAST_LASTING_ACCEL: f64 = 0.25;
-/// The unit's own attitude wanders, which looks like a step where there are few means: the filter's own bias has to follow
-/// by this share (0.39 and more of steps that were put in, 0.14 and less of simulated flights without any).
+/// Share of a step by which the filter's own bias has to follow, for the unit's own attitude drifts, which looks like a
+/// step among few means. Inserted steps: 0.39 and more; simulated flights without a step: 0.14 and less.
 const FOLLOWED: f64 = 0.35;
-/// From when to when, s after a step, the filter's bias is averaged before it and after it.
+/// Spans before and after a step, s from it, over which the filter's bias is averaged.
 const BEFORE_S: [f64; 2] = [-12.0, -5.0];
 const AFTER_S: [f64; 2] = [15.0, 30.0];
 const GRAVITY_MPS2: f64 = 9.807;
 
-/// What the sensors read beyond what their witnesses say, averaged.
+/// Mean difference between a sensor and its references.
 struct Excess {
     start_s: f64,
     values: [f64; 3],
-    /// Mean rate of turn, rad/s.
+    /// Mean turn rate, rad/s.
     turn_radps: f64,
 }
 
@@ -66,7 +66,7 @@ pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Findin
     absorbed(log, findings);
 }
 
-/// When the unit's own attitude turned otherwise than the gyros, s.
+/// Times at which the unit's own attitude disagreed with the gyros, s.
 fn denied_s(log: &Judged<'_>) -> Vec<f64> {
     let denied = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::NotUsed { time, reason: Unusable::TurnsOtherwise, .. } => Some(time.seconds()),
@@ -75,7 +75,7 @@ fn denied_s(log: &Judged<'_>) -> Vec<f64> {
     denied.collect()
 }
 
-/// What the unit's own attitude and the fixes bear witness to, part by part of [`MEAN_S`].
+/// Differences of the sensors from the unit's own attitude and the fixes, over parts of [`MEAN_S`].
 #[derive(Default)]
 pub(super) struct Witness {
     part: Vec<Rates>,
@@ -93,7 +93,7 @@ impl Witness {
         self.attitude.push(attitude.map(Rotation::from_euler));
     }
 
-    /// Ends a part, which counts if it is whole.
+    /// Ends a part; incomplete parts are dropped.
     fn close(&mut self, log: &Judged<'_>) {
         let Self { part, attitude, .. } = self;
         if let [first, .., last] = &part[..]
@@ -111,14 +111,14 @@ impl Witness {
         self.attitude.clear();
     }
 
-    /// Of turns and of forces.
+    /// Differences of gyros and of accelerometers.
     fn finish(mut self, log: &Judged<'_>) -> [Vec<Excess>; 2] {
         self.close(log);
         [self.turns, self.forces]
     }
 }
 
-/// Mean of gyro rates less those of the unit's own attitude.
+/// Mean difference of the gyro rates from those of the unit's own attitude, rad/s.
 fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Option<[f64; 3]> {
     let mut excess = [0.0; 3];
     let length_s = part.last()?.time - part.first()?.time;
@@ -134,8 +134,8 @@ fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Opti
     Some(excess)
 }
 
-/// Mean of specific force, less what gravity and the fixes' velocity say from fix to fix, turned by the
-/// unit's own attitude: a vehicle that circles accelerates to another side every second.
+/// Mean difference of the specific force from that of gravity and the fixes' velocity changes, m/s², body axes. The
+/// attitude is applied between successive fixes, for the acceleration of a circling vehicle keeps turning.
 fn force_excess(
     log: &Judged<'_>,
     part: &[Rates],
@@ -169,7 +169,7 @@ fn force_excess(
     (covered_s > 0.5 * MEAN_S).then(|| (excess * (1.0 / covered_s)).to_array())
 }
 
-/// Steps that the filter took in, by what its biases became within [`ABSORBED_S`].
+/// Steps that the filter has estimated, by its biases within [`ABSORBED_S`].
 fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let at = |time_s: f64| {
@@ -196,7 +196,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if known || time_s - told_s < ABSORBED_S {
             continue;
         }
-        // What a turn brings about goes again; a step stays.
+        // A change caused by a turn goes back; a step stays.
         let lasting = |after: [f64; 3], later: [f64; 3], least: f64| {
             std::array::from_fn(|axis| {
                 let (change, stays): (f64, f64) = (after[axis], later[axis]);
@@ -231,15 +231,15 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Warning,
             count: 1,
             words: format!(
-                "inertial unit: bias stepped before {time_s:.0} s, as the fixes witness ({}): a fault of the \
-                 sensor, or a change of its temperature; the filter took it in",
+                "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
+                 temperature change; the filter has estimated the new bias",
                 named.join(", ")
             ),
         });
     }
 }
 
-/// Whether the filter's own bias, which `of` gives, follows a step by `change` at `time_s`.
+/// Whether the filter's own bias, read by `of`, follows a step by `change` at `time_s`.
 fn follows(
     log: &Judged<'_>,
     of: fn(&Solution) -> Vector<Body>,
@@ -256,7 +256,7 @@ fn follows(
         });
         sum / count
     };
-    // Not a number where there are no solutions.
+    // NaN without solutions, which compares as false.
     (mean(AFTER_S) - mean(BEFORE_S)) / change > FOLLOWED
 }
 
@@ -300,8 +300,8 @@ fn step(
             severity: Severity::Warning,
             count: 1,
             words: format!(
-                "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, as the unit's own \
-                 attitude and the fixes witness: a fault of the sensor, or a change of its temperature",
+                "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \
+                 attitude and the fixes: a sensor fault or a temperature change",
                 ["x", "y", "z"][axis],
                 change * scale
             ),

@@ -1,7 +1,7 @@
-//! How late the fixes are, by when they say that the vehicle accelerates and when the accelerometers feel it.
+//! Time offset of the fixes: their accelerations against those that the accelerometers measure.
 //!
-//! The filter follows the fixes' time as far as its memory reaches, a few tenths of a second. This sees as far as
-//! [`MOST_S`], and needs no more of the filter than its attitude, of which the heading may be off by any angle.
+//! The filter estimates a time offset within its history, a few tenths of a second. This search reaches [`MOST_S`] and
+//! uses only the attitude of the filter, whose heading may have any constant error.
 
 use hovernav::frames::Vector;
 
@@ -12,49 +12,48 @@ use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
 
-/// A time offset of the fixes beyond this, s, is worth declaring.
+/// Offset of the fixes' time beyond which a warning asks to declare it, s.
 const OFFSET_S: f64 = 0.1;
-/// So far, s, the filter follows it, where it refuses no more than such a share of the fixes.
+/// Offsets that the filter can estimate, s, and the share of rejected fixes up to which it is trusted.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
 const REFUSED: f64 = 0.1;
-/// What shows in when the vehicle accelerates is asked for beyond this, s, and is surer than what the filter found
-/// where the two are further apart than that.
+/// Smallest offset that the accelerations are used for, s, and difference beyond which they outweigh the filter's estimate.
 const FAR_S: f64 = 0.25;
 const AGREES_S: f64 = 0.1;
-/// Delays that are tried, to either side, s: clocks may differ by the leap seconds.
+/// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
 const MOST_S: f64 = 25.0;
-/// In steps of this, s, and then of this.
+/// Coarse and fine step of the search, s.
 const COARSE_S: f64 = 0.1;
 const FINE_S: f64 = 0.01;
-/// What lies further from the best, s, is another answer.
+/// Delays further from the best one, s, are separate candidates.
 const NEAR_S: f64 = 2.0;
-/// How often what was felt is kept, s.
+/// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
-/// How accelerations change from one such time, s, to the next is compared: an attitude that is off for longer, for the
-/// fixes led it there, tells no other delay. Fixes further apart are left out.
+/// Interval between the compared velocities, s, and the longest gap between their fixes, s. Second differences cancel an
+/// attitude error that lasts longer than the interval.
 const OVER_S: f64 = 1.0;
 const LONGEST_S: f64 = 2.5;
-/// Delays of parts of so many changes that grow by more than this over a flight, s, and by so many times what they are off
-/// a line, are of clocks that do not run alike.
+/// A clock rate error shows in the delays of parts of [`PART`] changes each, of which at least [`LEAST_PARTS`] are
+/// needed. The delays grow by [`DRIFTED_S`], s, and by [`OFF_LINE`] times their rms distance from a line.
 const PART: usize = 40;
 const LEAST_PARTS: usize = 3;
 const DRIFTED_S: f64 = 0.15;
 const OFF_LINE: f64 = 5.0;
-/// That has to explain so much more of all changes than one delay.
+/// Additional share of the changes that a growing delay explains, compared with a constant one.
 const DRIFT_EXPLAINS: f64 = 0.05;
-/// Longer intervals between samples hide what was felt, s.
+/// Longer intervals between samples, s, leave the velocity unknown.
 const GAP_S: f64 = 0.3;
-/// So much of a flight is looked at, s.
+/// Length of the part of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
-/// Fewer changes, or smaller ones, m/s rms, tell nothing.
+/// Smallest number of changes, and smallest rms of them, m/s.
 const LEAST_CHANGES: usize = 30;
 const LEAST_MPS: f64 = 0.5;
-/// So much of the changes has to be explained at the best delay, and so much less at none and at any that is not near it.
+/// Smallest share of the changes that the best delay explains, and its lead over zero and over distant delays.
 const EXPLAINED: f64 = 0.5;
 const CLEARLY: f64 = 0.1;
-/// An offset at which the accelerations explain less than this of the changes is none.
+/// Offsets that explain a smaller share of the changes are rejected.
 const DENIED: f64 = 0.1;
-/// GPS time is so far ahead of UTC, s.
+/// Lead of GPS time over UTC, s.
 const LEAP_SECONDS: f64 = 18.0;
 
 pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
@@ -73,14 +72,15 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
             severity: Severity::Warning,
             count: 1,
             words: format!(
-                "inertial unit: its clock runs {percent:.2} % {fast} against that of the fixes, by when the vehicle accelerates: rates, \
-                 forces and the times of all fixes are off; stamp samples by a clock that is right, not by their number"
+                "inertial unit: its clock runs {percent:.2} % {fast} against the clock of the fixes, by their \
+                 accelerations: rates, forces and the times of all fixes are off; stamp samples with a correct clock, \
+                 not by counting them"
             ),
         });
-        // A delay that grows is none to be declared.
+        // A growing delay cannot be declared.
         return;
     }
-    // Where accelerations tell nothing, they deny nothing.
+    // Without significant accelerations no offset is rejected.
     let is_denied =
         |offset_s: f64| felt.explained(&told, |_| offset_s).is_some_and(|share| share < DENIED);
     let is_trusted = |offset_s: f64| {
@@ -95,7 +95,7 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     let side = |offset_s: f64| {
         let found_s = declared_s + offset_s;
         let side = if found_s >= 0.0 { "earlier" } else { "later" };
-        format!("{:.3} s {side} than their time stamps say", found_s.abs())
+        format!("{:.3} s {side} than their time stamps", found_s.abs())
     };
     let declared = format!("declared latency {declared_s:.3} s");
     let mend = |offset_s: f64| {
@@ -108,19 +108,19 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         format!("; stamp fixes and samples by one clock{cause}")
     };
     let (is_off, what) = if let Some(far_s) = far_s {
-        let how = "by when the vehicle accelerates";
-        (true, format!("fixes hold {} ({how}), {declared}{}", side(far_s), mend(far_s)))
+        let how = "by the vehicle's accelerations";
+        (true, format!("fixes are valid {} ({how}), {declared}{}", side(far_s), mend(far_s)))
     } else if let Some((offset_s, sigma_s)) = log.run.gps_offset {
         let is_off = offset_s.abs() > OFFSET_S && offset_s.abs() > 4.0 * sigma_s;
         let side = side(offset_s);
         let what = if is_off && !is_trusted(offset_s) {
             format!(
-                "fixes may hold at other times than their time stamps say: the filter found {side}, {declared}, which \
-                 is more than it follows, or of fixes of which it refused many; look at the clocks"
+                "fixes may be valid at other times than their time stamps: the filter found {side}, {declared}, which \
+                 is beyond its range, or from fixes of which it rejected many; check the clocks"
             )
         } else {
             let mend = if is_off { mend(offset_s) } else { String::new() };
-            format!("fixes hold {side} (one-sigma {sigma_s:.3} s), {declared}{mend}")
+            format!("fixes are valid {side} (one-sigma {sigma_s:.3} s), {declared}{mend}")
         };
         (is_off, what)
     } else {
@@ -137,22 +137,22 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
     });
 }
 
-/// Level velocity by the specific force that was felt, turned by the attitude of a run.
+/// Horizontal velocity from the measured specific force, turned by the attitude of a run, up to a constant.
 #[derive(Default)]
 pub(super) struct Felt {
     moments: Vec<Moment>,
     sum_mps: [f64; 2],
     gaps: u32,
-    /// The latest solution.
+    /// Index of the latest solution.
     index: usize,
 }
 
-/// What was felt until a moment.
+/// Velocity from the specific force at a time.
 #[derive(Clone, Copy)]
 struct Moment {
     time_s: f64,
     north_east_mps: [f64; 2],
-    /// How many times something was hidden before.
+    /// Number of gaps before.
     gaps: u32,
 }
 
@@ -181,8 +181,8 @@ impl Felt {
         }
     }
 
-    /// By how much a second the delay of the fixes grows, where that is plain of one part of the flight after the other:
-    /// then the clocks of samples and fixes do not run alike.
+    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly: the clocks of samples and
+    /// fixes then run at different rates.
     fn drift(&self, told: &[Change]) -> Option<f64> {
         let parts: Vec<[f64; 2]> = told
             .chunks(PART)
@@ -197,7 +197,7 @@ impl Felt {
         let about: Vec<(f64, f64)> =
             parts.iter().map(|[at_s, at_delay_s]| (at_s - time_s, at_delay_s - delay_s)).collect();
         let drift = Scale::of(&about)?.scale;
-        // A line takes two of them.
+        // The line has two parameters.
         let off_s = (about.iter().map(|(t, d)| (d - drift * t).powi(2)).sum::<f64>()
             / (count - 2.0))
             .sqrt();
@@ -210,15 +210,15 @@ impl Felt {
         is_plain.then_some(drift)
     }
 
-    /// How much earlier than by the declared latency the fixes hold, s, where that is plain.
+    /// Time by which the fixes are valid earlier than by the declared latency, s; `None` where it is not significant.
     fn delay_s(&self, told: &[Change]) -> Option<f64> {
         let (delay_s, explained) = self.plain_delay_s(told)?;
         let now = self.explained(told, |_| 0.0).unwrap_or(0.0);
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 
-    /// The delay that explains most of the changes that were `told`, s, and how much, where that is more than at any
-    /// that is not near it.
+    /// Delay that explains the largest share of the changes `told` by the fixes, s, and that share; `None` where a distant
+    /// delay explains about as much.
     fn plain_delay_s(&self, told: &[Change]) -> Option<(f64, f64)> {
         let explained = |delay_s: f64| self.explained(told, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
@@ -239,8 +239,8 @@ impl Felt {
         Some((fine_s, most))
     }
 
-    /// How much of the changes that were `told` those that were felt `delay_s` before explain, turned together by
-    /// whatever angle explains them best, 0 to 1.
+    /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned together
+    /// by the angle that fits best.
     fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         let pairs: Vec<_> = told
             .iter()
@@ -290,13 +290,13 @@ impl Felt {
     }
 }
 
-/// By how much more the level velocity changed in one time than in the time before.
+/// Second difference of the horizontal velocity over three times.
 struct Change {
     times_s: [f64; 3],
     north_east_mps: [f64; 2],
 }
 
-/// When most of these changes came, s.
+/// Centre of these changes in time, weighted by their squares, s.
 fn centre_s(changes: &[Change]) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for Change { times_s: [_, time_s, _], north_east_mps: [north, east] } in changes {

@@ -1,12 +1,12 @@
-//! A receiver whose places or velocities scatter by more than it states of them.
+//! A receiver whose positions or velocities scatter more than the one-sigmas it states.
 
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// One-sigmas that count for more than so many times what was stated are too small; where they are right, for a part of
-/// them wanders, up to 1.2 was seen.
+/// Ratio of the used to the stated one-sigmas beyond which the stated ones are too small. Correct ones reach up to 1.2,
+/// for a part of the error drifts.
 const UNDERSTATED: f64 = 1.5;
-/// Fewer fixes tell nothing.
+/// Fewer fixes are not judged.
 const LEAST: usize = 50;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -14,7 +14,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let Some((start_s, end_s)) = log.span_s().filter(|_| fixes.len() >= LEAST) else { return };
     let places = fixes.iter().filter(|fix| fix.position_sigma_m.is_some()).count();
     let velocities = fixes.iter().filter(|fix| fix.velocity_sigma_mps.is_some()).count();
-    let stated = [("places", places), ("velocities", velocities)];
+    let stated = [("positions", places), ("velocities", velocities)];
     for ((what, count), times) in stated.into_iter().zip(log.run.stated_times) {
         if times < UNDERSTATED || 2 * count <= fixes.len() {
             continue;
@@ -27,8 +27,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Warning,
             count,
             words: format!(
-                "gps states its {what} surer than they are {}: their one-sigmas count for {times:.1} times as much in \
-                 the mean, by what the {what} scatter; right ones may have been refused before that was known",
+                "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \
+                 average, by the scatter of the {what}; it may have rejected good ones before",
                 when(start_s, end_s)
             ),
         });

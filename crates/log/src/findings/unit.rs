@@ -1,11 +1,11 @@
-//! The axes of the inertial unit, as findings name them.
+//! Names and readings of the inertial unit's axes.
 
 use crate::rates::Rates;
 
 pub(super) const AXES: [&str; 6] =
     ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
 
-/// What the axis of that number of [`AXES`] reads, rad/s or m/s².
+/// Reading of one axis, by its index in [`AXES`], rad/s or m/s².
 pub(super) fn component(at: &Rates, axis: usize) -> f64 {
     if axis < 3 { at.turn_radps[axis] } else { at.force_mps2[axis - 3] }
 }

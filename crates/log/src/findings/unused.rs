@@ -1,4 +1,4 @@
-//! Readings that could not be compared at all.
+//! Readings that the filter could not compare at all.
 
 use std::ops::RangeInclusive;
 
@@ -10,10 +10,10 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;
-/// Spikes of a field come now and then: one event within this, s, of at least so many.
+/// Largest gap between spikes of a field in one event, s, and smallest number of spikes in it.
 const SPIKES_S: f64 = 60.0;
 const LEAST_SPIKES: usize = 3;
-/// A disturbance is told so long, s, after the first reading of it, at most.
+/// A disturbance is reported at most this long, s, after its first reading.
 const BEGINS_S: f64 = 1.0;
 
 const AIDS: [(Aid, Sensor); 6] = [
@@ -25,7 +25,7 @@ const AIDS: [(Aid, Sensor); 6] = [
     (Aid::Rangefinder, Sensor::Rangefinder),
 ];
 
-/// Reasons, and whether the readings came while the inertial samples were missing.
+/// Reasons, and whether the readings came during a gap in the inertial samples.
 const REASONS: [(Unusable, bool); 12] = [
     (Unusable::NotFinite, false),
     (Unusable::TooOld, false),
@@ -41,10 +41,10 @@ const REASONS: [(Unusable, bool); 12] = [
     (Unusable::FieldTooSteep, false),
 ];
 
-/// A gap also leaves what came so long, s, before it, and was not taken in at once, behind.
+/// Readings that came up to this long, s, before a gap are late because of it as well.
 const WAITING_S: f64 = 0.3;
 
-/// For so long, s, a filter that has just started remembers too little for a fix that comes late.
+/// Time after the start, s, in which the filter's history is too short for late fixes.
 const STARTING_S: f64 = 1.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -57,7 +57,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             _ => None,
         })
         .collect();
-    // The first reading of a disturbance is off too, and the disturbance is told.
+    // The first reading of a disturbance counts as an outlier, but the disturbance has its own finding.
     let begins_one = |time_s: f64| {
         let next = disturbed_s.partition_point(|&disturbed_s| disturbed_s < time_s);
         disturbed_s.get(next).is_some_and(|&disturbed_s| disturbed_s - time_s < BEGINS_S)
@@ -105,7 +105,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         if samples_ended {
                             "the inertial samples had ended"
                         } else if of_gaps {
-                            "the inertial samples were missing, and these too old when they came again"
+                            "the inertial samples were missing, and these readings too old when the samples resumed"
                         } else {
                             in_words(reason)
                         }
@@ -116,7 +116,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// When inertial samples were missing, and just before, s.
+/// Gaps in the inertial samples, extended by [`WAITING_S`] before, s.
 fn gaps(log: &Judged<'_>) -> Vec<RangeInclusive<f64>> {
     let of_notice = |notice: &Notice| match *notice {
         Notice::GapBridged { time, length_s }
@@ -142,21 +142,19 @@ const fn kind(reason: Unusable) -> FindingKind {
 
 const fn in_words(reason: Unusable) -> &'static str {
     match reason {
-        Unusable::NotFinite => "not finite, or beyond what can be",
-        Unusable::TooOld => {
-            "older than the filter remembers, as a wrong clock or latency makes them"
-        }
-        Unusable::AheadOfImu => "ahead of the inertial samples, as a wrong clock makes them",
-        Unusable::Stuck => "the same distance to the last bit, though the vehicle moved",
+        Unusable::NotFinite => "not finite, or outside the possible range",
+        Unusable::TooOld => "older than the filter's history: check clock and latency",
+        Unusable::AheadOfImu => "ahead of the inertial samples: check the clock",
+        Unusable::Stuck => "the same distance to the last bit while the vehicle moved",
         Unusable::WrongBaseline => {
             "the antennas found further apart, or closer, than they are mounted"
         }
-        Unusable::Reversed => "pointing backwards, as with the two antennas exchanged",
-        Unusable::Outlier => "each off what the field was before and after, as a spike is",
-        Unusable::FieldTooSteep => "without a level part, and so without a heading",
+        Unusable::Reversed => "pointing backwards: are the two antennas exchanged?",
+        Unusable::Outlier => "single spikes, off the field before and after",
+        Unusable::FieldTooSteep => "without a horizontal part of the field, so without a heading",
         Unusable::TurnsOtherwise => {
-            "they turn otherwise than the gyros, as where they are frozen, late, smoothed or led astray by accelerations"
+            "the attitude turns unlike the gyros: it is frozen, late, smoothed or disturbed by accelerations"
         }
-        _ => "frozen, the fix before again though moving",
+        _ => "frozen: the previous fix repeated while the vehicle moved",
     }
 }

@@ -1,4 +1,4 @@
-//! Places that walk away from the receiver's own velocity.
+//! Positions that drift from the receiver's own velocity.
 
 use hovernav::ekf::Notice;
 
@@ -6,7 +6,7 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Fixes that have walked away no further apart than this, s, are one walk.
+/// Drifting fixes at most this far apart, s, are one finding.
 const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -24,9 +24,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         severity: Severity::Warning,
         count: span.count,
         words: format!(
-            "gps position has walked away from the receiver's own velocity {}, by up to {:.0} m: a glitch of the \
-             receiver, or its velocity is wrong; the filter follows, and its one-sigma reaches back to where it was \
-             before{}",
+            "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \
+             velocity; the filter follows the position, and its one-sigma covers the earlier position too{}",
             when(span.start_s, span.end_s),
             span.largest,
             log.cost(span.start_s, span.end_s)

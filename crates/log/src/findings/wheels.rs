@@ -1,4 +1,4 @@
-//! A vehicle that rolls on wheels, and is held to its road where fixes are absent.
+//! A vehicle on wheels, constrained to its road while fixes are absent.
 
 use hovernav::ekf::Notice;
 
@@ -23,8 +23,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Info,
             count: 1,
             words: format!(
-                "the vehicle rolls on wheels, by what fixes have shown up to {start_s:.0} s: where they are absent it \
-                 is held to move neither to the side nor up from its road, to {sigma_mps:.2} m/s"
+                "the vehicle rolls on wheels, as the fixes up to {start_s:.0} s show: without fixes the filter \
+                 constrains its velocity sideways and off the road to zero, one-sigma {sigma_mps:.2} m/s"
             ),
         });
     }
