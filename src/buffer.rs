@@ -1,4 +1,4 @@
-//! What the drivers' buffers have in common.
+//! Helper for the buffers of the drivers.
 
 use core::cell::Cell;
 

@@ -1,13 +1,13 @@
-//! The Earth as the filter sees it: the WGS-84 ellipsoid, its normal gravity and its rotation.
+//! Earth model of the filter: the WGS-84 ellipsoid, its normal gravity and its rotation.
 //!
 //! Sources: NIMA TR8350.2, *Department of Defense World Geodetic System 1984*, third edition,
 //! amendment 1 (constants: tables 3.1 to 3.4; gravity: equations 4-1 and 4-3); Groves, *Principles
 //! of GNSS, Inertial, and Multisensor Integrated Navigation Systems*, second edition, chapter 2.
 //!
-//! Conversions hold over the whole globe, poles and date line included, from 5 000 km below to
-//! 10 000 000 km above the ellipsoid; gravity to 1e-6 m/s² up to 15 km. North itself is undefined at
-//! the poles: [`transport_rate`](Local::transport_rate) grows without bound there, so navigation in
-//! NED asks for [`Geodetic::is_navigable`].
+//! Conversions are valid over the whole globe, poles and date line included, from 5 000 km below to 10 000 000 km
+//! above the ellipsoid. Gravity is accurate to 1e-6 m/s² up to 15 km. North is undefined at the poles:
+//! [`transport_rate`](Local::transport_rate) grows without bound there. Navigation in NED therefore requires
+//! [`Geodetic::is_navigable`].
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -26,7 +26,7 @@ pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
 pub const SEMI_MINOR_AXIS_M: f64 = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING);
 /// Rotation rate of the Earth, rad/s (TR8350.2 table 3.1: defining).
 pub const EARTH_RATE_RADPS: f64 = 7.292_115e-5;
-/// Standard gravity, m/s²: what a unit's "g" means, and what turns acceleration into tilt. Source: 3rd
+/// Standard gravity, m/s²: the unit "g" of an inertial unit, and the factor from acceleration to tilt. Source: 3rd
 /// CGPM (1901).
 pub const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 /// Normal gravity at the equator, m/s² (TR8350.2 table 3.4).
@@ -36,10 +36,10 @@ pub const SOMIGLIANA_K: f64 = 0.001_931_852_652_41;
 /// m = ω² a² b / GM (TR8350.2 table 3.4).
 pub const GRAVITY_RATIO_M: f64 = 0.003_449_786_506_84;
 
-/// No vehicle of this kind is further above or below the ellipsoid, m.
+/// Largest height above or depth below the ellipsoid of a vehicle of this kind, m.
 const HIGHEST_M: f64 = 1e5;
 
-/// A place as geodetic latitude, longitude and height above the WGS-84 ellipsoid.
+/// A position as geodetic latitude, longitude and height above the WGS-84 ellipsoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geodetic {
     /// Geodetic latitude, north positive, in [−π/2, π/2].
@@ -51,10 +51,10 @@ pub struct Geodetic {
 }
 
 impl Geodetic {
-    /// A place from degrees and metres.
+    /// Creates a position from degrees and metres.
     ///
-    /// `None` when a value is not finite, the latitude is beyond ±90°, the longitude beyond ±360°,
-    /// or the height beyond ±100 km: no place a vehicle of this kind can be.
+    /// `None` when a value is not finite, the latitude is beyond ±90°, the longitude beyond ±360°, or the height
+    /// beyond ±100 km.
     #[must_use]
     pub fn from_degrees(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Option<Self> {
         let on_earth = libm::fabs(latitude_deg) <= 90.0
@@ -79,9 +79,9 @@ impl Geodetic {
         self.longitude_rad.to_degrees()
     }
 
-    /// Whether north is well enough defined here to navigate in NED: within ±89.9° of latitude
-    /// (11 km from a pole, where 10 m/s eastwards turns the frame at 0.05°/s), within ±100 km of the
-    /// ellipsoid, all values finite.
+    /// Whether north is defined well enough here to navigate in NED. Requires a latitude within ±89.9°, a height
+    /// within ±100 km of the ellipsoid, and finite values. At 89.9°, 11 km from a pole, 10 m/s eastwards turns the
+    /// frame at 0.05°/s.
     #[must_use]
     pub fn is_navigable(&self) -> bool {
         libm::fabs(self.latitude_rad) <= 89.9f64.to_radians()
@@ -103,11 +103,11 @@ impl Geodetic {
         Vector::new(across * cos_lon, across * sin_lon, along)
     }
 
-    /// The place of Earth-centred, Earth-fixed coordinates in m.
+    /// The position of Earth-centred, Earth-fixed coordinates in m.
     ///
-    /// Bowring's iteration on the parametric latitude, to rounding in at most four turns at the
-    /// heights this module is valid for. `None` within 1 000 km of the Earth's centre, where
-    /// latitude loses its meaning, and for NaN or infinities.
+    /// Bowring's iteration on the parametric latitude converges to rounding in at most four iterations over the
+    /// heights of this module. `None` for NaN or infinities, and within 1 000 km of the Earth's centre, where
+    /// latitude is not defined.
     ///
     /// # Source
     /// B. R. Bowring (1976), Transformation from spatial to geographical coordinates, *Survey
@@ -163,16 +163,16 @@ impl Geodetic {
         origin.ecef_to_ned() * (self.to_ecef() - origin.to_ecef())
     }
 
-    /// The place at `offset_m` from `origin` in the north, east and down of `origin`: the inverse of
+    /// The position at `offset_m` from `origin` in the north, east and down of `origin`: the inverse of
     /// [`local_ned_m`](Self::local_ned_m). `None` near the Earth's centre and for NaN.
     #[must_use]
     pub fn from_local_ned(origin: &Self, offset_m: Vector<Ned>) -> Option<Self> {
         Self::from_ecef(origin.to_ecef() + origin.ecef_to_ned().inverse() * offset_m)
     }
 
-    /// Moved by a small NED displacement along the curved surface, by the radii of curvature: for
-    /// filter corrections and lever arms. Below 80° of latitude the error, which grows with the
-    /// square of the distance, is under 1 µm within 1 m and under 6 mm within 100 m.
+    /// This position moved by a small NED displacement along the curved surface, by the radii of curvature: for
+    /// filter corrections and lever arms. The error grows with the square of the distance. Below 80° of latitude it
+    /// is under 1 µm within 1 m and under 6 mm within 100 m.
     #[must_use]
     pub fn displaced<T: Scalar>(&self, displacement_m: Vector<Ned, T>) -> Self {
         Local::about(self).displaced(self, displacement_m)
@@ -186,7 +186,7 @@ impl Geodetic {
     }
 }
 
-/// Everything of the Earth that navigation at one place needs, from one sine and cosine.
+/// Quantities of the Earth at one position that navigation needs, from one sine and cosine.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<T = f64> {
     /// Meridian radius of curvature plus height, m: metres of northing per radian of latitude.
@@ -206,7 +206,7 @@ impl Local {
     ///
     /// Gravity is Somigliana's formula on the ellipsoid, carried to height by the second-order
     /// series (TR8350.2 equations 4-1 and 4-3). Its northward component above the ellipsoid
-    /// (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120 m) is left out.
+    /// (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120 m) is neglected.
     ///
     /// # Source
     /// Equations (E1), (E6) and (E7) of docs/equations.md.
@@ -217,7 +217,7 @@ impl Local {
 }
 
 impl<T: Scalar> Local<T> {
-    /// [`at`](Local::at), in numbers of any type.
+    /// [`at`](Local::at) in a number type of choice.
     #[must_use]
     pub fn about(place: &Geodetic) -> Self {
         let number = T::of;
@@ -249,7 +249,7 @@ impl<T: Scalar> Local<T> {
         }
     }
 
-    /// Rotation of the NED axes against the Earth while moving over it, rad/s (Groves 5.44).
+    /// Rotation rate of the NED axes against the Earth due to motion over it, rad/s (Groves 5.44).
     ///
     /// # Source
     /// Equation (E8) of docs/equations.md.
@@ -284,8 +284,8 @@ impl<T: Scalar> Local<T> {
         }
     }
 
-    /// `from` moved by one integration step's displacement, by the radii at the middle of the way:
-    /// second order in its length; `self` must be the Earth at `from`.
+    /// `from` moved by the displacement of one integration step, by the radii at the middle of the step: second order
+    /// in its length. `self` must be the Earth at `from`.
     ///
     /// # Source
     /// Equation (E10) of docs/equations.md.
@@ -303,7 +303,7 @@ impl<T: Scalar> Local<T> {
         middle.displaced(from, travel_m)
     }
 
-    /// Small displacement between two places; `self` must be the Earth at or near them.
+    /// Small displacement between two positions; `self` must be the Earth at or near them.
     #[must_use]
     pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned, T> {
         Vector::new(

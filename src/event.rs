@@ -1,11 +1,11 @@
-//! One stream of everything the sensors say, in order of arrival.
+//! One stream of all sensor measurements, in order of arrival.
 
 use crate::frames::{Body, Vector};
 use crate::gps::{AntennaHeading, Fix};
 use crate::imu::ImuSample;
 use crate::time::Time;
 
-/// Something a sensor said.
+/// A measurement of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A sample of the inertial unit.
@@ -14,14 +14,14 @@ pub enum Event {
     Gps(Fix),
     /// A barometric height above any fixed level, m, up.
     Baro {
-        /// When it was true.
+        /// Time of validity.
         time: Time,
         /// Height, m.
         height_m: f64,
     },
-    /// A magnetometer apart from the inertial unit.
+    /// A magnetometer separate from the inertial unit.
     Magnetometer {
-        /// When it was true.
+        /// Time of validity.
         time: Time,
         /// Magnetic field in body axes, gauss.
         field_gauss: Vector<Body>,
@@ -32,30 +32,31 @@ pub enum Event {
     Range(RangeReading),
 }
 
-/// What a rangefinder that looks at the ground says.
+/// A measurement of a rangefinder that looks at the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeReading {
-    /// When it was true.
+    /// Time of validity.
     pub time: Time,
-    /// Distance along the beam, from the sensor to what it hits, m.
+    /// Distance along the beam, from the sensor to the reflecting surface, m.
     pub range_m: f64,
-    /// Its one-sigma, m, where the sensor tells.
+    /// One-sigma of the distance, m, where the sensor reports it.
     pub sigma_m: Option<f64>,
-    /// How good the sensor takes it to be, from 0, not valid, to 1, where it tells.
+    /// Quality reported by the sensor, from 0, invalid, to 1; `None` where it reports no quality.
     pub quality: Option<f64>,
 }
 
 impl RangeReading {
-    /// A distance of which the sensor says no more.
+    /// A distance without one-sigma and quality.
     #[must_use]
     pub const fn new(time: Time, range_m: f64) -> Self {
         Self { time, range_m, sigma_m: None, quality: None }
     }
 
-    /// Whether its numbers can be a rangefinder's: distance and one-sigma from 0 to 10 km, quality from 0 to 1.
+    /// Whether the numbers are possible for a rangefinder: distance and one-sigma from 0 to 10 km, quality from 0 to
+    /// 1.
     #[must_use]
     pub fn is_possible(&self) -> bool {
-        // Written so that a NaN is refused.
+        // Written so that a NaN is rejected.
         let can_be = |value: f64| (0.0..LONGEST_RANGE_M).contains(&value);
         can_be(self.range_m)
             && self.sigma_m.is_none_or(can_be)
@@ -63,20 +64,20 @@ impl RangeReading {
     }
 }
 
-/// No rangefinder reads as much, m.
+/// Upper limit of a rangefinder's distance, m.
 const LONGEST_RANGE_M: f64 = 1e4;
-/// No barometric height is further from zero, m.
+/// Largest distance of a barometric height from zero, m.
 const HIGHEST_M: f64 = 1e5;
 
 /// Whether a number can be a barometric height, m: finite and within 100 km of zero.
 #[must_use]
 pub fn is_possible_height(height_m: f64) -> bool {
-    // Written so that a NaN is refused.
+    // Written so that a NaN is rejected.
     (-HIGHEST_M..=HIGHEST_M).contains(&height_m)
 }
 
 impl Event {
-    /// When what it says was true.
+    /// Time of validity of the measurement.
     #[must_use]
     pub fn time(&self) -> Time {
         match self {

@@ -1,5 +1,5 @@
-// The README's links lead to files beside it. The first definition of a link counts, so that these
-// hold in the documentation.
+// The README's links lead to files next to it. The first definition of a link counts, so that these take effect in
+// the documentation.
 #![doc = "[aids]: https://github.com/hovernav/hovernav/blob/main/docs/aids.md"]
 #![doc = "[architecture]: https://github.com/hovernav/hovernav/blob/main/docs/architecture.md"]
 #![doc = "[dependencies]: https://github.com/hovernav/hovernav/blob/main/docs/dependencies.md"]
@@ -20,24 +20,23 @@
 //!
 //! # The tour
 //!
-//! In the order data meets them; each page begins with what its module is for.
-//!
+//! The modules in the order in which data passes them. The page of each module begins with its purpose.
 //! | module | what it is |
 //! |---|---|
-//! | [`scalar`], [`time`], [`frames`], [`earth`] | the ground: a number type, a clock, vectors that know their frame, the ellipsoid |
-//! | [`imu`], [`controls`] | a sample of an inertial unit; sticks and channels, named once |
-//! | [`dmu`], [`gps`], [`event`] | the Crossbow unit, GPS receivers, and one stream of what sensors say |
-//! | [`sensors`] | both conversations at once: from a line's bytes to events |
+//! | [`scalar`], [`time`], [`frames`], [`earth`] | the basis: a number type, a clock, vectors typed by frame, the ellipsoid |
+//! | [`imu`], [`controls`] | a sample of an inertial unit; the names of sticks and channels |
+//! | [`dmu`], [`gps`], [`event`] | the Crossbow unit, GPS receivers, and one stream of sensor measurements |
+//! | [`sensors`] | both sensor links together: from the bytes of two lines to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
-//! | [`ekf`] | the filter; [`ekf::Estimator`] is the whole of it behind one call |
+//! | [`ekf`] | the filter; [`ekf::Estimator`] is the complete filter behind one call |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
-//! | [`servo`], [`flight_control`] | pulses from the pilot and to the servos; the pilot's switch, the autopilot and what happens when one of them is lost |
-//! | [`telemetry`] | what the ground is told |
+//! | [`servo`], [`flight_control`] | pulses from the pilot and to the servos; the pilot's switch, the autopilot and the failsafes |
+//! | [`telemetry`] | the frames that the ground station receives |
 //!
-//! Nothing imports what stands below it in this table. Vectors and quaternions are those of [`glam`],
-//! re-exported so that its version need not be matched.
+//! A module imports only modules above it in this table. Vectors and quaternions are those of [`glam`], which is
+//! re-exported so that users need not match its version.
 #![cfg_attr(not(test), no_std)]
-// What flies cannot panic.
+// Flight code must not panic.
 #![cfg_attr(
     not(test),
     deny(

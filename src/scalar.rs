@@ -1,9 +1,9 @@
-//! The number type that a filter computes in: `f64`, or `f32` where a processor has no more.
+//! The number type of the filter's arithmetic: `f64`, or `f32` for processors without double precision.
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// `f32` or `f64`: what vectors, rotations and covariances are made of. Geographic positions and times are
-/// exact whatever it is: `f64` and whole nanoseconds.
+/// `f32` or `f64`: the number type of vectors, rotations and covariances. Geographic positions and times stay exact
+/// with either: they are `f64` and whole nanoseconds.
 pub trait Scalar:
     Copy
     + PartialOrd
@@ -25,18 +25,18 @@ pub trait Scalar:
     const ZERO: Self;
     /// One.
     const ONE: Self;
-    /// The greatest number that is finite.
+    /// The largest finite number.
     const MAX: Self;
-    /// What a measurement may bring, its variance by the state over its own, before the short form of
-    /// the update loses half the digits: the root of the number of steps in one.
+    /// Largest ratio of the state's variance to the measurement's for the short form of the covariance update:
+    /// √(1/ε). Beyond it the short form loses half of the digits.
     const MOST_INFORMATION: Self;
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
     /// The same number as `f64`.
     fn wide(self) -> f64;
-    /// So many nanoseconds as seconds.
+    /// Converts nanoseconds to seconds.
     fn of_nanoseconds(nanoseconds: i64) -> Self;
-    /// These seconds as whole nanoseconds, the nearest; saturates, and NaN gives none.
+    /// Converts seconds to whole nanoseconds, rounded to nearest. Saturates; NaN gives 0.
     fn to_nanoseconds(self) -> i64;
     /// Square root, the nearest number of this type.
     fn sqrt(self) -> Self;
@@ -46,27 +46,27 @@ pub trait Scalar:
     fn atan2(self, x: Self) -> Self;
     /// The angle with this sine, rad, in [−π/2, π/2]; NaN beyond ±1.
     fn asin(self) -> Self;
-    /// The length of the hypotenuse over these sides, to two units in the last place; infinite where their
-    /// squares are, from 1e154 on (1e19 in single precision).
+    /// Length of the hypotenuse over these sides, to two units in the last place. Infinite where the squares are
+    /// infinite: from 1e154 on (1e19 in single precision).
     fn hypot(self, other: Self) -> Self;
     /// e to this power.
     fn exp(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
-    /// Without its sign.
+    /// The absolute value.
     fn abs(self) -> Self;
-    /// With the sign of another.
+    /// This magnitude with the sign of another number.
     fn copysign(self, sign: Self) -> Self;
-    /// The greater of two; of a number and NaN the number.
+    /// The greater of two numbers; of a number and NaN the number.
     fn max(self, other: Self) -> Self;
-    /// The less of two; of a number and NaN the number.
+    /// The smaller of two numbers; of a number and NaN the number.
     fn min(self, other: Self) -> Self;
-    /// Whether it is neither infinite nor NaN.
+    /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
 
-/// A number as a message tells it: in digits where people read it so, with an exponent beyond 1e9 and below
-/// 1e-6, so that 1e300 has one digit and not 301.
+/// A number formatted for messages: with an exponent beyond 1e9 and below 1e-6, in plain digits otherwise. So 1e300
+/// has one digit and not 301.
 ///
 /// ```
 /// use hovernav::scalar::Readable;
@@ -173,8 +173,9 @@ macro_rules! scalar {
 scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roundf);
 scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 
-/// The bits are those of `libm`, whose own is an instruction of SSE in whatever build: amid the wide vectors of a
-/// build for one processor (`target-cpu=native`) it waits for all their parts, and a fix takes half as long again.
+/// Square root by the SSE2 intrinsic; the bits are those of `libm`. In every build `libm` uses an SSE instruction.
+/// Among the wide vectors of a build with `target-cpu=native`, this instruction waits for all parts of the vector,
+/// and a fix takes 1.5 times as long.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]
 fn sqrt_double(of: f64) -> f64 {
@@ -183,7 +184,7 @@ fn sqrt_double(of: f64) -> f64 {
     get_f64_from_m128d_s(sqrt_m128d_s(of, of))
 }
 
-/// As [`sqrt_double`].
+/// Square root in single precision, see [`sqrt_double`].
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]
 fn sqrt_single(of: f32) -> f32 {
@@ -194,28 +195,28 @@ fn sqrt_single(of: f32) -> f32 {
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 use libm::{sqrt as sqrt_double, sqrtf as sqrt_single};
 
-/// Angles beyond this, rad, lose what is left of their digits to a reduction by 2π first: nothing that turns
-/// is told in such angles.
+/// Largest angle, rad, that is reduced by π/2 in parts. Larger angles are first reduced by 2π and lose digits;
+/// attitudes never have such angles.
 const REDUCED_RAD: f64 = 1e5;
-/// The same of single precision, whose parts of π/2 are shorter.
+/// The same limit in single precision, where the parts of π/2 are shorter.
 const REDUCED_SINGLE_RAD: f32 = 1e3;
 
-/// Sine and cosine to 2.5e-16 up to 1e5 rad, without a table of π: that of `libm` brings 3.4 kB of it, for angles up to 1e308, and
-/// takes four times as long. NaN and infinities give NaN.
+/// Sine and cosine to 2.5e-16 up to 1e5 rad, without a table of π. The functions of `libm` contain a table of 3.4 kB
+/// for angles up to 1e308, and take four times as long. NaN and infinities give NaN.
 ///
 /// # Source
 /// W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by
 /// π/2 in parts); coefficients and parts of π/2 are those of fdlibm (Sun Microsystems, 1993), `k_sin.c`,
 /// `k_cos.c` and `e_rem_pio2.c`.
 fn sincos_double(angle_rad: f64) -> (f64, f64) {
-    // Written so that a NaN goes there too.
+    // Written so that a NaN takes the second branch too.
     let small = libm::fabs(angle_rad) <= REDUCED_RAD;
     let angle_rad =
         if small { angle_rad } else { libm::remainder(angle_rad, core::f64::consts::TAU) };
-    // Beside so large a number there is room for whole ones only.
+    // Added to so large a number, a fraction rounds to a whole number.
     let quarters = (angle_rad * core::f64::consts::FRAC_2_PI + 6_755_399_441_055_744.0)
         - 6_755_399_441_055_744.0;
-    // π/2, of which the first parts have so few digits that their products are exact.
+    // π/2 in parts; the first parts have so few digits that their products are exact.
     let rest = angle_rad
         - quarters * 1.570_796_326_734_125_6
         - quarters * 6.077_100_506_303_966e-11
@@ -252,7 +253,7 @@ fn sincos_double(angle_rad: f64) -> (f64, f64) {
     of_quarter(quarters as i32, sine, cosine)
 }
 
-/// Sine and cosine in single precision alone, to 1e-7: on a part that has no more.
+/// Sine and cosine to 1e-7 in single precision only, for processors without double precision.
 ///
 /// # Source
 /// As [`sincos_double`]; the coefficients are those of S. L. Moshier, *Methods and Programs for Mathematical
@@ -274,7 +275,7 @@ fn sincos_single(angle_rad: f32) -> (f32, f32) {
     of_quarter(quarters as i32, sine, cosine)
 }
 
-/// Sine and cosine of an angle so many quarter turns on.
+/// Sine and cosine of the angle plus `quarters` quarter turns.
 fn of_quarter<T: Scalar>(quarters: i32, sine: T, cosine: T) -> (T, T) {
     match quarters & 3 {
         0 => (sine, cosine),

@@ -1,9 +1,9 @@
 //! From the bytes of two serial lines to events for the estimator.
 //!
-//! [`Sensors`] is the inertial unit's and the receiver's side of a flight, without any input or output
-//! of its own: it takes the bytes that a line received and when, and returns what they mean and what
-//! to write in return. The same bytes at the same times give the same events, bit for bit, so a record of
-//! the bytes replays the flight.
+//! [`Sensors`] is the side of the inertial unit and the receiver in a flight, without any input or output of its own.
+//! It takes the bytes that a line received, with their arrival time. It returns their meaning and the bytes to write
+//! in return. The same bytes at the same times give the same events, bit for bit, so a record of the bytes replays
+//! the flight.
 
 use crate::dmu::{
     Calibration, ClockFault, Command, Flow, Link, LinkAction, LinkFault, Measurement, Mode,
@@ -18,60 +18,58 @@ use crate::gps::ubx;
 use crate::gps::{AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
-/// What the inertial unit is and how it is to run.
+/// Settings of the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DmuConfig {
-    /// Which packets it is to send; voltage mode gives no samples.
+    /// Packet type that the unit sends; voltage mode gives no samples.
     pub mode: Mode,
-    /// Who sets their pace.
+    /// Source of the packet rate: polled or continuous.
     pub flow: Flow,
-    /// Its ranges and signs.
+    /// Ranges and signs of the unit.
     pub calibration: Calibration,
-    /// From the moment of a sample to the arrival of its packet's last byte, s: see
-    /// [`SampleClock::new`].
+    /// Latency from the moment of a sample to the arrival of its packet's last byte, s: see [`SampleClock::new`].
     pub latency_s: f64,
 }
 
-/// What the receiver is and how it is to run.
+/// Settings of the GPS receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpsConfig {
-    /// Its protocol.
+    /// Protocol of the receiver.
     pub protocol: Protocol,
-    /// Fixes a second, 1 to 10, that a u-blox receiver is to send. A Trimble receiver is set to
-    /// the reports that are needed, at its own pace. `None` leaves the receiver as it is.
+    /// Fix rate of a u-blox receiver, Hz, 1 to 10. A Trimble receiver is set to the reports that are needed, at its
+    /// own rate. `None` leaves the receiver as it is.
     pub rate_hz: Option<u8>,
-    /// How much earlier than its arrival a fix is valid, s.
+    /// Latency from the validity of a fix to its arrival, s.
     pub latency_s: f64,
     /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not send it.
     pub geoid_separation_m: Option<f64>,
-    /// Which fixes are good enough.
+    /// Limits that a fix must meet.
     pub limits: Limits,
 }
 
-/// What came of a line's bytes: a command to write, a measurement, a fault, an event.
+/// A result of received bytes: a command to write, a measurement, a fault or an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// One lives on the stack at a time, and there is no heap to put the large one on.
+// Only one lives on the stack at a time, and there is no heap for the large variant.
 #[allow(clippy::large_enum_variant)]
 pub enum SensorOutput {
     /// Write the command's byte to the unit.
     WriteDmu(Command),
     /// Write these bytes to the receiver.
     WriteGps(GpsCommand),
-    /// A packet, in units, at the time of its sample; `None` where it made no sample.
+    /// A packet in physical units, with the time of its sample; `None` where it gave no sample.
     Measured(Option<Time>, Measurement),
-    /// The unit's link has begun to start over.
+    /// The link to the unit failed and starts over.
     DmuLost(Time, LinkFault),
-    /// A packet has values that cannot or should not be. One that is invalid makes no sample; a stuck
-    /// sensor is reported each time its run of equal words has doubled.
+    /// A packet has impossible or suspect values. An invalid packet gives no sample. A stuck sensor is reported each
+    /// time its run of equal words has doubled.
     DmuImplausible(Time, PlausibilityFault),
-    /// A packet's sample has no usable time and is left out.
+    /// The sample of a packet has no usable time and is dropped.
     DmuClockFault(Time, ClockFault),
-    /// A fix as the receiver gave it, and what keeps it from the estimator: nothing if empty.
+    /// A fix of the receiver, and the checks that keep it from the estimator: empty for a good fix.
     Fix(ReceiverFix, Failures),
-    /// A good fix that does not say how high above the ellipsoid it is, of no use without the
-    /// geoid's separation.
+    /// A good fix without a height above the ellipsoid. It is not used unless the geoid separation is configured.
     FixWithoutHeight(Time),
-    /// For the estimator.
+    /// An event for the estimator.
     Event(Event),
 }
 
@@ -126,7 +124,7 @@ impl GpsCommand {
 /// let mut sensors = Sensors::new(dmu, gps, now);
 /// let (mut reply, mut samples, mut timer) = (Vec::new(), 0, 0u16);
 /// while samples < 3 {
-///     // A unit that always answers at once stands in for the serial port.
+///     // A simulated unit that always answers at once replaces the serial port.
 ///     let read = std::mem::take(&mut reply);
 ///     let next = sensors.dmu(&read, now, |output| match output {
 ///         SensorOutput::WriteDmu(command) if command.byte() == b'G' => {
@@ -153,7 +151,7 @@ pub struct Sensors {
     gps: GpsConfig,
 }
 
-/// The commands that bring the receiver to the messages that are wanted.
+/// The commands that configure the receiver for the required messages.
 #[derive(Clone, Copy, Debug)]
 enum ReceiverSetUp {
     None,
@@ -163,12 +161,12 @@ enum ReceiverSetUp {
     Ubx(ubx::Configuration),
 }
 
-/// Actions of the link that one moment can ask for. It asks for four at most, but at the last moment
-/// that [`Time`] holds none is ever later.
+/// Largest number of link actions at one moment: the link asks for four at most. No later time exists after the last
+/// moment of [`Time`], so the limit ends the loop there.
 const MOST_ACTIONS: usize = 8;
 
 impl Sensors {
-    /// Sensors in any state, to be started `now`.
+    /// Sensors in any state; their set-up begins `now`.
     #[must_use]
     pub fn new(dmu: DmuConfig, gps: GpsConfig, now: Time) -> Self {
         Self {
@@ -183,9 +181,8 @@ impl Sensors {
         }
     }
 
-    /// Takes `bytes` that were read from the inertial unit's line, of which the last came `now`; none
-    /// when the time that the last call returned was reached without any. Returns until when to
-    /// read next.
+    /// Takes `bytes` read from the inertial unit's line; the last of them arrived `now`. Pass no bytes when the time
+    /// that the last call returned was reached without any. Returns the time until which to read next.
     pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut emit: impl FnMut(SensorOutput)) -> Time {
         // Turns: at most one for each byte held or handed in: each takes a packet.
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
@@ -226,8 +223,8 @@ impl Sensors {
         }
     }
 
-    /// Takes `bytes` that were read from the receiver's line and came at `arrival`; none when the line
-    /// has fallen silent behind an epoch, which ends it.
+    /// Takes `bytes` read from the receiver's line that arrived at `arrival`. Pass no bytes once the line is silent
+    /// after an epoch: this ends the epoch.
     pub fn gps(&mut self, mut bytes: &[u8], arrival: Time, mut emit: impl FnMut(SensorOutput)) {
         if bytes.is_empty()
             && let Some(fix) = self.receiver.flush()
@@ -262,8 +259,7 @@ impl Sensors {
         }
     }
 
-    /// Sets the receiver up anew: its line was lost and is back, and it may have been off power
-    /// meanwhile.
+    /// Sets the receiver up again after its line was lost and restored: the receiver may have lost power.
     pub fn restart_gps(&mut self) {
         self.receiver_set_up = ReceiverSetUp::with(&self.gps);
     }
@@ -274,7 +270,7 @@ impl Sensors {
         &self.link
     }
 
-    /// What became of all the receiver's messages so far.
+    /// Counts of the receiver's messages so far.
     #[must_use]
     pub fn gps_counts(&self) -> MessageCounts {
         self.receiver.counts()

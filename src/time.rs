@@ -1,7 +1,7 @@
 //! Time on the one clock of a flight, in whole nanoseconds.
 //!
-//! Integer time replays bit for bit, compares exactly and never loses resolution however long the
-//! machine has been up; only differences become floating point.
+//! Integer time replays bit for bit, compares exactly and keeps its resolution for any uptime. Only differences are
+//! floating point.
 
 use core::fmt;
 use core::num::NonZeroU64;
@@ -20,19 +20,19 @@ use crate::scalar::Scalar;
 /// assert_eq!(end - start, 0.25);
 /// ```
 ///
-/// An `Option` of it takes no more memory than itself: the estimator holds many, and so has none for the earliest number of 64
-/// bits.
+/// `Option<Time>` takes no more memory than `Time`. The estimator holds many of them. The earliest 64-bit number is
+/// therefore not a valid time.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time(NonZeroU64);
 
-/// What turns the order of signed numbers into that of unsigned ones.
+/// Sign bit: toggling it maps the order of signed numbers to that of unsigned numbers.
 const SIGN: u64 = 1 << 63;
 
 impl Time {
     /// The clock's zero.
     pub const ZERO: Self = Self::from_nanoseconds(0);
 
-    /// The moment `nanoseconds` after the clock's zero; the least number gives the moment after it.
+    /// The moment `nanoseconds` after the clock's zero; `i64::MIN` gives the moment after it.
     #[must_use]
     #[inline]
     pub const fn from_nanoseconds(nanoseconds: i64) -> Self {
@@ -72,8 +72,8 @@ impl Time {
         T::of_nanoseconds(self.nanoseconds().saturating_sub(earlier.nanoseconds()))
     }
 
-    /// This moment shifted by `seconds`, which may be negative; saturates at the ends of the range,
-    /// and a NaN shifts by nothing.
+    /// This moment shifted by `seconds`, which may be negative. Saturates at the ends of the range; a NaN shifts by
+    /// 0.
     #[must_use]
     pub fn offset_by(self, seconds: impl Scalar) -> Self {
         Self::from_nanoseconds(self.nanoseconds().saturating_add(seconds.to_nanoseconds()))

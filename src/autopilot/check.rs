@@ -1,16 +1,16 @@
-//! What every configuration of the autopilot is checked with.
+//! Errors and range checks of the autopilot's configuration.
 
 use crate::scalar::{Readable, Scalar};
 
-/// A value no autopilot can fly with.
+/// A configuration value that the autopilot cannot fly with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ConfigError {
-    /// Which value: its key in `autopilot.toml`.
+    /// Key of the value in `autopilot.toml`.
     pub what: &'static str,
-    /// What was found.
+    /// The value found.
     pub found: f64,
-    /// What would have been right.
+    /// The expected range.
     pub expected: &'static str,
 }
 
@@ -23,7 +23,7 @@ impl core::fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Refuses a value that is NaN or infinite.
+/// Rejects a value that is NaN or infinite.
 pub(super) fn finite<T: Scalar>(what: &'static str, found: T) -> Result<(), ConfigError> {
     if found.is_finite() {
         Ok(())
@@ -32,7 +32,7 @@ pub(super) fn finite<T: Scalar>(what: &'static str, found: T) -> Result<(), Conf
     }
 }
 
-/// Refuses a value outside `lowest` to `highest`, both as near as its type has them, and NaN.
+/// Rejects NaN and values outside `lowest` to `highest`, with both bounds rounded to the value's type.
 pub(super) fn within<T: Scalar>(
     what: &'static str,
     found: T,

@@ -1,4 +1,4 @@
-//! The autopilot's configuration as plain data, and what it must keep to.
+//! The autopilot's configuration as plain data, and its checks.
 
 use super::check::{ConfigError, finite, within};
 use super::guidance::GuidanceConfig;
@@ -10,7 +10,7 @@ use super::transfer::TransferConfig;
 use super::trim::Trim;
 use crate::scalar::Scalar;
 
-/// Every gain of the hybrid, at the sample period they were designed for.
+/// Gains of the hybrid controller, for the sample period of their design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -20,19 +20,19 @@ use crate::scalar::Scalar;
 pub struct Gains<T = f64> {
     /// Collective from the downward velocity w, body axes.
     pub heave: PidGains<T>,
-    /// Pedal from r, ψ; one hidden state beside the servo.
+    /// Pedal from r, ψ; one hidden state besides that of the servo.
     pub yaw: RegulatorGains<2, 2, 1, T>,
-    /// Pedal per collective: takes out what collective does to the heading.
+    /// Pedal per collective: compensates the yaw that collective causes.
     pub pedal_per_collective: T,
-    /// Lateral and longitudinal cyclic from p, q, φ, θ, u, v; hidden are up to four states of rotor
-    /// and bar, and two servos.
+    /// Lateral and longitudinal cyclic from p, q, φ, θ, u, v. Hidden states are up to four of rotor and stabilizer
+    /// bar, and two of the servos.
     pub roll_pitch: RegulatorGains<6, 6, 2, T>,
-    /// Lateral and longitudinal cyclic from p, q, φ, θ alone, for when velocity is not known.
+    /// Lateral and longitudinal cyclic from p, q, φ, θ alone, for flight without a known velocity.
     pub attitude: RegulatorGains<4, 6, 2, T>,
 }
 
 impl<T: Scalar> Default for Gains<T> {
-    /// Gains that do nothing.
+    /// Gains of zero.
     fn default() -> Self {
         Self {
             heave: PidGains::default(),
@@ -45,7 +45,7 @@ impl<T: Scalar> Default for Gains<T> {
 }
 
 impl<T: Scalar> Gains<T> {
-    /// The same in numbers of another type.
+    /// The same gains in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Gains<U> {
         Gains {
@@ -66,8 +66,8 @@ impl<T: Scalar> Gains<T> {
     }
 }
 
-/// The whole configuration of the autopilot: `autopilot.toml`. Made by [`HoverConfig::new`]; what differs
-/// from the defaults is set by the `with` methods or field by field.
+/// The complete configuration of the autopilot: `autopilot.toml`. [`HoverConfig::new`] creates it; the `with` methods
+/// or the fields change it from the defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -79,21 +79,21 @@ impl<T: Scalar> Gains<T> {
 )]
 #[non_exhaustive]
 pub struct HoverConfig<T = f64> {
-    /// The loop's period, s, for which the gains were designed.
+    /// Period of the control loop, s, for which the gains were designed.
     pub period_s: f64,
-    /// Trim to begin with; better is learned in flight.
+    /// Initial trim; a better one is learned in flight.
     #[cfg_attr(feature = "serde", serde(default))]
     pub trim: Trim<T>,
     /// Range and rate of the commands.
     #[cfg_attr(feature = "serde", serde(default))]
     pub limits: StickLimits<T>,
-    /// How set-points are flown.
+    /// Limits and gains of guidance.
     #[cfg_attr(feature = "serde", serde(default))]
     pub guidance: GuidanceConfig<T>,
-    /// What is good enough to fly on.
+    /// Accuracy of the estimate required to fly.
     #[cfg_attr(feature = "serde", serde(default))]
     pub health: HealthLimits<T>,
-    /// How modes give way to each other.
+    /// Transitions between modes.
     #[cfg_attr(feature = "serde", serde(default))]
     pub transfer: TransferConfig<T>,
     /// The gains.
@@ -115,31 +115,31 @@ impl HoverConfig {
         }
     }
 
-    /// The same with another trim to begin with.
+    /// The same configuration with another initial trim.
     #[must_use]
     pub const fn with_trim(self, trim: Trim) -> Self {
         Self { trim, ..self }
     }
 
-    /// The same with other limits of the commands.
+    /// The same configuration with other limits of the commands.
     #[must_use]
     pub const fn with_limits(self, limits: StickLimits) -> Self {
         Self { limits, ..self }
     }
 
-    /// The same with set-points flown otherwise.
+    /// The same configuration with other guidance.
     #[must_use]
     pub const fn with_guidance(self, guidance: GuidanceConfig) -> Self {
         Self { guidance, ..self }
     }
 
-    /// The same with other limits of what is good enough to fly by.
+    /// The same configuration with other limits on the accuracy of the estimate.
     #[must_use]
     pub const fn with_health(self, health: HealthLimits) -> Self {
         Self { health, ..self }
     }
 
-    /// The same with modes that give way to each other otherwise.
+    /// The same configuration with other transitions between modes.
     #[must_use]
     pub const fn with_transfer(self, transfer: TransferConfig) -> Self {
         Self { transfer, ..self }
@@ -147,8 +147,8 @@ impl HoverConfig {
 }
 
 impl<T: Scalar> HoverConfig<T> {
-    /// The same in numbers of another type, for an autopilot that computes in it: `config.cast::<f32>()`. The
-    /// period stays what it is.
+    /// The same configuration in another number type, for an autopilot that computes in it: `config.cast::<f32>()`.
+    /// The period keeps its type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> HoverConfig<U> {
         HoverConfig {
@@ -162,10 +162,10 @@ impl<T: Scalar> HoverConfig<T> {
         }
     }
 
-    /// Whether one can fly with it.
+    /// Whether the configuration can be flown.
     ///
     /// # Errors
-    /// [`ConfigError`] names the first value that cannot be.
+    /// [`ConfigError`] names the first invalid value.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("period_s", self.period_s, 1e-3, 0.2, "0.001 to 0.2 s")?;
         self.trim.check()?;

@@ -1,16 +1,16 @@
-//! From the pilot's switch to the autopilot: taken over, refused, given back.
+//! The pilot's switch and the autopilot: engagement, refusal and release.
 
-/// Whether the autopilot has been asked to fly, and may.
+/// State of the autopilot's engagement by the pilot's switch.
 ///
-/// A switch that is closed while a check fails is refused, and stays so until it is opened: the
-/// autopilot never takes over at a moment that the pilot did not choose.
+/// A switch closed while a check fails is refused until it is opened. The autopilot never takes over at a moment that
+/// the pilot did not choose.
 ///
 /// ```
 /// use hovernav::autopilot::{Engagement, EngagementChange};
 ///
 /// let mut engagement = Engagement::default();
 /// assert_eq!(engagement.update(true, false), Some(EngagementChange::Refused));
-/// assert_eq!(engagement.update(true, true), None); // ready now, but nobody asked now
+/// assert_eq!(engagement.update(true, true), None); // ready, but the switch was not closed now
 /// assert_eq!(engagement.update(false, true), None);
 /// assert_eq!(engagement.update(true, true), Some(EngagementChange::Engaged));
 /// assert!(engagement.is_engaged());
@@ -27,20 +27,20 @@ pub enum Engagement {
     Engaged,
 }
 
-/// What became of the switch in this cycle.
+/// Change of engagement in this cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EngagementChange {
     /// The autopilot takes over.
     Engaged,
-    /// It was asked to, and does not.
+    /// The switch was closed while a check failed: the autopilot does not take over.
     Refused,
-    /// The switch was opened, or is lost.
+    /// The switch was opened, or its signal is lost.
     Released,
 }
 
 impl Engagement {
-    /// Takes in the switch and whether every check passes; once a cycle. Checks that fail later do not
-    /// release: what the autopilot does then is the choice of its modes.
+    /// Updates the state once a cycle from the switch and from whether every check passes. Checks that fail later do
+    /// not release the autopilot: its modes respond to them.
     pub fn update(&mut self, switch_on: bool, ready: bool) -> Option<EngagementChange> {
         let (next, change) = match (*self, switch_on) {
             (Self::Off, true) if ready => (Self::Engaged, Some(EngagementChange::Engaged)),

@@ -1,4 +1,4 @@
-//! Test inputs that the autopilot flies itself: limits, and what ends them early.
+//! Test inputs that the autopilot flies: their limits and early ends.
 
 use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
@@ -6,18 +6,18 @@ use crate::controls::Sticks;
 use crate::ekf::Solution;
 use crate::scalar::{Readable, Scalar};
 
-/// A test input on top of what the autopilot commands.
+/// A test input added to the autopilot's commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Excitation {
-    /// Which stick: 1 on it, 0 on the others.
+    /// Direction of the test input: 1 on the excited stick, 0 on the others.
     pub direction: Sticks,
-    /// What is added to it, in full sticks.
+    /// The manoeuvre added to the stick, in full sticks.
     pub maneuver: Maneuver,
-    /// What ends it early.
+    /// Limits that end the test input early.
     pub limits: ExcitationLimits,
 }
 
-/// Beyond which a test input is ended at once and the autopilot flies alone, and how fast it moves the stick.
+/// Limits beyond which a test input ends at once and the autopilot flies alone, and the rate of the stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationLimits {
     /// Roll and pitch, rad.
@@ -26,19 +26,19 @@ pub struct ExcitationLimits {
     pub rate_radps: f64,
     /// Speed over ground, m/s.
     pub speed_mps: f64,
-    /// How fast the stick is moved for it, full travels a second; the input rises and falls no faster, and
-    /// is over when it is back.
+    /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends
+    /// when the stick is back.
     pub stick_rate_per_s: f64,
 }
 
 impl Default for ExcitationLimits {
-    /// 20°, 115 °/s and 2.5 m/s: what a model of hover holds for. The stick moves at any rate.
+    /// 20°, 115 °/s and 2.5 m/s: the range of validity of a hover model. The rate of the stick is not limited.
     fn default() -> Self {
         Self { tilt_rad: 0.35, rate_radps: 2.0, speed_mps: 2.5, stick_rate_per_s: f64::INFINITY }
     }
 }
 
-/// Why a test input ended before its time.
+/// Reason of the early end of a test input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ExcitationAbort {
@@ -66,21 +66,21 @@ impl core::fmt::Display for ExcitationAbort {
     }
 }
 
-/// Why a test input is refused.
+/// Reason for the rejection of a test input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ExcitationError {
     /// The autopilot does not hold velocity.
     NotFlying,
-    /// One is under way.
+    /// Another test input is under way.
     Busy,
-    /// A number that no test input has.
+    /// A number is out of range.
     Value {
-        /// Which.
+        /// Name of the number.
         what: &'static str,
-        /// What was found.
+        /// The number found.
         found: f64,
-        /// What would have been right.
+        /// The expected range.
         expected: &'static str,
     },
 }
@@ -100,7 +100,7 @@ impl core::fmt::Display for ExcitationError {
 impl core::error::Error for ExcitationError {}
 
 impl Excitation {
-    /// Refuses what cannot be flown.
+    /// Rejects a test input that cannot be flown.
     ///
     /// # Errors
     /// [`ExcitationError::Value`] with the first number that is out of range.
@@ -120,7 +120,7 @@ impl Excitation {
 }
 
 impl ExcitationLimits {
-    /// Refuses limits that keep nothing or let nothing be flown.
+    /// Rejects limits out of range.
     ///
     /// # Errors
     /// [`ExcitationError::Value`] with the first number that is out of range.
@@ -134,7 +134,7 @@ impl ExcitationLimits {
     }
 }
 
-/// Refuses a number outside `lowest` to `highest`, and NaN.
+/// Rejects NaN and numbers outside `lowest` to `highest`.
 pub(super) fn within(
     what: &'static str,
     found: f64,
@@ -152,11 +152,11 @@ pub(super) fn within(
 struct Running {
     excitation: Excitation,
     elapsed_s: f64,
-    /// What was added last, along its direction.
+    /// Value of the last addition along the direction.
     level: f64,
 }
 
-/// The test input under way, if there is one. It is worked out in `f64`, whatever the autopilot computes in.
+/// The test input under way, if any. It is computed in `f64` for every number type of the autopilot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exciter {
     running: Option<Running>,
@@ -180,8 +180,8 @@ impl Exciter {
         self.running = None;
     }
 
-    /// What to add over the next `period_s`, or why there is nothing more to add. `flown` is the estimate,
-    /// while velocity is held.
+    /// Value to add over the next `period_s`, or the reason for which nothing is added any more. `flown` is the
+    /// estimate; `None` while velocity is not held.
     pub fn step<T: Scalar>(
         &mut self,
         flown: Option<&Solution<T>>,
@@ -209,7 +209,7 @@ impl Exciter {
 }
 
 impl ExcitationLimits {
-    /// What of them the estimate is beyond; `None` counts as no velocity held.
+    /// The limit that the estimate exceeds; `None` of the estimate counts as velocity not held.
     fn crossed<T: Scalar>(&self, flown: Option<&Solution<T>>) -> Option<ExcitationAbort> {
         let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
         let [roll_rad, pitch_rad, _] = solution.body_to_ned.angles();

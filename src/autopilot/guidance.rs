@@ -1,4 +1,4 @@
-//! Set-points: from where the vehicle shall be to how fast it shall go.
+//! Guidance: from set-points to references of velocity and heading.
 
 use super::check::{ConfigError, within};
 use crate::earth::{Geodetic, Local};
@@ -6,26 +6,25 @@ use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
 use crate::scalar::Scalar;
 
-/// The reference follows what is wanted with two poles here, 1/s.
+/// Double pole, 1/s, with which the reference velocity follows the wanted velocity.
 const FOLLOWS_PER_S: f64 = 8.0;
-/// The same while the motion that there was at engagement is brought to rest, 1/s: it takes 1.1° of tilt for
-/// each 0.5 m/s.
+/// The same pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
 const STOPS_PER_S: f64 = 1.0;
-/// What is wanted is reached to this, m/s, and with this acceleration, m/s².
+/// Distance to the wanted velocity, m/s, and acceleration, m/s², below which the reference is set to it.
 const REACHED: f64 = 1e-9;
-/// Hardest change of the acceleration asked for, m/s³: at 33 Hz, 0.7° of tilt a sample.
+/// Largest rate of change of the commanded acceleration, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
 
-/// What the vehicle shall do.
+/// A set-point of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetPoint {
-    /// Stop, and stay where it stops.
+    /// Stop, and hold the position where the vehicle stops.
     Hold,
-    /// Go there and stay.
+    /// Fly to a position and hold it.
     Place {
-        /// Where.
+        /// The position.
         position: Geodetic,
-        /// The heading to turn to, rad; `None` keeps the one it has.
+        /// The heading to turn to, rad; `None` keeps the current heading.
         heading_rad: Option<f64>,
     },
     /// Fly at a steady velocity: slow forward flight.
@@ -41,19 +40,21 @@ pub enum SetPoint {
     },
 }
 
-/// Why a set-point is refused; the one before stays.
+/// Reason for the rejection of a set-point; the previous set-point stays active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SetPointError {
-    /// A value of it is NaN, infinite or no place on Earth.
+    /// A value is NaN or infinite, or the position is not valid on Earth.
     NotFinite,
-    /// It is faster than the configured speed, climb or turn.
+    /// The speed, climb or turn rate exceeds its configured limit.
     TooFast,
 }
 
 impl core::fmt::Display for SetPointError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "set-point: a value is not finite, or no place on Earth",
+            Self::NotFinite => {
+                "set-point: a value is not finite, or the position is not valid on Earth"
+            }
             Self::TooFast => "set-point: faster than the configuration allows",
         })
     }
@@ -61,7 +62,7 @@ impl core::fmt::Display for SetPointError {
 
 impl core::error::Error for SetPointError {}
 
-/// How set-points are flown.
+/// Limits and gains of guidance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -70,17 +71,17 @@ impl core::error::Error for SetPointError {}
 )]
 #[non_exhaustive]
 pub struct GuidanceConfig<T = f64> {
-    /// Horizontal speed per distance from the place, 1/s.
+    /// Horizontal speed per distance from the set-point's position, 1/s.
     pub position_gain_per_s: T,
-    /// Vertical speed per height missing, 1/s.
+    /// Vertical speed per height error, 1/s.
     pub height_gain_per_s: T,
     /// Fastest horizontal speed, m/s.
     pub speed_mps: T,
     /// Fastest climb and descent, m/s.
     pub climb_mps: T,
-    /// Hardest horizontal acceleration asked for, m/s².
+    /// Largest commanded horizontal acceleration, m/s².
     pub acceleration_mps2: T,
-    /// Hardest vertical acceleration asked for, m/s².
+    /// Largest commanded vertical acceleration, m/s².
     pub climb_acceleration_mps2: T,
     /// Fastest turn, rad/s.
     pub yaw_rate_radps: T,
@@ -101,8 +102,8 @@ impl Default for GuidanceConfig {
 }
 
 impl GuidanceConfig {
-    /// Where the two poles stand, 1/s, by which the velocity asked for follows the one that is wanted, at a
-    /// sample period: stable at any.
+    /// Position of the double pole, 1/s, with which the commanded velocity follows the wanted velocity, for a sample
+    /// period. The pole is stable at any sample period.
     ///
     /// # Source
     /// λ of equation (C6) of docs/equations.md.
@@ -113,7 +114,7 @@ impl GuidanceConfig {
 }
 
 impl<T: Scalar> GuidanceConfig<T> {
-    /// The same in numbers of another type.
+    /// The same configuration in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> GuidanceConfig<U> {
         let number = |value: T| U::of(value.wide());
@@ -142,7 +143,7 @@ impl<T: Scalar> GuidanceConfig<T> {
     }
 }
 
-/// What the loops shall follow now.
+/// References for the control loops at one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Reference<T> {
     pub velocity_mps: Vector<Ned, T>,
@@ -151,7 +152,7 @@ pub(super) struct Reference<T> {
     pub yaw_rate_radps: T,
 }
 
-/// From set-points to references that no step jumps.
+/// Turns set-points into references without steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guidance<T> {
     config: GuidanceConfig<T>,
@@ -159,19 +160,19 @@ pub(super) struct Guidance<T> {
     /// [`GuidanceConfig::follows_per_s`].
     follows_per_s: T,
     set_point: SetPoint,
-    /// Where it stays, once it has stopped.
+    /// Position to hold, once the vehicle has stopped.
     station: Option<Station<T>>,
     heading_rad: T,
-    /// Whether the heading is one by the map, not the one that the vehicle had.
+    /// Whether a set-point gave the heading; otherwise the vehicle's own heading is held.
     heading_is_given: bool,
-    /// The solution's revision of its heading up to the step before, rad.
+    /// Sum of the solution's heading revisions up to the previous step, rad.
     revised_rad: T,
     reference: Reference<T>,
-    /// Whether the motion of engagement is still being brought to rest.
+    /// Whether the motion at engagement is still being brought to rest.
     stops: bool,
 }
 
-/// A place to stay at, and the Earth there, which need not be worked out at every step.
+/// A position to hold, and the Earth model there, computed once instead of at every step.
 #[derive(Clone, Copy, Debug)]
 struct Station<T> {
     position: Geodetic,
@@ -184,12 +185,12 @@ impl<T: Scalar> Station<T> {
     }
 }
 
-/// What guidance may steer by.
+/// Quantities that guidance may use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trusted<T> {
     pub position: bool,
     pub heading: bool,
-    /// Downward speed to keep whatever the set-point says, m/s.
+    /// Downward speed that overrides the set-point, m/s.
     pub sink_mps: Option<T>,
 }
 
@@ -241,7 +242,7 @@ impl<T: Scalar> Guidance<T> {
         Ok(())
     }
 
-    /// Begins at the motion there is, and stops from there.
+    /// Starts at the current motion, and stops from there.
     pub fn engage(&mut self, solution: &Solution<T>, yaw_rad: T) {
         self.set_point = SetPoint::Hold;
         self.station = None;
@@ -253,7 +254,7 @@ impl<T: Scalar> Guidance<T> {
         self.stops = true;
     }
 
-    /// The velocity, m/s, and heading, rad, that were last asked of the loops.
+    /// Velocity, m/s, and heading, rad, of the last references for the loops.
     pub fn asked(&self) -> (Vector<Ned, T>, T) {
         (self.reference.velocity_mps, self.reference.heading_rad)
     }
@@ -282,11 +283,11 @@ impl<T: Scalar> Guidance<T> {
         self.reference
     }
 
-    /// Moves the reference towards the velocity `wanted`: critically damped, so that neither velocity nor
-    /// acceleration jumps, whatever jumps in what is wanted.
+    /// Moves the reference towards the velocity `wanted` with critical damping: velocity and acceleration stay
+    /// continuous when `wanted` jumps.
     fn follow(&mut self, wanted: Vector<Ned, T>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
-        // Left to decay, both would come to numbers that processors compute with a hundred times slower.
+        // Decaying further, both would become denormal numbers, which processors compute about 100 times slower.
         let reached = T::of(REACHED);
         if (wanted - velocity_mps).is_shorter_than(reached)
             && acceleration_mps2.is_shorter_than(reached)
@@ -309,8 +310,8 @@ impl<T: Scalar> Guidance<T> {
         self.reference.velocity_mps = velocity_mps + acceleration * self.period_s;
     }
 
-    /// Moves the heading to be held along where the solution's heading was found in error: the vehicle has not
-    /// turned, and shall not.
+    /// Shifts the held heading by the revision of the solution's heading: the estimate was in error, the vehicle must
+    /// not turn.
     ///
     /// # Source
     /// Equation (C12) of docs/equations.md.
@@ -358,7 +359,7 @@ impl<T: Scalar> Guidance<T> {
                     let missing = station.earth.displacement(&solution.position, &station.position);
                     let [north, east, down] = missing.to_array();
                     let distance = (north * north + east * east).sqrt();
-                    // Half the hardest deceleration brakes, the rest is left for the wind.
+                    // Braking uses half of the largest deceleration; the rest is a margin for wind.
                     let braking = (config.acceleration_mps2 * distance).sqrt();
                     let speed =
                         (config.position_gain_per_s * distance).min(config.speed_mps).min(braking);
@@ -402,8 +403,8 @@ mod tests {
         Solution { velocity_mps, ..Solution::at_rest(Time::ZERO, position) }
     }
 
-    /// From 3 m/s to a stop, then back from a place that jumps by 4 m: acceleration and its change stay
-    /// within their bounds, and the velocity asked for does not overshoot.
+    /// A stop from 3 m/s, then a return from a position jump of 4 m. Acceleration and jerk stay within their bounds,
+    /// and the commanded velocity does not overshoot.
     #[test]
     fn neither_velocity_nor_acceleration_asked_for_jumps() {
         let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
@@ -449,7 +450,7 @@ mod tests {
             3.1,
             epsilon = 1e-9
         );
-        // By 0.1 rad over north's opposite, without a turn asked for.
+        // A revision by 0.1 rad across the ±π wrap, without a commanded turn.
         solution.heading_revision_rad = -0.2;
         let asked = guidance.step(&solution, wrap_angle(3.2), trusted);
         assert!((asked.heading_rad - wrap_angle(3.2)).abs() < 1e-9, "{asked:?}");

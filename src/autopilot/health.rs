@@ -1,9 +1,9 @@
-//! What of an estimate is good enough to fly by: one set of limits, one answer.
+//! Health of an estimate: which of its quantities are good enough to fly on.
 //!
-//! [`Health::assess`] looks at one moment: one-sigma and age. A [`HealthMonitor`](super::HealthMonitor)
-//! has heard what the sensors and the estimator said before, and notices what a one-sigma does not
-//! tell: a frozen sensor, fixes that deny the estimate. The autopilot picks its mode by it, and returns
-//! to a better one after [`HealthLimits::recovery_s`].
+//! [`Health::assess`] looks at one moment: one-sigma and age. A [`HealthMonitor`](super::HealthMonitor) also observes
+//! all sensor events and estimator notices. It detects faults that a one-sigma does not show: a frozen sensor, or
+//! fixes that contradict the estimate. The autopilot picks its mode by it, and returns to a better mode after
+//! [`HealthLimits::recovery_s`].
 
 use core::fmt;
 
@@ -12,8 +12,8 @@ use crate::ekf::Solution;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// One-sigmas up to which an estimate is good enough to fly by, and its greatest age. In
-/// `autopilot.toml` the section `[health]`.
+/// Largest one-sigmas and age of an estimate that is good enough to fly on. In `autopilot.toml` the section
+/// `[health]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -34,11 +34,11 @@ pub struct HealthLimits<T = f64> {
     pub position_sigma_m: T,
     /// Age of the estimate, s.
     pub age_s: T,
-    /// Without an accepted fix for this long, s, the estimate is by dead reckoning.
+    /// Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     pub dead_reckoning_s: T,
-    /// Fixes that are refused for this long, s, deny the estimate.
+    /// Time of rejected fixes, s, after which they contradict the estimate.
     pub disagreement_s: T,
-    /// A value must be trusted this long, s, before a better mode is flown on it again.
+    /// Time, s, for which a quantity must be good before a better mode is flown on it again.
     pub recovery_s: T,
 }
 
@@ -59,7 +59,7 @@ impl Default for HealthLimits {
 }
 
 impl<T: Scalar> HealthLimits<T> {
-    /// The same in numbers of another type.
+    /// The same limits in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> HealthLimits<U> {
         let number = |value: T| U::of(value.wide());
@@ -91,15 +91,15 @@ impl<T: Scalar> HealthLimits<T> {
     }
 }
 
-/// Why an estimate, or a part of it, is not good enough to fly by.
+/// Reason why an estimate, or a part of it, is not good enough to fly on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Distrust {
-    /// There is none.
+    /// There is no estimate.
     Missing,
     /// A value of it is NaN or infinite.
     NotFinite,
-    /// It is too old, or of another clock.
+    /// The estimate is too old, or uses another clock.
     Stale,
     /// Roll and pitch are too uncertain.
     Tilt,
@@ -111,9 +111,9 @@ pub enum Distrust {
     VerticalVelocity,
     /// Position is too uncertain.
     Position,
-    /// The sensor repeats itself: it does not measure.
+    /// The sensor repeats the same values: it does not measure.
     Frozen,
-    /// The fixes deny the estimate, and nobody knows which is right.
+    /// The fixes contradict the estimate, and it is unknown which is right.
     Disagreement,
 }
 
@@ -128,25 +128,24 @@ impl fmt::Display for Distrust {
             Self::Velocity => "horizontal velocity is too uncertain",
             Self::VerticalVelocity => "vertical velocity is too uncertain",
             Self::Position => "position is too uncertain",
-            Self::Frozen => "the sensor repeats itself",
-            Self::Disagreement => "the fixes deny the estimate",
+            Self::Frozen => "the sensor repeats the same values",
+            Self::Disagreement => "the fixes contradict the estimate",
         })
     }
 }
 
-/// How far a part of an estimate can be trusted.
+/// Trust in a part of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
-    /// It is as it should be.
+    /// Fully usable.
     Valid,
-    /// Good enough to fly by, but not as it should be: nearly too uncertain, by dead reckoning, or
-    /// doubted by a sensor.
+    /// Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     Degraded,
     /// Not good enough.
     Lost,
 }
 
-/// What is good enough, but not as it should be.
+/// Quantities that are good enough, but degraded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Doubt {
     /// Roll, pitch and heading.
@@ -157,16 +156,16 @@ pub struct Doubt {
     pub position: bool,
 }
 
-/// A one-sigma beyond this share of its limit is doubtful.
+/// Share of its limit beyond which a one-sigma counts as degraded.
 const DOUBTFUL: f64 = 0.6;
-/// And one that was beyond the limit is good again below this share of it.
+/// Share of its limit below which a one-sigma that exceeded the limit is good again.
 const GOOD_AGAIN: f64 = 0.8;
 
 impl Doubt {
-    /// No doubt of anything.
+    /// No quantity is degraded.
     pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
 
-    /// What of a solution comes near its limits.
+    /// The quantities of a solution that are close to their limits.
     pub(super) fn near<T: Scalar>(
         solution: Option<&Solution<T>>,
         limits: &HealthLimits<T>,
@@ -186,9 +185,9 @@ impl Doubt {
     }
 }
 
-/// What of an estimate is good enough to fly by: each quantity `Ok`, or why it is not.
+/// Quantities of an estimate that are good enough to fly on: each is `Ok`, or the reason why it is not.
 ///
-/// Without tilt nothing is good enough, and without horizontal velocity no position is.
+/// Without tilt no quantity is good enough, and without horizontal velocity the position is not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Health {
@@ -202,15 +201,14 @@ pub struct Health {
     pub vertical_velocity: Result<(), Distrust>,
     /// Position, all three axes.
     pub position: Result<(), Distrust>,
-    /// What of it is not as it should be all the same.
+    /// Quantities that are degraded.
     pub doubt: Doubt,
-    /// The last accepted fix, where that is too long ago: velocity and position are by dead reckoning
-    /// since then.
+    /// Time of the last accepted fix, where it is too long ago: velocity and position are dead-reckoned since then.
     pub dead_reckoning_since: Option<Time>,
 }
 
 impl Health {
-    /// Nothing is good enough, for one reason.
+    /// No quantity is good enough, for one reason.
     #[must_use]
     pub const fn none(why: Distrust) -> Self {
         Self {
@@ -242,18 +240,18 @@ impl Health {
         trust(self.position.is_ok(), self.doubt.position)
     }
 
-    /// Tilt, heading, velocity, vertical velocity, position: which are good enough.
+    /// Whether tilt, heading, velocity, vertical velocity and position are good enough, in this order.
     pub(super) fn are_good(&self) -> [bool; 5] {
         [self.tilt, self.heading, self.velocity, self.vertical_velocity, self.position]
             .map(|quantity| quantity.is_ok())
     }
 
-    /// The same without velocity, and so without position.
+    /// The same without velocity, and therefore without position.
     pub(super) fn without_velocity(self, why: Distrust) -> Self {
         Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
 
-    /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
+    /// Health of `solution` at `now`, on the solution's clock.
     #[must_use]
     pub fn assess<T: Scalar>(
         solution: Option<&Solution<T>>,
@@ -265,8 +263,8 @@ impl Health {
         Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
     }
 
-    /// The same without doubts, where quantities that were not good enough before have to be well within
-    /// their limits: `was_good` in the order of [`are_good`](Self::are_good).
+    /// The same without [`Doubt`]. A quantity that was not good enough before must be well within its limit:
+    /// `was_good` in the order of [`are_good`](Self::are_good).
     pub(super) fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
         now: Time,

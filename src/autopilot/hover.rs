@@ -1,4 +1,4 @@
-//! The hover autopilot: three loops, a choice of modes, and the pilot above both.
+//! The hover autopilot: three loops, a choice of modes, and the pilot's override.
 
 use super::check::ConfigError;
 use super::config::HoverConfig;
@@ -19,41 +19,40 @@ use crate::frames::{Ned, Vector, wrap_angle};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// What one step of the autopilot goes by.
+/// Inputs of one step of the autopilot.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a, T = f64> {
     /// The moment of the step, on the estimator's clock.
     pub now: Time,
-    /// The estimator's latest solution, if there is one.
+    /// The estimator's latest solution, if any.
     pub solution: Option<&'a Solution<T>>,
     /// The pilot's sticks; `None` without a signal. Values that are not finite count as no signal.
     pub pilot: Option<Sticks<T>>,
-    /// The pilot's switch: whether the autopilot shall fly.
+    /// The pilot's switch: whether the autopilot is to fly.
     pub engage: bool,
 }
 
 /// The result of one step of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs<T = f64> {
-    /// Where the controls go, within range and, when the autopilot flies, rate.
+    /// Positions of the controls, within range and, when the autopilot flies, within rate limits.
     pub sticks: Sticks<T>,
-    /// What it is doing.
+    /// The active mode.
     pub mode: Mode,
     /// The change of mode in this step, if there was one.
     pub transition: Option<Transition>,
-    /// What of the sticks is a test input; see [`HoverAutopilot::excite`].
+    /// The share of a test input in the sticks; see [`HoverAutopilot::excite`].
     pub injected: Sticks<T>,
-    /// Why a test input ended in this step before its time, if one did.
+    /// Reason, if a test input ended early in this step.
     pub aborted: Option<ExcitationAbort>,
 }
 
 /// The hover autopilot, stepped once every [`HoverConfig::period_s`].
 ///
-/// Each step picks the best mode that the pilot and the estimate allow, computes the mode's command,
-/// fades what is left of the difference to the mode before, and limits the result. The pilot's
-/// switch, and any stick moved by more than the override travel, give the sticks back at once; the
-/// switch must then be opened before the autopilot takes over again. Without an attitude to fly on it
-/// leaves the sticks to the pilot until there is one.
+/// Each step picks the best mode that the pilot and the estimate allow and computes the command of this mode. It then
+/// fades out the difference to the previous mode and limits the result. The pilot's switch, and any stick moved by
+/// more than the override travel, give the sticks back at once. The switch must then be opened before the autopilot
+/// takes over again. Without a usable attitude at the time of engagement, the sticks stay with the pilot.
 ///
 /// ```
 /// use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs, Mode};
@@ -70,7 +69,7 @@ pub struct Outputs<T = f64> {
 /// gains.yaw.measured = [[0.2, 0.0]];
 /// let mut autopilot = HoverAutopilot::new(HoverConfig::new(0.03, gains))?;
 ///
-/// // What the estimator says of a vehicle that hovers but rolls to the right at 0.2 rad/s.
+/// // The estimator's solution of a vehicle that hovers but rolls to the right at 0.2 rad/s.
 /// let place = Geodetic::from_degrees(1.35, 103.82, 50.0).expect("a place on Earth");
 /// let rolling = |time| Solution {
 ///     body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 40.0)),
@@ -94,12 +93,12 @@ pub struct Outputs<T = f64> {
 /// # Ok::<(), hovernav::autopilot::ConfigError>(())
 /// ```
 ///
-/// It computes in `T`: `f64`, or `f32` on a part that has no more, made of the same configuration, cast:
-/// `HoverAutopilot::new(config.cast::<f32>())`. Times and where it holds its place are exact in either.
+/// The autopilot computes in `T`: `f64`, or `f32` for processors without double precision. For `f32`, cast the same
+/// configuration: `HoverAutopilot::new(config.cast::<f32>())`. Times and the position to hold are exact in both.
 #[derive(Clone, Copy, Debug)]
 pub struct HoverAutopilot<T = f64> {
     config: HoverConfig<T>,
-    /// [`HoverConfig::period_s`] as what the loops compute in.
+    /// [`HoverConfig::period_s`] in the number type of the loops.
     period_s: T,
     heave: Pid<T>,
     yaw: Regulator<2, 2, 1, T>,
@@ -108,20 +107,20 @@ pub struct HoverAutopilot<T = f64> {
     guidance: Guidance<T>,
     supervisor: Supervisor<T>,
     monitor: HealthMonitor<T>,
-    /// The last command given out.
+    /// The last command.
     sticks: Sticks<T>,
-    /// What is left of the difference between modes.
+    /// Remaining difference between the modes.
     fading: Sticks<T>,
-    /// How long the sticks still move gently, s: the pilot has just handed over, or taken back by the switch.
+    /// Remaining time of gentle stick motion, s, after the switch moved the sticks between pilot and autopilot.
     gentle_s: f64,
-    /// As learned so far, and as flown about since the loops began.
+    /// The learned trim, and the trim that the loops have used since their start.
     learned: Trim<T>,
     trim: Trim<T>,
     heave_runs: bool,
     exciter: Exciter,
 }
 
-/// The estimate as the loops use it.
+/// The estimate in the form that the loops use.
 #[derive(Clone, Copy, Debug)]
 struct Flown<'a, T> {
     solution: &'a Solution<T>,
@@ -144,7 +143,7 @@ impl<T: Scalar> HoverAutopilot<T> {
     /// An autopilot that has not taken over, the sticks at trim.
     ///
     /// # Errors
-    /// [`ConfigError`] names the first value of `config` that cannot be flown.
+    /// [`ConfigError`] names the first invalid value of `config`.
     pub fn new(config: HoverConfig<T>) -> Result<Self, ConfigError> {
         config.check()?;
         let (gains, period_s) = (&config.gains, T::of(config.period_s));
@@ -172,19 +171,19 @@ impl<T: Scalar> HoverAutopilot<T> {
         })
     }
 
-    /// What the vehicle shall do from now on. Taking over resets it to [`SetPoint::Hold`].
+    /// Sets the set-point. Engagement resets it to [`SetPoint::Hold`].
     ///
     /// # Errors
-    /// [`SetPointError`] for values that are not finite or too fast; the set-point before stays.
+    /// [`SetPointError`] for values that are not finite or too fast; the previous set-point stays active.
     pub fn set(&mut self, set_point: SetPoint) -> Result<(), SetPointError> {
         self.guidance.accept(set_point)
     }
 
-    /// Adds a test input to the sticks from the next step on, within range but at any rate, until it is over,
-    /// a limit of its own is crossed, or velocity is no longer held.
+    /// Adds a test input to the sticks from the next step on, within range but at any rate. It ends when it is
+    /// complete, crosses one of its limits, or velocity is not held.
     ///
     /// # Errors
-    /// [`ExcitationError`] where velocity is not held, one is under way, or a number is out of range.
+    /// [`ExcitationError`] where velocity is not held, a test input is under way, or a number is out of range.
     pub fn excite(&mut self, excitation: Excitation) -> Result<(), ExcitationError> {
         if !self.mode().holds_velocity() {
             return Err(ExcitationError::NotFlying);
@@ -203,7 +202,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.exciter.stop();
     }
 
-    /// What it is doing.
+    /// The active mode.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode()
@@ -215,27 +214,26 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.supervisor.last_transition()
     }
 
-    /// The velocity, m/s, and heading, rad, that guidance last asked of the loops; only while
-    /// [`Mode::holds_velocity`] is the velocity followed.
+    /// Velocity, m/s, and heading, rad, of the last references from guidance to the loops. The velocity is followed
+    /// only while [`Mode::holds_velocity`].
     #[must_use]
     pub fn asked(&self) -> (Vector<Ned, T>, T) {
         self.guidance.asked()
     }
 
-    /// Trim as learned in steady hover, by the pilot's hand or its own.
+    /// Trim as learned in steady hover, under the pilot's control or the autopilot's.
     #[must_use]
     pub const fn learned_trim(&self) -> Trim<T> {
         self.learned
     }
 
-    /// What a sensor said: the autopilot notices by it when a sensor repeats itself. See
-    /// [`HealthMonitor`].
+    /// Passes a sensor event to the [`HealthMonitor`], which detects frozen sensors.
     pub fn hear(&mut self, event: &Event) {
         self.monitor.hear(event);
     }
 
-    /// What the estimator made of what the sensors said: the autopilot notices by it when fixes deny
-    /// the estimate, or stay away.
+    /// Passes an estimator notice to the [`HealthMonitor`], which detects missing fixes and fixes that contradict the
+    /// estimate.
     pub fn hear_notice(&mut self, notice: &Notice) {
         self.monitor.hear_notice(notice);
     }
@@ -261,14 +259,14 @@ impl<T: Scalar> HoverAutopilot<T> {
         let (period_s, transfer) = (self.period_s, &self.config.transfer);
         self.gentle_s = match transition {
             Some(Transition { from: Mode::Manual, .. }) => GENTLE_S,
-            // Who overrides wants the sticks, not calm.
+            // A pilot who overrides needs the sticks at once: no gentle motion.
             Some(Transition { to: Mode::Manual, reason: Reason::Switch, .. }) => GENTLE_S,
             Some(_) => 0.0,
             None if self.gentle_s > 0.0 => (self.gentle_s - self.config.period_s).max(0.0),
             None => 0.0,
         };
         self.fading = match (transition, self.mode()) {
-            // On the way to trim every command follows from the last.
+            // On the way to trim every command continues from the previous one.
             (_, Mode::Neutral) => Sticks::NEUTRAL,
             (Some(_), _) => self.sticks.zip(wanted, |last, wanted| last - wanted),
             (None, Mode::Manual) if self.gentle_s > 0.0 => {
@@ -279,14 +277,14 @@ impl<T: Scalar> HoverAutopilot<T> {
             }
             _ => self.fading.scaled(T::ONE - (period_s / transfer.fade_s).min(T::ONE)),
         };
-        // Left to decay it would come to numbers that processors compute with a hundred times slower.
+        // Decaying further, it would become a denormal number, which processors compute about 100 times slower.
         if self.fading.farthest_from(Sticks::NEUTRAL) < T::of(FADED) {
             self.fading = Sticks::NEUTRAL;
         }
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let mut limits = self.config.limits;
         if self.gentle_s > 0.0 {
-            // From beyond full travel, where only a pilot gets, they come back at their own rate.
+            // Sticks beyond full travel, where only a pilot moves them, return at their own rate.
             limits.rate_per_s = limits.rate_per_s.zip(self.sticks, |rate_per_s, last| {
                 if last.abs() > T::ONE { rate_per_s } else { rate_per_s.min(T::of(GENTLE_PER_S)) }
             });
@@ -295,7 +293,7 @@ impl<T: Scalar> HoverAutopilot<T> {
             Mode::Manual => limits.in_range_beside(faded, wanted),
             _ => limits.reachable(faded, self.sticks, period_s),
         };
-        // The loops hear of a test input by what it does to the vehicle, as of a gust.
+        // The loops do not receive the test input; they respond to its effect on the vehicle, as to a gust.
         self.advance();
         let held = flown.filter(|_| self.mode().holds_velocity());
         let held = held.map(|flown| flown.solution);
@@ -311,7 +309,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         Outputs { sticks, mode: self.mode(), transition, injected, aborted }
     }
 
-    /// Hands over from one mode's loops to another's.
+    /// Transfers control from the loops of one mode to those of another.
     fn start_loops(&mut self, from: Mode, mode: Mode, flown: Option<&Flown<'_, T>>) {
         let same_loops = (from.holds_velocity() && mode.holds_velocity())
             || (from == Mode::Attitude && mode == Mode::Descent);
@@ -322,7 +320,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         if self.learned.is_plausible() {
             self.trim = self.learned;
         }
-        // Collective and pedal stand where this flight needs them; cyclic follows the wind.
+        // Collective and pedal keep the values that this flight needs; cyclic follows the wind.
         let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
         if runs_on {
             (self.trim.sticks.collective, self.trim.sticks.pedal) =
@@ -434,8 +432,8 @@ impl<T: Scalar> HoverAutopilot<T> {
             } else {
                 T::ZERO
             };
-            // Sinking is positive w: collective that brings it is that which heave would give to
-            // a w too small.
+            // Sinking is positive w. The collective that causes it has the sign of the heave command for too small a
+            // w.
             return sinking.copysign(self.config.gains.heave.proportional);
         }
         let [.., [_, _, upright]] = flown.solution.body_to_ned.rows();
@@ -448,7 +446,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.heave.command(wanted, w)
     }
 
-    /// Tells the loops what became of their commands: without the fade, which is not theirs.
+    /// Ends the sample of the loops with their applied commands, without the fade between modes.
     fn advance(&mut self) {
         if matches!(self.mode(), Mode::Manual | Mode::Neutral) {
             return;
@@ -467,7 +465,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.yaw.advance(&[pedal - self.config.gains.pedal_per_collective * collective]);
     }
 
-    /// Moves the learned trim towards what flies a steady hover now.
+    /// Moves the learned trim towards the current sticks and tilt in a steady hover.
     fn learn(&mut self, flown: Option<&Flown<'_, T>>) {
         let Some(flown) = flown else { return };
         let steady = matches!(self.mode(), Mode::Manual | Mode::Position | Mode::Velocity)
@@ -484,20 +482,21 @@ impl<T: Scalar> HoverAutopilot<T> {
     }
 }
 
-/// Slower than this, m/s and rad/s, is a steady hover.
+/// Largest speed, m/s, and angular rate, rad/s, of a steady hover.
 const STEADY_MPS: f64 = 1.0;
 const STEADY_RADPS: f64 = 0.3;
 
-/// So fast, in full sticks a second, the sticks move for so long after the pilot has handed over, s: what the
-/// vehicle happened to be doing is met without a step of the sticks, 2.7 % in a cycle of 33 Hz.
+/// Largest rate of the sticks, full sticks a second, and its duration, s, after the switch moved the sticks between
+/// pilot and autopilot. Any motion of the vehicle at that moment then causes no step of the sticks: at most 2.7 % in
+/// a cycle of 33 Hz.
 const GENTLE_PER_S: f64 = 0.9;
 const GENTLE_S: f64 = 1.0;
-/// What is left of a change of commands, full sticks, when it is over.
+/// Remaining difference of commands, full sticks, below which a transition is complete.
 const FADED: f64 = 1e-9;
-/// Sticks further apart than this are handed back without regard to steps.
+/// Difference of the sticks above which they are handed back without a limit on steps.
 const FAR_APART: f64 = 0.5;
 
-/// What is left of `fading` a sample later, when the pilot has the sticks.
+/// Remaining `fading` one sample later, when the pilot has the sticks.
 fn handed_back<T: Scalar>(fading: Sticks<T>, period_s: T, hand_back_s: T) -> Sticks<T> {
     let share = (period_s / hand_back_s).min(T::ONE);
     let gently = T::of(GENTLE_PER_S) * period_s;

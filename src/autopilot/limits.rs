@@ -1,10 +1,10 @@
-//! What the servos may be asked for.
+//! Limits of the commands to the servos.
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;
 use crate::scalar::Scalar;
 
-/// Range and speed that the autopilot keeps to, each control for itself.
+/// Range and rate limits of the autopilot's commands, for each control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -32,11 +32,11 @@ impl Default for StickLimits {
     }
 }
 
-/// Sticks of the pilot beyond this are none: a transmitter's travel at 125 %.
+/// Largest deflection of the pilot's sticks that counts as valid: a transmitter's travel at 125 %.
 pub const FARTHEST_PILOT: f64 = 1.25;
 
 impl<T: Scalar> StickLimits<T> {
-    /// The same in numbers of another type.
+    /// The same limits in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> StickLimits<U> {
         StickLimits {
@@ -59,15 +59,14 @@ impl<T: Scalar> StickLimits<T> {
         Ok(())
     }
 
-    /// `wanted` brought into the range.
+    /// `wanted` limited to the range.
     #[must_use]
     pub fn in_range(&self, wanted: Sticks<T>) -> Sticks<T> {
         wanted.zip(self.lowest, T::max).zip(self.highest, T::min)
     }
 
-    /// `wanted` brought into the range, which reaches to the sticks of the pilot, `own`, where they are
-    /// beyond it: the pilot has no limits but the servos' and what a transmitter can give,
-    /// [`FARTHEST_PILOT`].
+    /// `wanted` limited to the range, extended to the pilot's sticks `own` where they are beyond it. Only the servos
+    /// and the travel of a transmitter, [`FARTHEST_PILOT`], limit the pilot.
     #[must_use]
     pub fn in_range_beside(&self, wanted: Sticks<T>, own: Sticks<T>) -> Sticks<T> {
         let farthest = T::of(FARTHEST_PILOT);
@@ -81,8 +80,7 @@ impl<T: Scalar> StickLimits<T> {
         wanted.zip(self.lowest.zip(own, T::min), T::max).zip(self.highest.zip(own, T::max), T::min)
     }
 
-    /// `wanted` brought into the range, and within what the controls can move in `period_s` from
-    /// `last`.
+    /// `wanted` limited to the range and to the travel that the controls can make in `period_s` from `last`.
     ///
     /// # Source
     /// Equation (C9) of docs/equations.md.

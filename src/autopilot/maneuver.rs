@@ -1,27 +1,27 @@
-//! What to fly: the stick movements that make a vehicle show its dynamics.
+//! Manoeuvres: stick movements that excite the vehicle's dynamics.
 
 use core::f64::consts::TAU;
 
 use crate::scalar::Scalar;
 
-/// A deviation of one stick from where it stands, from time 0 on, in the unit of its amplitude.
+/// A deviation of one stick from its current position, from time 0 on, in the unit of its amplitude.
 ///
-/// The thesis flew steps of 10 to 15 % held 1.5 s; a sweep shows more of the vehicle in one run and is
-/// what frequency responses want.
+/// The thesis flew steps of 10 to 15 % held for 1.5 s. A sweep excites more of the dynamics in one run and is the
+/// input required for frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Maneuver {
     /// `amplitude` for `hold_s`, then back.
     Step {
         /// Deviation.
         amplitude: f64,
-        /// How long, s.
+        /// Duration, s.
         hold_s: f64,
     },
-    /// `amplitude` for `hold_s`, then its opposite as long.
+    /// `amplitude` for `hold_s`, then the opposite for the same time.
     Doublet {
         /// Deviation.
         amplitude: f64,
-        /// How long each way, s.
+        /// Duration in each direction, s.
         hold_s: f64,
     },
     /// Alternating pulses of 3, 2, 1 and 1 units: a flat spectrum over a decade.
@@ -34,8 +34,8 @@ pub enum Maneuver {
         /// Length of one unit, s.
         unit_s: f64,
     },
-    /// A sine whose frequency rises from `first_hz` to `last_hz`, slowly at first so that low
-    /// frequencies get their share of time.
+    /// A sine whose frequency rises from `first_hz` to `last_hz`, slowly at first so that low frequencies get enough
+    /// time.
     ///
     /// Source: M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, section
     /// 5.11: ω = ω₁ + K (ω₂ − ω₁), K = 0.0187 (exp(4 t/T) − 1).
@@ -46,9 +46,9 @@ pub enum Maneuver {
         first_hz: f64,
         /// Frequency at the end, Hz.
         last_hz: f64,
-        /// How long, s. At least four periods of `first_hz` are advised.
+        /// Duration, s. At least four periods of `first_hz` are advised.
         duration_s: f64,
-        /// Over which the amplitude fades in and out, s.
+        /// Time over which the amplitude fades in and out, s.
         fade_s: f64,
     },
 }
@@ -58,7 +58,7 @@ const SWEEP_RATE: f64 = 4.0;
 const SWEEP_SCALE: f64 = 0.0187;
 
 impl Maneuver {
-    /// How long it lasts, s; after that it is 0.
+    /// Duration of the manoeuvre, s; after that the deviation is 0.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match *self {
@@ -69,7 +69,7 @@ impl Maneuver {
         }
     }
 
-    /// The largest deviation, in the sense in which it begins.
+    /// The largest deviation, with the sign of its first movement.
     #[must_use]
     pub const fn amplitude(&self) -> f64 {
         match *self {

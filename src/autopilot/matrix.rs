@@ -1,9 +1,9 @@
-//! The little matrix arithmetic that gains need, without an index that could fail.
+//! Matrix arithmetic for the gains, without an index that could fail.
 
 use crate::scalar::Scalar;
 
 pub(super) fn dot<T: Scalar, const N: usize>(row: &[T; N], vector: &[T; N]) -> T {
-    // Nothing plus −0 is itself, −0 too.
+    // −0 is the neutral element of addition, for −0 too.
     row.iter().zip(vector).fold(-T::ZERO, |sum, (&a, &b)| sum + a * b)
 }
 

@@ -1,13 +1,12 @@
-//! Hover control: from what the filter says to where the sticks go. The flight core's last link.
+//! Hover control: from the filter's solution to the positions of the sticks. The last stage of the flight core.
 //!
-//! [`HoverAutopilot`] is the hybrid of Paw (2005), chapter 6, doi:10.32657/10356/47095, at the
-//! loop's own rate: a PID on heave, a linear-quadratic regulator with integral action on yaw with
-//! heading hold, another on roll and pitch over p, q, φ, θ, u, v. Position, velocity and heading
-//! set-points stand above them, degraded modes below, and the pilot on top.
+//! [`HoverAutopilot`] is the hybrid of Paw (2005), chapter 6, doi:10.32657/10356/47095, at the loop's own rate. It
+//! has a PID on heave, a linear-quadratic regulator with integral action on yaw with heading hold, and another on
+//! roll and pitch over p, q, φ, θ, u, v. Guidance feeds these loops from set-points of position, velocity and
+//! heading. Degraded modes replace them when the estimate is poor, and the pilot can override them.
 //!
-//! Everything here is plain data and bounded arithmetic: no allocation, no panic, no clock of its
-//! own. Gains come from a design at the same sample period; [`HoverConfig::check`] refuses what
-//! cannot fly.
+//! Everything here is plain data and bounded arithmetic: no allocation, no panic, no clock of its own. Gains come
+//! from a design at the same sample period. [`HoverConfig::check`] rejects a configuration that cannot fly.
 
 mod check;
 mod config;

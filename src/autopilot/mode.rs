@@ -1,28 +1,27 @@
-//! What the autopilot is doing, and why it does not do what it did.
+//! Modes of the autopilot, and reasons for their changes.
 
 use super::health::Distrust;
 use crate::time::Time;
 
-/// What the autopilot is doing, best first after the pilot's own flying.
+/// Mode of the autopilot; after the pilot's own flying, the best comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mode {
     /// The pilot flies.
     Manual,
     /// Holds or moves to a position, holds the heading.
     Position,
-    /// Holds a velocity over ground and the heading, as position is not known well enough.
+    /// Holds a velocity over ground and the heading, because position is not accurate enough.
     Velocity,
-    /// Holds roll, pitch and heading, and if it can the height, as velocity is not known well
-    /// enough.
+    /// Holds roll, pitch, heading and, if possible, height, because velocity is not accurate enough.
     Attitude,
-    /// As [`Attitude`](Self::Attitude), sinking at a set rate, as velocity did not come back.
+    /// As [`Attitude`](Self::Attitude), sinking at a set rate, because velocity did not recover in time.
     Descent,
-    /// The sticks go to trim, as not even attitude is known.
+    /// The sticks go to trim, because attitude is unknown too.
     Neutral,
 }
 
 impl Mode {
-    /// All of them, best first after the pilot's own flying.
+    /// All modes; after the pilot's own flying, the best comes first.
     pub const ALL: [Self; 6] = [
         Self::Manual,
         Self::Position,
@@ -32,7 +31,7 @@ impl Mode {
         Self::Neutral,
     ];
 
-    /// Its name in records.
+    /// Name of the mode in records.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -52,7 +51,7 @@ impl Mode {
     }
 }
 
-/// Why the mode changed.
+/// Reason for a change of mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
@@ -64,19 +63,19 @@ pub enum Reason {
     Distrust(Distrust),
     /// The estimate is good enough for a better mode again.
     Recovered,
-    /// Velocity did not come back within the configured time.
+    /// Velocity did not recover within the configured time.
     Patience,
 }
 
 /// A change of mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transition {
-    /// When.
+    /// Time of the change.
     pub time: Time,
-    /// From which mode.
+    /// The previous mode.
     pub from: Mode,
-    /// To which.
+    /// The new mode.
     pub to: Mode,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }

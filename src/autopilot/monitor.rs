@@ -1,4 +1,4 @@
-//! Watches what the sensors say and what the estimator makes of it, for the health of the estimate.
+//! Monitors sensor events and estimator notices for the health of the estimate.
 
 use super::health::{Distrust, Doubt, Health, HealthLimits};
 use crate::earth::Geodetic;
@@ -9,19 +9,19 @@ use crate::imu::Motion;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// A receiver that repeats a fix this often and for so long, s, is frozen.
+/// Number of repetitions, and their duration, s, after which a receiver's fix counts as frozen.
 const FIX_REPEATS: u8 = 2;
 const FIX_FROZEN_S: f64 = 1.5;
-/// An inertial unit that repeats a sample this often and for so long, s, is frozen.
+/// Number of repetitions, and their duration, s, after which an inertial sample counts as frozen.
 const SAMPLE_REPEATS: u8 = 4;
 const SAMPLE_FROZEN_S: f64 = 0.12;
-/// Refusals that make a disagreement, and acceptances in a row that end it.
+/// Rejections that make a disagreement, and consecutive acceptances that end it.
 const REFUSALS: u8 = 3;
 const ACCEPTANCES: u8 = 3;
-/// A suspect sample casts doubt for this long, s.
+/// Time, s, for which attitude counts as degraded after a suspect sample.
 const SUSPECT_S: f64 = 1.0;
 
-/// What a sensor repeats, since when.
+/// The value that a sensor repeats, and the times of its first and latest occurrence.
 #[derive(Clone, Copy, Debug)]
 struct Repeated<R> {
     last: Option<R>,
@@ -47,7 +47,7 @@ impl<R: PartialEq> Repeated<R> {
     }
 }
 
-/// How fixes and estimate agree in one quantity.
+/// Agreement of fixes and estimate in one quantity.
 #[derive(Clone, Copy, Debug)]
 struct Agreement {
     accepted: Option<Time>,
@@ -79,20 +79,19 @@ impl Agreement {
     }
 }
 
-/// Health of an estimate over time: not only how sure it says it is, but whether the sensors are alive
-/// and agree with it.
+/// Health of an estimate over time: not only its one-sigmas, but also whether the sensors work and agree with it.
 ///
-/// It hears every event that the estimator is given and every notice that comes of it; both are cheap.
-/// Without them it goes by one-sigma and age alone, as [`Health::assess`] does.
+/// Pass it every event for the estimator and every notice of the estimator; both are cheap. Without them it uses
+/// one-sigma and age alone, as [`Health::assess`] does.
 ///
-/// | noticed | by | response |
+/// | detected | condition | response |
 /// |---|---|---|
-/// | a receiver that repeats itself | three fixes equal to the last bit, for 1.5 s | no position, no velocity: [`Distrust::Frozen`] |
-/// | an inertial unit that repeats itself | five samples equal to the last bit, for 0.12 s | nothing: [`Distrust::Frozen`] |
-/// | fixes that are refused | three refusals over [`HealthLimits::disagreement_s`] | that quantity: [`Distrust::Disagreement`], until three in a row are accepted |
-/// | no fix accepted | for [`HealthLimits::dead_reckoning_s`] | [`Health::dead_reckoning_since`]; one-sigma decides how long it is good enough |
+/// | a frozen receiver | three fixes equal to the last bit, for 1.5 s | no position, no velocity: [`Distrust::Frozen`] |
+/// | a frozen inertial unit | five samples equal to the last bit, for 0.12 s | no quantity is good: [`Distrust::Frozen`] |
+/// | rejected fixes | three rejections over [`HealthLimits::disagreement_s`] | without that quantity: [`Distrust::Disagreement`], until three in a row are accepted |
+/// | no accepted fix | for [`HealthLimits::dead_reckoning_s`] | [`Health::dead_reckoning_since`]; one-sigma limits how long it is good enough |
 ///
-/// A one-sigma that was beyond its limit has to come down to 0.8 of it before it is good again.
+/// A one-sigma that exceeded its limit must fall to 0.8 of the limit before it is good again.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthMonitor<T = f64> {
     limits: HealthLimits<T>,
@@ -105,7 +104,7 @@ pub struct HealthMonitor<T = f64> {
 }
 
 impl<T: Scalar> HealthMonitor<T> {
-    /// A monitor that has heard nothing.
+    /// A monitor without any observations.
     #[must_use]
     pub const fn new(limits: HealthLimits<T>) -> Self {
         Self {
@@ -119,7 +118,7 @@ impl<T: Scalar> HealthMonitor<T> {
         }
     }
 
-    /// What a sensor said, before the estimator or after.
+    /// Observes a sensor event, before or after the estimator.
     pub fn hear(&mut self, event: &Event) {
         match event {
             Event::Imu(sample) => self.sample.hear(sample.motion, sample.time),
@@ -132,7 +131,7 @@ impl<T: Scalar> HealthMonitor<T> {
         }
     }
 
-    /// What the estimator made of it.
+    /// Observes a notice of the estimator.
     pub fn hear_notice(&mut self, notice: &Notice) {
         match notice {
             Notice::Aligned(alignment) => {
@@ -141,7 +140,7 @@ impl<T: Scalar> HealthMonitor<T> {
                 (self.position.accepted, self.velocity.accepted) = (start, start);
             }
             Notice::Updated(report) => {
-                // A group is taken or refused as a whole: one axis speaks for both.
+                // A group is accepted or rejected as a whole: one axis represents both.
                 for axis in report.innovations() {
                     match axis.channel {
                         Channel::PositionNorth => self.position.hear(axis.time, axis.verdict),
@@ -157,7 +156,7 @@ impl<T: Scalar> HealthMonitor<T> {
         }
     }
 
-    /// What of `solution` is good enough to fly by at `now`, on the solution's clock.
+    /// Health of `solution` at `now`, on the solution's clock.
     #[must_use]
     pub fn assess(&mut self, solution: Option<&Solution<T>>, now: Time) -> Health {
         let limits = &self.limits;

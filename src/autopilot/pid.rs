@@ -3,7 +3,7 @@
 use super::check::{ConfigError, finite, within};
 use crate::scalar::Scalar;
 
-/// Gains of a [`Pid`]. Units are the command's over the error's, with s where they say so.
+/// Gains of a [`Pid`]. Units are the command's over the error's, combined with s as the names state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -19,13 +19,13 @@ pub struct PidGains<T = f64> {
     pub derivative_s: T,
     /// Time constant of the low-pass on the derivative, s; from 0.
     pub derivative_filter_s: T,
-    /// How fast the integral follows a command that was limited, s; above 0. The smaller, the
-    /// shorter the memory of what could not be done.
+    /// Time constant with which the integral follows a limited command, s; above 0. The smaller, the faster the
+    /// integral recovers from saturation.
     pub tracking_time_s: T,
 }
 
 impl<T: Scalar> PidGains<T> {
-    /// The same in numbers of another type.
+    /// The same gains in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> PidGains<U> {
         let number = |value: T| U::of(value.wide());
@@ -86,7 +86,7 @@ impl<T: Scalar> Pid<T> {
     /// A controller at rest, sampled every `period_s`.
     ///
     /// # Errors
-    /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
+    /// [`ConfigError`] for a gain that is not finite, or a time out of range.
     pub fn new(gains: PidGains<T>, period_s: T) -> Result<Self, ConfigError> {
         gains.check("PID gains")?;
         within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
@@ -132,7 +132,7 @@ impl<T: Scalar> Pid<T> {
         self.wanted
     }
 
-    /// Ends the sample: `applied` is what became of the command after its limits.
+    /// Ends the sample: `applied` is the command after its limits.
     ///
     /// # Source
     /// Equation (C2) of docs/equations.md.
@@ -142,7 +142,7 @@ impl<T: Scalar> Pid<T> {
             + follow * (applied - self.wanted);
     }
 
-    /// The integral's share of the command.
+    /// The integral part of the command.
     #[must_use]
     pub const fn integral(&self) -> T {
         self.integral
@@ -189,7 +189,7 @@ mod tests {
         let overshoot = |tracking_time_s| {
             let gains = PidGains { tracking_time_s, ..GAINS };
             let mut pid = Pid::new(gains, PERIOD_S).unwrap();
-            // 4 s out of reach, then a set-point within it.
+            // A set-point out of reach for 4 s, then one within reach.
             let y = run(&mut pid, 0.0, |t| if t < 4.0 { 5.0 } else { 0.2 }, 1.0);
             y.iter().skip(200).fold(f64::NEG_INFINITY, |most, &y| most.max(y))
         };

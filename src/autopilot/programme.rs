@@ -1,4 +1,4 @@
-//! Test inputs that are flown by themselves, one after the other, while the autopilot holds.
+//! A programme of test inputs, flown one after another while the autopilot holds.
 
 use core::fmt;
 
@@ -13,30 +13,32 @@ use crate::scalar::Scalar;
 pub struct TestInput {
     /// The stick that is moved.
     pub stick: Channel,
-    /// How.
+    /// The manoeuvre.
     pub maneuver: Maneuver,
 }
 
-/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot
-/// took over, the next [`pause_s`](Self::pause_s) after the one before is over. Any of the pilot's sticks
-/// moved beyond the dead band, the loss of the pilot, the fence, a limit crossed, or velocity no longer
-/// held ends all of them until the autopilot takes over again, which begins the programme anew.
+/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took
+/// over, each next one [`pause_s`](Self::pause_s) after the end of the previous one.
+///
+/// The programme ends when a pilot's stick moves beyond the dead band or the pilot's signal is lost. It also ends at
+/// the fence, when a limit is crossed, or when velocity is not held. The next engagement of the autopilot starts it
+/// again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationProgramme {
-    /// What is flown, in this order, up to the first `None`.
+    /// The test inputs in their order, up to the first `None`.
     pub inputs: [Option<TestInput>; Self::MOST],
-    /// From engagement to the first, s, 2 to 600.
+    /// Time from engagement to the first input, s, 2 to 600.
     pub first_s: f64,
-    /// From one to the next, s, 1 to 600.
+    /// Time between inputs, s, 1 to 600.
     pub pause_s: f64,
-    /// A pilot's stick this far from where it was at engagement ends them, 0.01 to 0.5.
+    /// Deflection of a pilot's stick from its position at engagement that ends the programme, 0.01 to 0.5.
     pub dead_band: f64,
-    /// Bounds of what is flown.
+    /// Limits that end an input early.
     pub limits: ExcitationLimits,
 }
 
 impl ExcitationProgramme {
-    /// As many test inputs a programme may have.
+    /// Largest number of test inputs in a programme.
     pub const MOST: usize = 16;
 
     /// Whether every input can be flown.
@@ -68,12 +70,12 @@ impl ExcitationProgramme {
     }
 }
 
-/// What became of a programme in a cycle.
+/// Change of a programme in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProgrammeChange {
     /// An input begins.
     Begins {
-        /// Which, counted from 1.
+        /// Its number, counted from 1.
         number: u8,
         /// The stick that is moved.
         stick: Channel,
@@ -94,18 +96,18 @@ impl fmt::Display for ProgrammeChange {
     }
 }
 
-/// How far a programme is.
+/// Progress of a programme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stage {
     /// The autopilot does not fly, or the programme has ended.
     Off,
-    /// The next begins in so many seconds.
+    /// The next begins after this time, s.
     Waits(f64),
     /// The next is under way.
     Flies,
 }
 
-/// A programme as it is flown.
+/// A programme in flight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProgrammeFlight {
     programme: ExcitationProgramme,
@@ -120,14 +122,14 @@ impl ProgrammeFlight {
         Self { programme, stage: Stage::Off, next: 0, neutral: Sticks::NEUTRAL }
     }
 
-    /// The autopilot takes over with the pilot's sticks here.
+    /// Starts the programme at engagement; `neutral` are the pilot's sticks at that moment.
     pub const fn engage(&mut self, neutral: Sticks) {
         (self.stage, self.next) = (Stage::Waits(self.programme.first_s), 0);
         self.neutral = neutral;
     }
 
-    /// Before a step of the autopilot, `elapsed_s` after the one before. `may_go_on` is whether nothing but
-    /// the pilot's sticks speaks against it.
+    /// Step of the programme before a step of the autopilot, `elapsed_s` after the previous one. `may_go_on` is
+    /// whether all conditions but the pilot's sticks are met.
     pub fn step(
         &mut self,
         autopilot: &mut HoverAutopilot<impl Scalar>,
@@ -153,7 +155,7 @@ impl ProgrammeFlight {
             Stage::Waits(left_s) if left_s > elapsed_s => {
                 self.stage = Stage::Waits(left_s - elapsed_s);
             }
-            // Refused while velocity is not held: it waits on.
+            // Rejected while velocity is not held: the programme waits.
             Stage::Waits(_) if autopilot.excite(self.programme.excitation(&input)).is_ok() => {
                 self.stage = Stage::Flies;
                 let number = u8::try_from(self.next + 1).unwrap_or(u8::MAX);
@@ -167,7 +169,7 @@ impl ProgrammeFlight {
         None
     }
 
-    /// Ends it; the autopilot ended its input, or was switched off.
+    /// Ends the programme after an aborted input or a released switch.
     pub fn end(&mut self, why: ExcitationAbort) -> Option<ProgrammeChange> {
         let before = core::mem::replace(&mut self.stage, Stage::Off);
         (before != Stage::Off).then_some(ProgrammeChange::Ended(why))

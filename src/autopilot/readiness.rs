@@ -12,7 +12,7 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Check {
-    /// There is an estimate: age, s.
+    /// Age of the estimate, s.
     Estimate,
     /// One-sigma of roll and pitch, the greater, rad.
     Tilt,
@@ -26,7 +26,7 @@ pub enum Check {
     Position,
     /// Age of the last good fix, s.
     Fix,
-    /// Speed over ground and vertical, m/s: hover is where it takes over.
+    /// Speed over ground and vertical, m/s: the autopilot takes over in a hover.
     Speed,
     /// Angular rate, rad/s.
     Rate,
@@ -34,11 +34,11 @@ pub enum Check {
     Level,
     /// The pilot's stick that is furthest from hover trim.
     Sticks,
-    /// Difference of the loop's period from the one that the gains are for, s.
+    /// Difference of the loop's period from the design period of the gains, s.
     Period,
     /// Whether the pilot's pulses are fresh: 1 or 0.
     Pilot,
-    /// Whether the servos take what they are sent: 1 or 0.
+    /// Whether the servos receive their commands: 1 or 0.
     Servos,
     /// Share of the way from the middle of the fence to its side or top; 0 without a fence.
     Fence,
@@ -64,7 +64,7 @@ impl Check {
         Self::Fence,
     ];
 
-    /// What it is called, with its unit.
+    /// Name of the check, with its unit.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -87,7 +87,7 @@ impl Check {
     }
 }
 
-/// Up to which number each check passes.
+/// Largest number with which each check passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -116,14 +116,14 @@ pub struct ReadinessLimits {
     pub rate_radps: f64,
     /// Roll and pitch, rad.
     pub level_rad: f64,
-    /// Stick from the trim of the autopilot's file, or as learned in hover.
+    /// Stick from the trim, which is the configured one or as learned in hover.
     pub stick: f64,
-    /// Difference of the loop's period from that of the gains, as a part of it.
+    /// Difference of the loop's period from the design period of the gains, as a fraction of it.
     pub period: f64,
 }
 
 impl Default for ReadinessLimits {
-    /// Half of what flying on asks for, in a hover.
+    /// Half of the limits for continued flight, in a hover.
     fn default() -> Self {
         Self {
             estimate_age_s: 0.1,
@@ -146,7 +146,7 @@ impl ReadinessLimits {
     /// Whether every limit is above 0 and at most 1000.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first limit out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         let limit = |what, found| within(what, found, 1e-6, 1e3, "above 0, at most 1000");
         limit("ready.estimate_age_s", self.estimate_age_s)?;
@@ -164,7 +164,7 @@ impl ReadinessLimits {
     }
 }
 
-/// What readiness is judged by; what is `None` is not known, and fails.
+/// Observed quantities for the readiness checks. `None` is unknown and fails, except for `fence_share`.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<'a, T = f64> {
     /// The moment, on the estimator's clock.
@@ -179,24 +179,24 @@ pub struct Observed<'a, T = f64> {
     pub trim: &'a Trim,
     /// The loop's own period, s.
     pub loop_period_s: Option<f64>,
-    /// The period that the gains are for, s.
+    /// The design period of the gains, s.
     pub design_period_s: f64,
     /// Whether the pilot's pulses are fresh on every channel.
     pub pilot_signal: bool,
-    /// Whether the servos take what they are sent.
+    /// Whether the servos receive their commands.
     pub servos: bool,
-    /// Share of the way to the fence, 1 at the fence; `None` where there is none.
+    /// Share of the way to the fence, 1 at the fence; `None` without a fence or a position.
     pub fence_share: Option<f64>,
 }
 
 /// One check, its number and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checked {
-    /// Which.
+    /// The check.
     pub check: Check,
-    /// The number; NaN where it is not known.
+    /// The number; NaN where it is unknown.
     pub value: f64,
-    /// The greatest number that passes; of [`Check::Pilot`] and [`Check::Servos`] the least.
+    /// The largest number that passes; for [`Check::Pilot`] and [`Check::Servos`] the smallest.
     pub limit: f64,
     /// Whether it passes.
     pub passes: bool,
@@ -328,11 +328,11 @@ impl Readiness {
     }
 }
 
-/// Beyond this share of the way to the fence it would turn back as it takes over, towards a place that may be
-/// wrong.
+/// Largest share of the way to the fence. Beyond it the autopilot would turn back at once, towards a position that
+/// may be wrong.
 const AT_FENCE: f64 = 1.0;
 
-/// The larger; NaN if one is.
+/// The larger of two; NaN if one is NaN.
 fn larger<T: Scalar>(a: T, b: T) -> T {
     if a > b || a.partial_cmp(&a).is_none() { a } else { b }
 }

@@ -1,5 +1,4 @@
-//! The linear-quadratic regulator as it flies: with integral action, and with a memory of what no
-//! sensor shows.
+//! The linear-quadratic regulator in flight: integral action, and a prediction of the states that no sensor measures.
 
 use super::check::{ConfigError, finite, within};
 use super::matrix::{add, difference, dot, times};
@@ -8,8 +7,8 @@ use crate::scalar::Scalar;
 /// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample
 /// period.
 ///
-/// Hidden are the states of the design's plant that nothing measures but that follow from the
-/// measured ones and the commands: flapping, stabilizer bar, where the servos stand.
+/// Hidden are the states of the design's plant that are not measured but follow from the measured states and the
+/// commands: flapping, stabilizer bar, servo positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -32,24 +31,24 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     pub measured: [[T; Y]; U],
     /// Stick per hidden state.
     pub hidden: [[T; H]; U],
-    /// Stick per command under way: the one sample of delay.
+    /// Stick per command under way: the delay of one sample.
     pub pending: [[T; U]; U],
-    /// Stick per s of measured error: zero but for the states that shall have no steady error.
+    /// Stick per s of measured error: zero except for states without steady error.
     pub integral_per_s: [[T; Y]; U],
-    /// How the hidden states follow, over a sample, from themselves,
+    /// Propagation of the hidden states over a sample, from themselves,
     pub hidden_from_hidden: [[T; H]; H],
     /// from the measured ones,
     pub hidden_from_measured: [[T; Y]; H],
     /// and from the command that acts.
     pub hidden_from_pending: [[T; U]; H],
-    /// How fast the integrals follow a command that was limited, s.
+    /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: T,
 }
 
 impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Default
     for RegulatorGains<Y, H, U, T>
 {
-    /// Gains that do nothing.
+    /// Gains of zero.
     fn default() -> Self {
         Self {
             measured: [[T::ZERO; Y]; U],
@@ -65,7 +64,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Default
 }
 
 impl<const Y: usize, const H: usize, const U: usize, T: Scalar> RegulatorGains<Y, H, U, T> {
-    /// The same in numbers of another type.
+    /// The same gains in another number type.
     #[must_use]
     pub fn cast<V: Scalar>(&self) -> RegulatorGains<Y, H, U, V> {
         let number = |value: T| V::of(value.wide());
@@ -99,11 +98,11 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> RegulatorGains<Y
     }
 }
 
-/// State feedback u = −K·(x − reference) + integral, where x holds the measured states, the hidden
-/// states as a model predicts them from what is measured and commanded, and the command under way.
+/// State feedback u = −K·(x − reference) + integral. x holds the measured states, the hidden states and the command
+/// under way. A model predicts the hidden states from the measured states and the commands.
 ///
-/// The prediction has no gain of its own: the measured states enter it as they are, and what is
-/// hidden forgets its start as fast as rotor and servos do. Commands are deviations from trim.
+/// The prediction has no correction gain: the measured states enter it directly. The hidden states forget their
+/// initial value as fast as rotor and servos do. Commands are deviations from trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator<const Y: usize, const H: usize, const U: usize, T = f64> {
     gains: RegulatorGains<Y, H, U, T>,
@@ -120,7 +119,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
     /// A regulator at trim, sampled every `period_s`.
     ///
     /// # Errors
-    /// [`ConfigError`] for a gain that is not a number, a time that cannot be.
+    /// [`ConfigError`] for a gain that is not finite, or a time out of range.
     pub fn new(gains: RegulatorGains<Y, H, U, T>, period_s: T) -> Result<Self, ConfigError> {
         gains.check("regulator gains")?;
         within("sample period", period_s, 1e-4, 1.0, "0.0001 to 1 s")?;
@@ -140,7 +139,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         }
     }
 
-    /// Begins anew at trim, nothing remembered but the command under way.
+    /// Starts again at trim, with only the command under way remembered.
     pub fn start(&mut self, pending: [T; U]) {
         *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
     }
@@ -166,7 +165,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         wanted
     }
 
-    /// Ends the sample: `applied` is what became of the command after its limits.
+    /// Ends the sample: `applied` is the command after its limits.
     ///
     /// # Source
     /// Equation (C4) of docs/equations.md.
@@ -190,8 +189,7 @@ mod tests {
 
     const PERIOD_S: f64 = 1.0 / 33.0;
 
-    /// A double integrator whose servo lags and whose command is a sample late, regulated by gains
-    /// that know both.
+    /// A double integrator with a servo lag and a command delay of one sample. The gains account for both.
     fn gains() -> RegulatorGains<2, 1, 1> {
         RegulatorGains {
             measured: [[6.0, 3.6]],

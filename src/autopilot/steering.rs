@@ -1,11 +1,11 @@
-//! The pilot's sticks as requests to the autopilot: held where it is, moved where they point.
+//! The pilot's sticks as requests to the autopilot: it holds position, and moves in the direction of a moved stick.
 
 use super::check::{ConfigError, within};
 use super::guidance::SetPoint;
 use crate::controls::Sticks;
 use crate::scalar::Scalar;
 
-/// What the sticks ask for while the autopilot flies.
+/// Motion that the sticks request while the autopilot flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -14,9 +14,9 @@ use crate::scalar::Scalar;
 )]
 #[non_exhaustive]
 pub struct SteeringConfig {
-    /// A stick closer than this to where it was at engagement asks for nothing; 0.01 to 0.5.
+    /// Dead band: a stick closer than this to its position at engagement requests nothing; 0.01 to 0.5.
     pub dead_band: f64,
-    /// Stick that asks for the full speed, above the dead band, to 1.
+    /// Stick that requests the full speed, above the dead band, to 1.
     pub full_stick: f64,
     /// Horizontal speed at full stick, m/s, forward and sideways.
     pub speed_mps: f64,
@@ -24,7 +24,7 @@ pub struct SteeringConfig {
     pub climb_mps: f64,
     /// Turn at full stick, rad/s.
     pub yaw_rate_radps: f64,
-    /// Which way each stick goes: 1 where a positive stick means right, forward, up, right; else −1.
+    /// Sign of each stick: 1 where a positive stick means right, forward, up, right; else −1.
     pub signs: Sticks,
 }
 
@@ -45,7 +45,7 @@ impl SteeringConfig {
     /// Whether every value is finite and in its range.
     ///
     /// # Errors
-    /// The first that is not.
+    /// The first value out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("steering.dead_band", self.dead_band, 0.01, 0.5, "0.01 to 0.5")?;
         let least = self.dead_band + 0.05;
@@ -67,29 +67,28 @@ impl SteeringConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steering {
     config: SteeringConfig,
-    /// Where the sticks were when the autopilot took over.
+    /// Positions of the sticks at engagement.
     neutral: Sticks,
     moving: bool,
 }
 
 impl Steering {
-    /// Steering about the sticks of the moment of engagement.
+    /// Steering about the sticks at the moment of engagement.
     ///
     /// # Errors
-    /// The first value of `config` that cannot be.
+    /// The first invalid value of `config`.
     pub fn new(config: SteeringConfig, neutral: Sticks) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self { config, neutral, moving: false })
     }
 
-    /// Begins anew about `neutral`.
+    /// Restarts about `neutral`.
     pub fn engage(&mut self, neutral: Sticks) {
         (self.neutral, self.moving) = (neutral, false);
     }
 
-    /// What `pilot` asks for now: a velocity while a stick is outside its dead band,
-    /// [`SetPoint::Hold`] once after the last one is back, nothing otherwise. Without a pilot a
-    /// movement ends.
+    /// Request of `pilot` now: a velocity while a stick is outside its dead band, and [`SetPoint::Hold`] once when
+    /// the last stick is back. `None` otherwise. Loss of the pilot ends a movement.
     pub fn set_point(&mut self, pilot: Option<Sticks>) -> Option<SetPoint> {
         let pilot = pilot.filter(|sticks| sticks.is_finite()).unwrap_or(self.neutral);
         let asked = pilot
@@ -101,7 +100,7 @@ impl Steering {
             return Some(SetPoint::Hold);
         }
         moves.then(|| {
-            // Both cyclic sticks at their ends do not make it faster than one.
+            // Both cyclic sticks at full deflection do not request more speed than one.
             let length = Scalar::hypot(asked.longitudinal, asked.lateral).max(1.0);
             SetPoint::Velocity {
                 forward_mps: self.config.speed_mps * asked.longitudinal / length,
@@ -112,7 +111,7 @@ impl Steering {
         })
     }
 
-    /// From −1 to 1: 0 inside the dead band, growing from there.
+    /// Request from −1 to 1: 0 inside the dead band, growing from its edge.
     fn share(&self, stick: f64) -> f64 {
         let beyond = libm::fabs(stick) - self.config.dead_band;
         if beyond <= 0.0 {

@@ -1,4 +1,4 @@
-//! Which mode is flown: the best that the pilot and the estimate allow.
+//! Choice of the mode: the best that the pilot and the estimate allow.
 
 use super::health::Health;
 use super::mode::{Mode, Reason, Transition};
@@ -7,7 +7,7 @@ use crate::controls::Sticks;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// What the choice of the mode goes by in one step.
+/// Inputs of the choice of mode in one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request<T> {
     pub now: Time,
@@ -18,8 +18,8 @@ pub(super) struct Request<T> {
     pub health: Health,
 }
 
-/// The mode, and what its choice remembers: the pilot's override, how long velocity has been missing
-/// and how long a better mode has been possible. Times add up in `f64`, whatever the rest computes in.
+/// The mode, and the memory of its choice: the pilot's override, the time without velocity, and the time with a
+/// better mode possible. Times add up in `f64` for every number type.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supervisor<T> {
     period_s: f64,
@@ -28,7 +28,7 @@ pub(super) struct Supervisor<T> {
     recovery_s: f64,
     mode: Mode,
     last_transition: Option<Transition>,
-    /// Where the sticks were when the autopilot took over; `None` after an override.
+    /// Positions of the sticks at engagement; `None` after an override.
     pilot_at_engagement: Option<Sticks<T>>,
     overridden: bool,
     without_velocity_s: f64,
@@ -59,8 +59,8 @@ impl<T: Scalar> Supervisor<T> {
         self.last_transition
     }
 
-    /// Changes to the best mode that pilot and estimate allow, if it is another: to a worse one at
-    /// once, to a better one when the estimate has been good enough for a while.
+    /// Changes to the best mode that pilot and estimate allow: to a worse one at once, to a better one when the
+    /// estimate has been good enough for a while.
     pub fn choose(&mut self, request: &Request<T>) -> Option<Transition> {
         if !request.engage {
             self.overridden = false;
@@ -93,14 +93,14 @@ impl<T: Scalar> Supervisor<T> {
         self.last_transition
     }
 
-    /// The best mode that pilot and estimate allow, and what stands in the way of a better one.
+    /// The best mode that pilot and estimate allow, and the reason that prevents a better one.
     fn best(&self, request: &Request<T>) -> (Mode, Reason) {
         let impatient = self.without_velocity_s >= self.patience_s;
         let health = &request.health;
         match (health.tilt, health.velocity, health.position) {
             _ if self.overridden => (Mode::Manual, Reason::Override),
             _ if !request.engage => (Mode::Manual, Reason::Switch),
-            // Nothing to fly on is no reason to take the sticks from a pilot.
+            // A missing attitude is no reason to take the sticks from a pilot.
             (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
             (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
             (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),

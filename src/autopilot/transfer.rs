@@ -1,9 +1,9 @@
-//! How modes give way to each other.
+//! Transitions between modes.
 
 use super::check::{ConfigError, within};
 use crate::scalar::Scalar;
 
-/// How modes give way to each other.
+/// Transitions between modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -12,24 +12,23 @@ use crate::scalar::Scalar;
 )]
 #[non_exhaustive]
 pub struct TransferConfig<T = f64> {
-    /// Time constant by which the difference between the last command of one mode and the first of
-    /// the next fades, s.
+    /// Time constant, s, of the fade of the difference between the last command of one mode and the first of the
+    /// next.
     pub fade_s: T,
-    /// The same when the pilot takes over, s.
+    /// Time constant of the same fade when the pilot takes over, s.
     pub hand_back_s: T,
-    /// Time constant by which the sticks go to trim when attitude is not known, s.
+    /// Time constant with which the sticks go to trim when attitude is unknown, s.
     pub neutral_s: T,
-    /// A stick moved further than this from where it was when the autopilot took over is the
-    /// pilot's override.
+    /// Deflection of a stick from its position at engagement that counts as the pilot's override.
     pub override_travel: T,
-    /// How long attitude is held without velocity before the descent begins, s.
+    /// Time for which attitude is held without velocity before the descent begins, s.
     pub patience_s: T,
     /// Sink rate of the descent, m/s.
     pub descent_mps: T,
-    /// Stick taken off the trimmed collective in a descent without vertical velocity, in the
-    /// direction that sinks, from 0.
+    /// Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
+    /// velocity; from 0.
     pub descent_collective: T,
-    /// Time constant by which trim is learned in a steady hover, s.
+    /// Time constant of learning trim in a steady hover, s.
     pub trim_s: T,
 }
 
@@ -49,7 +48,7 @@ impl Default for TransferConfig {
 }
 
 impl<T: Scalar> TransferConfig<T> {
-    /// The same in numbers of another type.
+    /// The same configuration in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> TransferConfig<U> {
         let number = |value: T| U::of(value.wide());

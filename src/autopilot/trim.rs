@@ -1,10 +1,10 @@
-//! Trim: what keeps the vehicle where it is, as flown.
+//! Trim: sticks and tilt that hold the vehicle in place, as flown.
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;
 use crate::scalar::Scalar;
 
-/// Where the sticks stand in a steady hover and how the vehicle hangs in it.
+/// Positions of the sticks in a steady hover, and the roll and pitch of the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -22,7 +22,7 @@ pub struct Trim<T = f64> {
 }
 
 impl<T: Scalar> Trim<T> {
-    /// The same in numbers of another type.
+    /// The same trim in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Trim<U> {
         let number = |value: T| U::of(value.wide());
@@ -41,7 +41,7 @@ impl<T: Scalar> Trim<T> {
         within("trim.pitch_rad", self.pitch_rad, -0.5, 0.5, "-0.5 to 0.5 rad")
     }
 
-    /// This trim moved by `share` of the way to what is flown now.
+    /// This trim moved by `share` of the way to `now`.
     pub(super) fn towards(self, now: &Self, share: T) -> Self {
         let blend = |old: T, new: T| old + share * (new - old);
         Self {
@@ -51,7 +51,7 @@ impl<T: Scalar> Trim<T> {
         }
     }
 
-    /// Whether a vehicle so trimmed is one that hovers: tilt within a quarter of a right angle.
+    /// Whether a vehicle with this trim can hover: tilt within a quarter of a right angle.
     pub(super) fn is_plausible(&self) -> bool {
         self.roll_rad.abs() < T::of(0.4) && self.pitch_rad.abs() < T::of(0.4)
     }

@@ -1,4 +1,4 @@
-//! The five controls, and one of anything for each of them.
+//! The five controls, and a container with one value for each of them.
 
 use core::fmt;
 use core::ops::{Index, IndexMut};
@@ -42,7 +42,7 @@ impl fmt::Display for Channel {
     }
 }
 
-/// One `T` for each control; in TOML a table with a section for each, those left out at `T`'s
+/// One `T` for each control. In TOML it is a table with a section for each control; missing sections take `T`'s
 /// default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
@@ -64,19 +64,19 @@ pub struct Channels<T> {
 }
 
 impl<T> Channels<T> {
-    /// What `value` makes of each channel.
+    /// Builds the container from `value` of each channel.
     #[must_use]
     pub fn from_fn(value: impl FnMut(Channel) -> T) -> Self {
         Self::from(Channel::ALL.map(value))
     }
 
-    /// What `change` makes of each.
+    /// Applies `change` to each value.
     #[must_use]
     pub fn map<U>(self, change: impl FnMut(T) -> U) -> Channels<U> {
         Channels::from(self.to_array().map(change))
     }
 
-    /// Both of each channel.
+    /// Pairs the values of both containers by channel.
     #[must_use]
     pub fn zip<U>(self, other: Channels<U>) -> Channels<(T, U)> {
         Channels {
@@ -88,13 +88,13 @@ impl<T> Channels<T> {
         }
     }
 
-    /// The five in the order of [`Channel::ALL`].
+    /// The five values in the order of [`Channel::ALL`].
     #[must_use]
     pub fn to_array(self) -> [T; 5] {
         [self.throttle, self.collective, self.longitudinal, self.lateral, self.pedal]
     }
 
-    /// The five with their channels, in the order of [`Channel::ALL`].
+    /// The five values with their channels, in the order of [`Channel::ALL`].
     pub fn iter(&self) -> impl Iterator<Item = (Channel, &T)> {
         Channel::ALL.into_iter().map(|channel| (channel, &self[channel]))
     }

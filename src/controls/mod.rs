@@ -1,7 +1,7 @@
 //! The controls of the helicopter: their names, one value for each, and the four sticks.
 //!
-//! A servo has a pulse on each of the five [`Channels`]; the pilot and the autopilot command four
-//! [`Sticks`] about trim, and leave the throttle to the engine governor.
+//! Each of the five [`Channels`] drives a servo with pulses. The pilot and the autopilot command four [`Sticks`]
+//! about trim, and leave the throttle to the engine governor.
 
 mod channel;
 mod sticks;

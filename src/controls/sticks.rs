@@ -3,8 +3,8 @@
 use super::Channel;
 use crate::scalar::Scalar;
 
-/// Where the four controls stand about hover trim, each from −1 to 1 of full travel: what the pilot
-/// commands, what the autopilot commands, the columns of `controls.csv` and the inputs of a model.
+/// Positions of the four controls about hover trim, each from −1 to 1 of full travel. Used for the commands of the
+/// pilot and the autopilot, the columns of `controls.csv` and the inputs of a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -61,7 +61,7 @@ impl<T: Scalar> Sticks<T> {
         self.to_array().iter().all(|stick| stick.is_finite())
     }
 
-    /// Each control of this and of `other` put together by `rule`.
+    /// Combines each control of this and of `other` by `rule`.
     #[must_use]
     pub(crate) fn zip(self, other: Self, rule: impl Fn(T, T) -> T) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! What flight control is set up with.
+//! The configuration of flight control.
 
 use core::fmt;
 
@@ -9,18 +9,18 @@ use crate::controls::Channels;
 use crate::earth::Geodetic;
 use crate::servo::{self, ChannelConfig, SignalConfig, Swashplate, SwitchConfig, within};
 
-/// How far the vehicle may go while the autopilot flies.
+/// Limits of the vehicle's position while the autopilot flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fence {
-    /// Its middle, on the ground.
+    /// Centre of the fence, on the ground.
     pub centre: Geodetic,
-    /// Horizontal distance from the middle, m, from 5 to 10 000.
+    /// Horizontal distance from the centre, m, from 5 to 10 000.
     pub radius_m: f64,
-    /// Height above the middle, m, from 5 to 1000.
+    /// Height above the centre, m, from 5 to 1000.
     pub height_m: f64,
 }
 
-/// What flight control does when something is lost.
+/// Responses of flight control to the loss of a signal or of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -29,13 +29,13 @@ pub struct Fence {
 )]
 #[non_exhaustive]
 pub struct FailsafeConfig {
-    /// How long the autopilot holds its place without a pilot before it descends, s, 0 to 600.
+    /// Time for which the autopilot holds position without a pilot before it descends, s, 0 to 600.
     pub pilot_lost_hold_s: f64,
-    /// How fast it then descends, m/s, 0.1 to 2.
+    /// Rate of this descent, m/s, 0.1 to 2.
     pub descent_mps: f64,
-    /// So many cycles late, one after the other, give the sticks back, 1 to 100.
+    /// Number of consecutive late cycles after which the pilot gets the sticks back, 1 to 100.
     pub late_cycles: u8,
-    /// A stick at its end for so long is told, s, 0.1 to 60.
+    /// Time, s, of a stick at its end after which it is reported, 0.1 to 60.
     pub saturation_s: f64,
 }
 
@@ -45,31 +45,31 @@ impl Default for FailsafeConfig {
     }
 }
 
-/// Everything that flight control is set up with.
+/// The complete configuration of flight control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlightControlConfig {
     /// The autopilot.
     pub hover: HoverConfig,
     /// The pilot's switch on the aux channel.
     pub switch: SwitchConfig,
-    /// When the pilot's signal counts as lost.
+    /// Conditions for the loss of the pilot's signal.
     pub signal: SignalConfig,
-    /// When the autopilot may take over.
+    /// Limits for the autopilot to take over.
     pub ready: ReadinessLimits,
-    /// What the sticks ask for while it flies; `None`: a stick moved gives the sticks back.
+    /// Requests of the sticks while the autopilot flies; `None`: a moved stick gives the sticks back.
     pub steering: Option<SteeringConfig>,
-    /// Whether the throttle stays where it was at engagement; else the pilot's is passed through, and without a
-    /// pilot it stays where it was last.
+    /// Whether the throttle keeps its position at engagement. Otherwise the pilot's throttle is passed through, and
+    /// without a pilot keeps its last position.
     pub hold_throttle: bool,
-    /// What it does when something is lost.
+    /// Responses to the loss of a signal or of time.
     pub failsafe: FailsafeConfig,
-    /// How far it may go.
+    /// Limits of the position.
     pub fence: Option<Fence>,
-    /// Test inputs that it flies by itself.
+    /// Test inputs that the autopilot flies by itself.
     pub excitation: Option<ExcitationProgramme>,
     /// The servos.
     pub channels: Channels<ChannelConfig>,
-    /// How they carry the swashplate.
+    /// Mixing of the swashplate's servos.
     pub swashplate: Swashplate,
 }
 
@@ -92,10 +92,10 @@ impl FlightControlConfig {
         }
     }
 
-    /// Whether one can fly with it.
+    /// Whether the configuration can be flown.
     ///
     /// # Errors
-    /// The first value that cannot be.
+    /// The first invalid value.
     pub fn check(&self) -> Result<(), FlightControlError> {
         self.hover.check()?;
         self.ready.check()?;
@@ -134,7 +134,7 @@ pub enum FlightControlError {
     Servo(servo::ConfigError),
     /// A value of the test inputs.
     Excitation(ExcitationError),
-    /// The fence's middle is no place one can navigate at.
+    /// The centre of the fence is not a position where navigation is possible.
     Centre,
 }
 
@@ -144,7 +144,9 @@ impl fmt::Display for FlightControlError {
             Self::Autopilot(error) => error.fmt(f),
             Self::Servo(error) => error.fmt(f),
             Self::Excitation(error) => error.fmt(f),
-            Self::Centre => f.write_str("the fence's middle is no place to navigate at"),
+            Self::Centre => {
+                f.write_str("fence: the centre is not a position where navigation is possible")
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The watch on the fence: when it is reached, and where to go then.
+//! Monitor of the fence: when the vehicle reaches it, and the set-point to return.
 
 use super::config::Fence;
 use crate::autopilot::SetPoint;
@@ -6,24 +6,24 @@ use crate::earth::{Geodetic, Local};
 use crate::frames::Vector;
 use crate::scalar::Scalar;
 
-/// Share of the fence's radius and height inside of which it is forgotten again.
+/// Share of the fence's radius and height within which the vehicle counts as inside again.
 const WELL_INSIDE: f64 = 0.8;
 
-/// What became of the fence in a cycle.
+/// Change of the fence's state in a cycle.
 pub(super) enum FenceChange {
-    /// It is reached.
+    /// The vehicle reached the fence.
     Reached,
     /// The vehicle is well inside again.
     Left,
 }
 
-/// The fence, and whether it was reached.
+/// The fence, and whether the vehicle reached it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FenceWatch<T> {
     fence: Option<Fence>,
-    /// The Earth at its middle.
+    /// Earth model at the centre.
     local: Option<Local<T>>,
-    /// Where to go, from when it was reached until the vehicle is well inside again.
+    /// Set-point to return to, from the moment the fence was reached until the vehicle is well inside again.
     home: Option<SetPoint>,
 }
 
@@ -33,23 +33,23 @@ impl<T: Scalar> FenceWatch<T> {
         Self { fence, local, home: None }
     }
 
-    /// Whether it was reached and the vehicle is not yet well inside again.
+    /// Whether the vehicle reached the fence and is not yet well inside again.
     pub const fn is_outside(&self) -> bool {
         self.home.is_some()
     }
 
-    /// Where to go while it is outside: asked for again and again, whatever else is asked for meanwhile.
+    /// Set-point to return to while the vehicle is outside. It is repeated in every cycle and overrides other
+    /// requests.
     pub const fn home(&self) -> Option<SetPoint> {
         self.home
     }
 
-    /// Begins anew: the next time that it is found reached is told.
+    /// Resets the state: reaching the fence is reported again.
     pub const fn engage(&mut self) {
         self.home = None;
     }
 
-    /// Share of the way from the middle to the side or the top, the greater, 1 at the fence; `None` without
-    /// a fence.
+    /// Share of the way from the centre to the side or the top, the greater, 1 at the fence; `None` without a fence.
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
         let (fence, local) = (self.fence?, self.local?);
         let [north, east, down] = local.displacement(&fence.centre, position).to_array();
@@ -57,7 +57,7 @@ impl<T: Scalar> FenceWatch<T> {
         Some((north.hypot(east) / radius_m).max(-down / height_m).wide())
     }
 
-    /// Takes in where the vehicle is, by its [`share`](Self::share) there.
+    /// Updates the state with the vehicle's position and its [`share`](Self::share).
     pub fn step(&mut self, position: &Geodetic, share: Option<f64>) -> Option<FenceChange> {
         let (fence, local, share) = (self.fence?, self.local?, share?);
         if self.is_outside() {

@@ -1,22 +1,21 @@
-//! From the pilot's pulses and the estimate to the servos: who flies, and what happens when something
-//! is lost.
+//! Flight control: from the pilot's pulses and the estimate to the servos, with the failsafes.
 //!
-//! The pilot closes a switch on the aux channel; if every check of [`Readiness`] passes, the autopilot
-//! takes over, else it says which failed and the pilot flies on. Opening the switch, losing the aux
-//! channel alone or moving a stick far gives the sticks back in the same cycle.
+//! The pilot closes a switch on the aux channel. If every check of [`Readiness`] passes, the autopilot takes over;
+//! otherwise flight control reports the failed checks and the pilot continues to fly. Opening the switch, losing the
+//! aux channel alone or moving a stick far gives the sticks back in the same cycle.
 //!
-//! | lost | response | within |
+//! | loss | response | within |
 //! |---|---|---|
-//! | the pilot's signal, by silence or the receiver's word | holds its place; after [`FailsafeConfig::pilot_lost_hold_s`] descends at [`FailsafeConfig::descent_mps`] | 1 cycle after [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) |
+//! | the pilot's signal, by silence or reported by the receiver | holds position; after [`FailsafeConfig::pilot_lost_hold_s`] descends at [`FailsafeConfig::descent_mps`] | 1 cycle after [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) |
 //! | the aux channel alone | the pilot flies | the same |
 //! | position | holds velocity | 1 cycle |
 //! | velocity | holds attitude, after `transfer.patience_s` descends | 1 cycle |
 //! | attitude, or the inertial unit | the pilot flies; without one the sticks go to trim | 1 cycle after `health.age_s` |
-//! | the loop's time, [`FailsafeConfig::late_cycles`] in a row | the pilot flies | 1 cycle |
-//! | the way to the fence | goes back to the middle | 1 cycle |
+//! | time: [`FailsafeConfig::late_cycles`] late cycles in a row | the pilot flies | 1 cycle |
+//! | the fence reached | goes back to its centre | 1 cycle |
 //!
-//! It is plain data and bounded work, as the autopilot is, and depends on nothing but what it is
-//! handed: the same inputs give the same widths, so a record replays to the bit.
+//! As the autopilot, it is plain data and bounded work, and depends only on its inputs. The same inputs give the same
+//! widths, so a record replays to the bit.
 
 mod config;
 mod fence;
@@ -38,12 +37,12 @@ use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
 use fence::{FenceChange, FenceWatch};
 
-/// A stick this close to its end is at it.
+/// Share of its range beyond which a stick counts as at its end.
 const AT_END: f64 = 0.995;
-/// Share of the newest period in the mean of the loop's.
+/// Weight of the newest period in the running mean of the loop's period.
 const PERIOD_SHARE: f64 = 0.05;
 
-/// What one cycle goes by.
+/// Inputs of one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct ControlInputs<'a, T = f64> {
     /// The moment, on the clock of the pulses and of the estimator.
@@ -52,36 +51,36 @@ pub struct ControlInputs<'a, T = f64> {
     pub solution: Option<&'a Solution<T>>,
     /// Age of the last good fix, s.
     pub fix_age_s: Option<f64>,
-    /// What is known of the pilot's pulses.
+    /// State of the pilot's pulses.
     pub pulses: &'a PilotPulses,
-    /// Whether the servos take what they are sent.
+    /// Whether the servos receive their commands.
     pub servos_good: bool,
-    /// Cycles that were late, one after the other, up to this one.
+    /// Number of consecutive late cycles, this one included.
     pub late_cycles: u8,
 }
 
-/// What one cycle came to.
+/// Outputs of one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlOutputs {
-    /// Where the controls go.
+    /// Positions of the controls.
     pub sticks: Option<Sticks>,
-    /// What of them is a test input that the autopilot flies.
+    /// Share of a test input in the sticks.
     pub injected: Sticks,
-    /// The pilot's own sticks, where all four are fresh and the pilot's.
+    /// The pilot's own sticks, where all four are fresh and come from the pilot.
     pub pilot: Option<Sticks>,
-    /// Widths for the servos, ms, not limited; NaN where nobody commands.
+    /// Pulse widths for the servos, ms, not limited; NaN without a command.
     pub widths_ms: Channels<f64>,
     /// State of the pilot's signal.
     pub signal: Signal,
-    /// What the autopilot is doing.
+    /// The active mode.
     pub mode: Mode,
     /// Whether the pilot's switch is closed.
     pub switch_on: bool,
-    /// Whether the autopilot could take over now, and what is missing.
+    /// Whether the autopilot could take over now, and the result of each check.
     pub readiness: Readiness,
 }
 
-/// The pilot, as far as there is one in this cycle.
+/// The pilot's signal in this cycle.
 #[derive(Clone, Copy, Debug)]
 struct AtStick {
     signal: Signal,
@@ -91,8 +90,9 @@ struct AtStick {
 
 /// Pilot, autopilot and the choice between them: one step a cycle.
 ///
-/// The autopilot, what it flies on and the watch on the fence compute in `T`: `f64`, or `f32` on a part that has no
-/// more, `FlightControl::<f32>::new(config)` of the same configuration. Sticks, widths and times go in and out in `f64`.
+/// The autopilot, its estimate and the fence monitor compute in `T`: `f64`, or `f32` for processors without double
+/// precision. For `f32`, use `FlightControl::<f32>::new(config)` with the same configuration. Sticks, widths and
+/// times go in and out in `f64`.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightControl<T = f64> {
     config: FlightControlConfig,
@@ -101,7 +101,7 @@ pub struct FlightControl<T = f64> {
     engagement: Engagement,
     steering: Option<Steering>,
     programme: Option<ProgrammeFlight>,
-    /// The pilot's last, or that of the engagement, ms.
+    /// The pilot's last throttle, or the throttle at engagement, ms.
     throttle_ms: f64,
     before: Option<Time>,
     period_s: Option<f64>,
@@ -115,7 +115,7 @@ impl<T: Scalar> FlightControl<T> {
     /// Flight control with the pilot flying.
     ///
     /// # Errors
-    /// The first value of `config` that cannot be flown with.
+    /// The first invalid value of `config`.
     pub fn new(config: FlightControlConfig) -> Result<Self, FlightControlError> {
         config.check()?;
         let neutral = config.hover.trim.sticks;
@@ -151,8 +151,8 @@ impl<T: Scalar> FlightControl<T> {
         self.engagement.is_engaged()
     }
 
-    /// Whether the switch, closed as it is, does not count until it has been opened: the autopilot was
-    /// refused, or gave the sticks back.
+    /// Whether the closed switch has no effect until it has been opened: the autopilot was refused, or gave the
+    /// sticks back.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.engagement == Engagement::Refused
@@ -164,13 +164,13 @@ impl<T: Scalar> FlightControl<T> {
         self.pilot_lost_s.is_some()
     }
 
-    /// Whether it descends because the pilot did not come back.
+    /// Whether the autopilot descends because the pilot's signal did not return.
     #[must_use]
     pub const fn descends(&self) -> bool {
         self.descends
     }
 
-    /// Whether the fence was reached and the vehicle is not yet well inside again.
+    /// Whether the vehicle reached the fence and is not yet well inside again.
     #[must_use]
     pub const fn is_outside_fence(&self) -> bool {
         self.fence.is_outside()
@@ -182,24 +182,24 @@ impl<T: Scalar> FlightControl<T> {
         self.saturated_s > 0.0
     }
 
-    /// Share of the way from the middle of the fence to its side or top, the greater, 1 at the fence;
-    /// `None` without a fence.
+    /// Share of the way from the centre of the fence to its side or top, the greater, 1 at the fence; `None` without
+    /// a fence.
     #[must_use]
     pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
         self.fence.share(position)
     }
 
-    /// What a sensor said: see [`HoverAutopilot::hear`].
+    /// Passes a sensor event to the health monitor: see [`HoverAutopilot::hear`].
     pub fn hear(&mut self, event: &Event) {
         self.autopilot.hear(event);
     }
 
-    /// What the estimator made of it: see [`HoverAutopilot::hear_notice`].
+    /// Passes an estimator notice to the health monitor: see [`HoverAutopilot::hear_notice`].
     pub fn hear_notice(&mut self, notice: &Notice) {
         self.autopilot.hear_notice(notice);
     }
 
-    /// One cycle; `notify` hears what came of it.
+    /// Runs one cycle; `notify` receives its notices.
     pub fn step(
         &mut self,
         inputs: &ControlInputs<'_, T>,
@@ -215,7 +215,7 @@ impl<T: Scalar> FlightControl<T> {
         let signal = inputs.pulses.signal(now, &config.signal);
         let stale_s = config.signal.stale_after_s;
         let fresh = inputs.pulses.channels.map(|channel| channel.fresh_ms(now, stale_s));
-        // In failsafe the pulses are the receiver's own, not the pilot's.
+        // In failsafe the pulses are generated by the receiver, not by the pilot.
         let pilot_ms = fresh.map(|width_ms| width_ms.filter(|_| signal != Signal::Failsafe));
         let pilot = config.swashplate.pilot_sticks(&config.channels, &pilot_ms);
         let at_stick = AtStick { signal, sticks: pilot, widths_ms: pilot_ms };
@@ -266,7 +266,8 @@ impl<T: Scalar> FlightControl<T> {
         if engaged && outputs.mode == Mode::Neutral && pilot.is_some() {
             self.hand_back(HandedBack::NoAttitude, &mut notify);
         }
-        // In the cycle in which it hands back blind its sticks still count: the next fades from them.
+        // In the cycle in which a blind autopilot hands back, its sticks are still used: the next cycle fades from
+        // them.
         let flies = engaged && outputs.mode != Mode::Manual;
         self.watch_ends(flies.then_some(steered), elapsed_s, &mut notify);
         let (sticks, widths_ms) = self.command(flies, steered, outputs.mode, &at_stick);
@@ -282,7 +283,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Takes in the switch and the loss of the pilot; whether the switch is closed.
+    /// Processes the switch and the loss of the pilot; returns whether the switch is closed.
     fn engage(
         &mut self,
         inputs: &ControlInputs<'_, T>,
@@ -293,7 +294,7 @@ impl<T: Scalar> FlightControl<T> {
     ) -> bool {
         let stale_s = self.config.signal.stale_after_s;
         if self.engagement.is_engaged() && pilot.signal != Signal::Good {
-            // Nobody is there to give the sticks back to; the switch counts again with the signal.
+            // Without a pilot the sticks cannot be given back; the switch acts again when the signal returns.
             if self.pilot_lost_s.is_none() {
                 notify(ControlNotice::PilotLost);
             }
@@ -332,8 +333,8 @@ impl<T: Scalar> FlightControl<T> {
         switch_on
     }
 
-    /// Whether a change of mode says what nothing else does. That the pilot flies is told with the reason; of the modes
-    /// in which it descends without a pilot nobody asks, unless there is none left.
+    /// Whether a change of mode is worth a notice of its own. Another notice reports that the pilot flies. The modes
+    /// of a descent without a pilot are not reported, except the loss of all of them.
     fn is_news(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
         match transition.to {
             Mode::Manual => false,
@@ -343,12 +344,12 @@ impl<T: Scalar> FlightControl<T> {
     }
 
     fn hand_back(&mut self, why: HandedBack, notify: &mut impl FnMut(ControlNotice)) {
-        // As if refused: the switch must be opened before it counts again.
+        // As after a refusal: the switch must be opened before it acts again.
         self.engagement = Engagement::Refused;
         notify(ControlNotice::HandedBack(why));
     }
 
-    /// Test inputs, while nothing but holding is asked for.
+    /// Flies the test inputs while the autopilot only holds.
     fn fly_programme(
         &mut self,
         pilot: Option<Sticks>,
@@ -372,7 +373,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// What the autopilot is asked to do: by a pilot who stays lost before the fence before the sticks.
+    /// Chooses the set-point. Priority: the descent without a pilot, the return from the fence, the pilot's sticks.
     fn request(
         &mut self,
         inputs: &ControlInputs<'_, T>,
@@ -404,7 +405,7 @@ impl<T: Scalar> FlightControl<T> {
             self.fence.home().or(steered)
         };
         if let Some(set_point) = set_point {
-            // One that the guidance refuses leaves the one before, which is a hold at the worst.
+            // A set-point that guidance rejects leaves the previous one active, in the worst case a hold.
             let _ = self.autopilot.set(set_point);
         }
     }
@@ -429,7 +430,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Sticks and widths of whoever flies.
+    /// Sticks and widths of the pilot or the autopilot, whichever flies.
     fn command(
         &self,
         flies: bool,
@@ -439,7 +440,7 @@ impl<T: Scalar> FlightControl<T> {
     ) -> (Option<Sticks>, Channels<f64>) {
         let config = &self.config;
         let AtStick { sticks: pilot, widths_ms: pilot_ms, .. } = *pilot;
-        // Without a pilot the engine runs on while there is something to hold.
+        // Without a pilot the engine keeps running as long as the autopilot controls the vehicle.
         let throttle_ms = if flies && (config.hold_throttle || mode != Mode::Neutral) {
             self.throttle_ms
         } else {
@@ -456,7 +457,7 @@ impl<T: Scalar> FlightControl<T> {
         {
             return (Some(sticks), mixed(sticks));
         }
-        // The pilot's own pulses, to the last bit, where nothing has to be mixed.
+        // The pilot's own pulses, to the last bit, where no mixing is needed.
         (pilot, config.swashplate.passed_on_ms(&config.channels, &pilot_ms))
     }
 }

@@ -1,55 +1,55 @@
-//! What flight control tells.
+//! Notices of flight control.
 
 use core::fmt;
 
 use crate::autopilot::{Distrust, Mode, ProgrammeChange, Readiness, Reason, Transition};
 
-/// Why the autopilot gave the sticks back though the switch is closed.
+/// Reason why the autopilot gave the sticks back while the switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HandedBack {
-    /// The pilot moved a stick far.
+    /// The pilot moved a stick beyond the override travel.
     Override,
-    /// Not even attitude is known, and there is a pilot.
+    /// Attitude is unknown, and there is a pilot.
     NoAttitude,
     /// The loop was late several times in a row.
     Late,
 }
 
-/// Something worth telling that came of a cycle.
-// A box would be an allocation in the loop.
+/// A notice of a cycle.
+// Boxing the large variant would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ControlNotice {
     /// The autopilot takes over.
     Engaged,
-    /// It was asked to, and does not: see [`Readiness::failed`].
+    /// The switch was closed, but the autopilot does not take over: see [`Readiness::failed`].
     Refused(Readiness),
     /// The switch was opened: the pilot flies.
     Released,
-    /// The aux channel alone is lost, and the switch with it: the pilot flies.
+    /// The signal of the aux channel alone is lost, and the switch with it: the pilot flies.
     SwitchLost,
-    /// The pilot flies, whatever the switch says, until it has been opened.
+    /// The pilot flies although the switch is closed, until it has been opened.
     HandedBack(HandedBack),
     /// The autopilot changed its mode.
     Mode(Transition),
-    /// The pilot's signal is lost while the autopilot flies: it holds.
+    /// The pilot's signal is lost while the autopilot flies: the autopilot holds.
     PilotLost,
     /// The pilot's signal is back.
     PilotBack,
-    /// The pilot did not come back: it descends.
+    /// The pilot's signal did not return: the autopilot descends.
     Descends,
-    /// The fence is reached: it goes back to the middle, at the height it has or the fence's.
+    /// The vehicle reached the fence: it returns to the centre, at its own height or the fence's.
     FenceReached,
-    /// It is well inside the fence again.
+    /// The vehicle is well inside the fence again.
     FenceLeft,
-    /// A stick has been at its end for too long; attitude comes first there.
+    /// A stick has been at its end for too long; attitude has priority there.
     Saturated,
-    /// A test input begins, or there are no more.
+    /// A test input begins, or the programme ends.
     TestInputs(ProgrammeChange),
 }
 
-/// Who flies now, why, and what to do about it, in plain words.
+/// States who flies now, why, and what to do.
 impl fmt::Display for ControlNotice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -84,7 +84,7 @@ impl fmt::Display for ControlNotice {
             ),
             Self::PilotBack => f.write_str("the pilot's signal is back"),
             Self::Descends => f.write_str(
-                "no pilot: the autopilot descends; keep clear below, the sticks count again with the signal",
+                "no pilot: the autopilot descends; keep clear below; the sticks act again when the signal returns",
             ),
             Self::FenceReached => f.write_str(
                 "the fence is reached: the autopilot goes back to its middle; take over to fly on",
@@ -92,7 +92,7 @@ impl fmt::Display for ControlNotice {
             Self::FenceLeft => f.write_str("inside the fence again"),
             Self::TestInputs(change) => change.fmt(f),
             Self::Saturated => f.write_str(
-                "a control is at its end, attitude comes first; take over if it does not come back",
+                "a control is at its end, attitude has priority; take over if this lasts",
             ),
         }
     }
@@ -101,12 +101,12 @@ impl fmt::Display for ControlNotice {
 fn mode_in_words(transition: &Transition, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     let Transition { to, reason, .. } = transition;
     let what = match to {
-        Mode::Manual => "the sticks are the pilot's",
-        Mode::Position => "the autopilot holds its place",
-        Mode::Velocity => "the autopilot holds velocity and not its place: it may drift",
+        Mode::Manual => "the pilot flies",
+        Mode::Position => "the autopilot holds position",
+        Mode::Velocity => "the autopilot holds velocity but not position: it may drift",
         Mode::Attitude => "the autopilot holds attitude alone: it drifts with the wind",
         Mode::Descent => "the autopilot descends",
-        Mode::Neutral => "the sticks go to trim: nobody steers",
+        Mode::Neutral => "the sticks go to trim: the vehicle is uncontrolled",
     };
     let again = if *reason == Reason::Recovered { " again" } else { "" };
     write!(f, "{what}{again}, as ")?;
@@ -114,11 +114,11 @@ fn mode_in_words(transition: &Transition, f: &mut fmt::Formatter<'_>) -> fmt::Re
         Reason::Switch => f.write_str("the switch was moved"),
         Reason::Override => f.write_str("a stick was moved"),
         Reason::Recovered => f.write_str("the estimate is good enough for it"),
-        Reason::Patience => f.write_str("velocity did not come back"),
+        Reason::Patience => f.write_str("velocity did not recover in time"),
         Reason::Distrust(Distrust::Frozen) if matches!(to, Mode::Neutral | Mode::Manual) => {
-            f.write_str("the inertial unit repeats itself")
+            f.write_str("the inertial unit repeats the same sample")
         }
-        Reason::Distrust(Distrust::Frozen) => f.write_str("the receiver repeats itself"),
+        Reason::Distrust(Distrust::Frozen) => f.write_str("the receiver repeats the same fix"),
         Reason::Distrust(why) => write!(f, "{why}"),
     }?;
     match (to, reason) {
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
     use crate::time::Time;
 
-    /// No name of the program's own, and short enough for the record.
+    /// Messages contain no identifiers of the program, and fit into a record.
     #[test]
     fn a_change_of_mode_is_told_in_plain_words_with_what_to_do() {
         let distrusts = [
@@ -173,7 +173,7 @@ mod tests {
         };
         assert_eq!(
             ControlNotice::Mode(lost).to_string(),
-            "the autopilot holds velocity and not its place: it may drift, as position is too uncertain; \
+            "the autopilot holds velocity but not position: it may drift, as position is too uncertain; \
              wait for it, or take over"
         );
     }

@@ -1,4 +1,4 @@
-//! Who flies, cycle by cycle.
+//! Who flies in each cycle: pilot or autopilot.
 
 use super::*;
 use crate::autopilot::{Gains, HoverConfig, SteeringConfig};
@@ -24,7 +24,7 @@ fn config() -> FlightControlConfig {
     FlightControlConfig::new(HoverConfig::new(PERIOD_S, gains))
 }
 
-/// What is decided is the same in both precisions, and widths differ by no more than a servo resolves.
+/// Decisions are the same in both precisions, and widths differ by less than a servo's resolution.
 fn agree(double: &ControlOutputs, single: &ControlOutputs) {
     let decided =
         |of: &ControlOutputs| (of.mode, of.signal, of.switch_on, of.readiness.failed_bits());
@@ -34,7 +34,7 @@ fn agree(double: &ControlOutputs, single: &ControlOutputs) {
     }
 }
 
-/// A flight whose every part can be spoilt. The same is flown in single precision beside it, to the same end.
+/// A flight whose inputs can each be made faulty. The same flight runs in single precision too, with the same result.
 struct Bench {
     control: FlightControl,
     single: FlightControl<f32>,
@@ -194,7 +194,7 @@ fn what_is_not_ready_is_refused_by_name_and_stays_refused_until_the_switch_is_op
     let failed: Vec<String> = readiness.unwrap().failed().map(ToString::to_string).collect();
     assert_eq!(failed, ["age of the last fix, s: 9.000, at most 2.5"]);
     bench.fix_age_s = 0.5;
-    assert_eq!(bench.cycles(50).mode, Mode::Manual, "nobody asked now");
+    assert_eq!(bench.cycles(50).mode, Mode::Manual, "the switch was not closed now");
     bench.aux_ms = Some(OPEN_MS);
     bench.cycles(3);
     bench.aux_ms = Some(CLOSED_MS);
@@ -207,7 +207,11 @@ fn losing_the_aux_channel_alone_is_manual() {
     bench.aux_ms = None;
     assert_eq!(bench.cycles(5).mode, Mode::Manual);
     bench.aux_ms = Some(CLOSED_MS);
-    assert_eq!(bench.cycles(50).mode, Mode::Manual, "it comes back closed, and nobody closed it");
+    assert_eq!(
+        bench.cycles(50).mode,
+        Mode::Manual,
+        "the switch returns closed, but was not closed now"
+    );
 }
 
 #[test]
@@ -238,7 +242,7 @@ fn an_estimate_that_ends_gives_the_sticks_to_the_pilot_and_to_trim_without_one()
     let mut bench = Bench::engaged(config());
     bench.stale = true;
     let outputs = bench.cycles(20);
-    // In one sentence: who has the sticks now hears nothing of trim, or of a switch.
+    // A single notice: with the sticks back, the pilot needs no notice of trim or of the switch.
     assert_eq!(bench.told, [ControlNotice::HandedBack(HandedBack::NoAttitude)]);
     assert_eq!(outputs.mode, Mode::Manual);
     bench.stale = false;
@@ -345,7 +349,7 @@ fn the_throttle_stays_where_the_pilot_left_it_while_the_autopilot_flies_without_
         bench.stale = true;
         let blind = bench.cycles(40);
         assert_eq!(blind.mode, Mode::Neutral);
-        assert!(blind.widths_ms.throttle.is_nan(), "nobody commands: the failsafe width");
+        assert!(blind.widths_ms.throttle.is_nan(), "no command: the failsafe width");
     }
 }
 

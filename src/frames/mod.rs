@@ -1,7 +1,7 @@
-//! Frames as types: a vector knows what it is resolved in, a rotation what it leads from and to.
+//! Frames as types: a vector is typed by the frame it is resolved in, a rotation by the frames it leads from and to.
 //!
 //! Adding a body vector to a navigation vector, or rotating the wrong way, does not compile. The
-//! types hold nothing but the numbers, so they cost nothing at run time.
+//! types hold only the numbers, so they cost nothing at run time.
 //!
 //! ```
 //! use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};

@@ -1,4 +1,4 @@
-//! Rotations that know the frames they lead from and to.
+//! Rotations typed by the frames they lead from and to.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -19,7 +19,7 @@ pub struct Rotation<From, To, T = f64> {
 }
 
 impl<From, To> Rotation<From, To> {
-    /// Claims that a unit quaternion leads from `From` to `To`: the named door into the frames.
+    /// Asserts that a unit quaternion leads from `From` to `To`; the compiler cannot check this claim.
     #[must_use]
     pub const fn claim(quaternion: DQuat) -> Self {
         Self::of_array(quaternion.to_array())
@@ -75,7 +75,7 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         ]
     }
 
-    /// The rotation that leads back.
+    /// The inverse rotation, from `To` to `From`.
     #[must_use]
     #[inline]
     pub fn inverse(self) -> Rotation<To, From, T> {
@@ -83,8 +83,8 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         Rotation::of_array([-x, -y, -z, w])
     }
 
-    /// This rotation preceded by a rotation of `From` about itself by `angle_rad` (a rotation
-    /// vector resolved in `From`): how gyro increments move a body-to-navigation attitude.
+    /// This rotation preceded by a rotation of `From` about itself by `angle_rad`, a rotation vector resolved in
+    /// `From`. Gyro increments update a body-to-navigation attitude this way.
     ///
     /// # Source
     /// Equation (F2) of docs/equations.md.
@@ -94,8 +94,8 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         Self::of_array(product(self.quaternion, quaternion_of(angle_rad)))
     }
 
-    /// This rotation followed by a rotation of `To` about itself by `angle_rad` (a rotation vector
-    /// resolved in `To`): how a navigation-frame attitude correction is applied.
+    /// This rotation followed by a rotation of `To` about itself by `angle_rad`, a rotation vector resolved in `To`.
+    /// Attitude corrections in the navigation frame are applied this way.
     #[must_use]
     #[inline]
     pub fn turned_in_to(self, angle_rad: Vector<To, T>) -> Self {
@@ -122,7 +122,7 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         sine * ratio
     }
 
-    /// Rescaled to unit length to first order, which is all that rounding ever asks for.
+    /// Rescaled to unit length to first order, which is sufficient for rounding errors.
     ///
     /// # Source
     /// Equation (F4) of docs/equations.md.
@@ -202,7 +202,7 @@ pub(super) fn quaternion_of<F, T: Scalar>(angle_rad: Vector<F, T>) -> [T; 4] {
     let number = T::of;
     let one = T::ONE;
     let h = number(0.25) * angle_rad.dot(angle_rad);
-    // Below 2e-4 rad, which no turning of north, east and down in one step exceeds, two terms are all digits.
+    // Below 2e-4 rad two terms give all digits; the turn of north, east and down in one step never exceeds this.
     let (cos_half, half_sinc) = if h < number(1e-8) {
         (one - h * number(0.5), number(0.5) * (one - h * number(1.0 / 6.0)))
     } else if h < number(0.0025) {

@@ -1,4 +1,4 @@
-//! Vectors that know the frame they are resolved in.
+//! Vectors typed by the frame they are resolved in.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -8,20 +8,20 @@ use super::Ned;
 use crate::scalar::Scalar;
 use glam::DVec3;
 
-/// Three components resolved in frame `F`; the unit is in the name of whatever holds it.
+/// Three components resolved in frame `F`; the unit is in the name of the variable or field.
 pub struct Vector<F, T = f64> {
     components: [T; 3],
     frame: PhantomData<F>,
 }
 
 impl<F> Vector<F> {
-    /// Claims that plain components are resolved in frame `F`: the named door into the frame.
+    /// Asserts that plain components are resolved in frame `F`; the compiler cannot check this claim.
     #[must_use]
     pub const fn claim(components: DVec3) -> Self {
         Self { components: components.to_array(), frame: PhantomData }
     }
 
-    /// The plain components: the named door out of the frame.
+    /// The plain components, without their frame.
     #[must_use]
     pub const fn components(self) -> DVec3 {
         DVec3::from_array(self.components)
@@ -96,7 +96,7 @@ impl<F, T: Scalar> Vector<F, T> {
         self.dot(self).sqrt()
     }
 
-    /// Whether its length is below `limit`, positive; never of a NaN. Draws no root.
+    /// Whether the length is below `limit`, which must be positive; `false` for NaN. Computes no square root.
     #[must_use]
     #[inline]
     pub fn is_shorter_than(self, limit: T) -> bool {

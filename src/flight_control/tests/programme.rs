@@ -1,4 +1,4 @@
-//! Test inputs that are flown by themselves.
+//! Programmes of test inputs.
 
 use super::*;
 use crate::autopilot::{
@@ -20,7 +20,7 @@ fn flying(programme: ExcitationProgramme) -> Bench {
     Bench::engaged(FlightControlConfig { excitation: Some(programme), ..config() })
 }
 
-/// How often a change was told.
+/// Number of notices of a change.
 fn count(bench: &Bench, wanted: ProgrammeChange) -> usize {
     let wanted = ControlNotice::TestInputs(wanted);
     bench.told.iter().filter(|told| **told == wanted).count()
@@ -58,7 +58,7 @@ fn a_stick_beyond_its_dead_band_ends_them_at_once_and_the_autopilot_flies_on() {
     assert_eq!(count(&bench, ProgrammeChange::Ended(ExcitationAbort::Stick)), 1);
     bench.pilot_ms = Some(near);
     bench.cycles(300);
-    assert_eq!(bench.told.len(), 2, "no more until engaged anew: {:?}", bench.told);
+    assert_eq!(bench.told.len(), 2, "no more until the next engagement: {:?}", bench.told);
 }
 
 #[test]
