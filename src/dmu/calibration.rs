@@ -1,4 +1,4 @@
-//! From counts to units: the ranges and signs that no packet carries.
+//! From counts to physical units: the ranges and signs that packets do not contain.
 //!
 //! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 5, 14 and 24.
 
@@ -11,7 +11,7 @@ use crate::imu::{ImuSample, Motion};
 use crate::scalar::Readable;
 use crate::time::Time;
 
-/// Rate and acceleration words reach to one and a half times the rated range.
+/// Rate and acceleration words span one and a half times the rated range.
 const FULL_SCALE: f64 = 1.5 / 32_768.0;
 
 /// Magnetometer full scale is 1.5 × 1.25 gauss.
@@ -19,7 +19,7 @@ const GAUSS_PER_COUNT: f64 = 1.25 * FULL_SCALE;
 
 const RADIANS_PER_COUNT: f64 = core::f64::consts::PI / 32_768.0;
 
-/// Which way an accelerometer's word counts.
+/// Sign convention of an accelerometer's word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
     /// The word is specific force along the axis.
@@ -28,10 +28,10 @@ pub enum Sign {
     Negative,
 }
 
-/// A range that no unit can have.
+/// An invalid range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangeError {
-    /// Which range, with its unit.
+    /// Name of the range, with its unit.
     pub range: &'static str,
     /// The value given.
     pub found: f64,
@@ -45,7 +45,7 @@ impl fmt::Display for RangeError {
 
 impl core::error::Error for RangeError {}
 
-/// What one unit's label says and its packets do not.
+/// Ranges and signs of one unit, from its label; packets do not contain them.
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Calibration, Packet};
@@ -62,15 +62,15 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// A unit of rated range ±`rate_range_degps` (deg/s; 100 or 200) and ±`acceleration_range_g`
+    /// Calibration of a unit of rated range ±`rate_range_degps` (deg/s; 100 or 200) and ±`acceleration_range_g`
     /// (standard gravity; 2 or 4), from its label or calibration sheet.
     ///
-    /// All accelerometers count negative. Level and still the unit puts out +1 g down, where specific
-    /// force is −1 g. The manual leaves open the sign of linear acceleration: check it by pushing the
-    /// unit along its axes, and set what is different by [`Calibration::with_acceleration_signs`].
+    /// All accelerometers count negative: level and at rest the unit outputs +1 g down, where specific force is −1 g.
+    /// The manual does not define the sign of linear acceleration. Check it by pushing the unit along its axes, and
+    /// set axes that differ by [`Calibration::with_acceleration_signs`].
     ///
     /// # Errors
-    /// A range that is not a positive finite number.
+    /// [`RangeError`] for a range that is not a positive finite number.
     pub fn new(rate_range_degps: f64, acceleration_range_g: f64) -> Result<Self, RangeError> {
         let positive = |range, found: f64| {
             (found.is_finite() && found > 0.0).then_some(found).ok_or(RangeError { range, found })
@@ -83,7 +83,7 @@ impl Calibration {
         })
     }
 
-    /// The same unit with accelerometers that count as `signs` says, x, y and z.
+    /// The same unit with the accelerometer signs `signs` of x, y and z.
     #[must_use]
     pub fn with_acceleration_signs(mut self, signs: [Sign; 3]) -> Self {
         for (scale, sign) in self.acceleration_mps2_per_count.iter_mut().zip(signs) {
@@ -95,8 +95,7 @@ impl Calibration {
         self
     }
 
-    /// What a packet of angle or scaled mode measured; `None` for one of voltage mode, whose volts
-    /// have no fixed scale.
+    /// The measurement of a packet of angle or scaled mode; `None` for voltage mode, whose volts have no fixed scale.
     ///
     /// # Source
     /// Equation (D1) of docs/equations.md.
@@ -125,9 +124,9 @@ impl Calibration {
         }
     }
 
-    /// The packet that a unit sends of `measurement`, its timer 0: the inverse of
-    /// [`Calibration::measure`] to within half a count. What is beyond full scale stands at its end,
-    /// what is not a number is 0, and so is an attitude that is not known.
+    /// The packet that a unit would send for `measurement`, with timer 0: the inverse of [`Calibration::measure`] to
+    /// within half a count. Values beyond full scale saturate. Values that are not a number and an unknown attitude
+    /// become 0.
     ///
     /// ```
     /// use hovernav::dmu::{Calibration, Packet};
@@ -140,7 +139,7 @@ impl Calibration {
     /// ```
     #[must_use]
     pub fn counts(&self, measurement: &Measurement) -> AnglePacket {
-        // A cast ends at the ends of the range, and makes 0 of what is not a number.
+        // A cast saturates, and turns NaN into 0.
         let words = |vector: Vector<Body>, scales: [f64; 3]| {
             let ([x, y, z], [x_scale, y_scale, z_scale]) = (vector.to_array(), scales);
             [x / x_scale, y / y_scale, z / z_scale].map(|count| libm::round(count) as i16)
@@ -150,7 +149,7 @@ impl Calibration {
             .map_or([0.0; 3], |angles| [angles.roll_rad, angles.pitch_rad, angles.yaw_rad]);
         let temperature = (measurement.temperature_degc / 44.44 + 1.375) * 4096.0 / 5.0;
         AnglePacket {
-            // 180° is also −180°: angles wrap where other words end.
+            // 180° equals −180°: angles wrap where other words saturate.
             attitude: angles.map(|angle| libm::round(angle / RADIANS_PER_COUNT) as i32 as i16),
             angular_rate: words(measurement.angular_rate_radps, [self.rate_radps_per_count; 3]),
             acceleration: words(measurement.specific_force_mps2, self.acceleration_mps2_per_count),
@@ -174,8 +173,8 @@ impl Calibration {
     }
 }
 
-/// One packet in units, in the unit's axes: x away from the connector, y from left to right along
-/// its face, z down; mounted that way, they are body axes.
+/// One packet in physical units and in the unit's axes: x away from the connector, y from left to right along its
+/// face, z down. In this mounting they are body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// Angular rate, rad/s.
@@ -184,14 +183,14 @@ pub struct Measurement {
     pub specific_force_mps2: Vector<Body>,
     /// Magnetic field, gauss.
     pub magnetic_field_gauss: Vector<Body>,
-    /// The unit's own attitude, in angle mode; yaw is from magnetic north.
+    /// The unit's own attitude, in angle mode; yaw is relative to magnetic north.
     pub attitude: Option<EulerAngles>,
     /// Sensor temperature, °C.
     pub temperature_degc: f64,
 }
 
 impl Measurement {
-    /// The measurement as the filter takes it, sampled at `time`.
+    /// The measurement as an input of the filter, sampled at `time`.
     #[must_use]
     pub const fn at(&self, time: Time) -> ImuSample {
         ImuSample {

@@ -1,24 +1,24 @@
 //! From the unit's timer to sample times on the clock of the flight.
 //!
-//! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter; the timer
-//! in them is exact to 0.79 µs but turns every 51.8 ms, has no zero and ticks by its own quartz. The
-//! clock here takes the intervals from the timer and only their long-term mean from the arrivals.
+//! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter. Their timer is exact to
+//! 0.79 µs, but it wraps every 51.8 ms, has no zero, and its quartz has an unknown error. The clock here takes the
+//! intervals from the timer, and only their long-term mean from the arrivals.
 
 use core::fmt;
 
 use crate::time::Time;
 
-/// Seconds a tick, as the manual gives it: two digits.
+/// Seconds per tick, from the manual: two digits.
 /// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const NOMINAL_TICK_S: f64 = 0.79e-6;
 
-/// Ticks a turn of the 16-bit timer.
+/// Ticks in one wrap of the 16-bit timer.
 const TURN_TICKS: f64 = 65_536.0;
 
-/// One-sigma of the nominal tick, relative: it was rounded to 0.79, which leaves ±0.6 %.
+/// One-sigma of the nominal tick, relative: it is rounded to 0.79, an error of up to ±0.6 %.
 const TICK_SIGMA: f64 = 4e-3;
 
-/// The largest relative error of the nominal tick that is believed.
+/// Largest relative error of the nominal tick that is accepted.
 const TICK_ERROR_MAX: f64 = 1e-2;
 
 /// One-sigma of an arrival about its mean, s.
@@ -27,60 +27,59 @@ const JITTER_SIGMA_S: f64 = 2e-3;
 /// One-sigma of the first arrival, s.
 const ANCHOR_SIGMA_S: f64 = 5e-3;
 
-/// Random walk of the tick's relative error, 1/√s: a quartz that warms up.
+/// Random walk of the tick's relative error, 1/√s: a quartz during warm-up.
 const TICK_WALK_PER_SQRT_S: f64 = 1e-6;
 
-/// An arrival further than this from the expected one says nothing of the timer, s.
+/// Largest difference of an arrival from the expected one for use in the filter, s.
 const GATE_S: f64 = 5e-3;
 
-/// Packets in a row that are late by much the same before the expectation is held to be early.
+/// Consecutive packets of similar lateness after which the expected arrival counts as too early.
 const LATE_IN_A_ROW: u32 = 16;
 
-/// How far apart the same lateness may be, s: a quarter turn, less than the 14 ms between packets, by
-/// which the lateness of a heap falls from packet to packet.
+/// Largest difference between similar latenesses, s. It is a quarter of the timer's wrap, and less than the 14 ms
+/// between packets. The lateness of queued packets falls by this 14 ms from packet to packet.
 const ALIKE_S: f64 = 13e-3;
 
-/// The longest gap whose turns are counted, s. Over 2 s the tick's 0.6 % are a quarter of a turn.
+/// Longest gap across which timer wraps are counted, s. Over 2 s the tick's error of 0.6 % is a quarter of a wrap.
 const LONGEST_GAP_S: f64 = 2.0;
 
-/// What the interval to the sample before rests on.
+/// Source of the interval to the previous sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// The timer: exact to its tick.
+    /// The timer, exact to its tick.
     Timer,
-    /// The timer; how often it turned during a gap, the arrival times.
+    /// The timer; the number of its wraps during a gap comes from the arrival times.
     TimerAcrossGap {
-        /// Whole turns inserted, of 51.8 ms.
+        /// Whole wraps inserted, of 51.8 ms each.
         turns: u32,
     },
     /// The arrival alone: first packet, long gap, or a correction of several milliseconds.
     Arrival,
 }
 
-/// When a packet's values were sampled.
+/// Sample time of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stamp {
-    /// The sample's time on the clock that arrivals are given in; later than that of any stamp
-    /// before.
+    /// The sample's time on the clock of the arrivals; later than that of any earlier stamp.
     pub time: Time,
-    /// By how much the packet came later than expected, s; negative if earlier. Expectation follows
-    /// the mean, so this is the jitter of line and scheduler.
+    /// Lateness of the packet against its expected arrival, s; negative if early. The expectation follows the mean,
+    /// so this is the jitter of line and scheduler.
     pub late_s: f64,
-    /// What the interval to the stamp before rests on.
+    /// Source of the interval to the previous stamp.
     pub basis: Basis,
 }
 
-/// Why a packet has no sample time.
+/// Reason why a packet has no sample time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockFault {
-    /// The timer has not moved since the packet before: a repetition.
+    /// The timer has not changed since the previous packet: a repetition.
     TimerStopped {
         /// The timer's count.
         timer: u16,
     },
-    /// The packet arrived so early that the samples before must have been timed late: their times
-    /// would run backwards. The clock has been set right, and samples count again once it has passed
-    /// the last one. Common when packets that had piled up before the start are read at once.
+    /// The packet arrived so early that the previous samples must have been stamped late: its time would run
+    /// backwards. The clock is corrected, and samples are valid again once it has passed the last one. This is common
+    /// when packets queued before the start are read at once.
     NotAfterPrevious {
         /// The time that the sample would have.
         time: Time,
@@ -104,9 +103,10 @@ impl core::error::Error for ClockFault {}
 
 /// Sample times from timer counts and arrivals.
 ///
-/// A two-state Kalman filter follows the offset and the rate of the unit's timer against the
-/// arrivals. Arrivals more than 5 ms from their expected time are left out of it: late ones are the
-/// scheduler's, and only if 16 in a row are late by much the same has the clock lost turns. Early
+/// A two-state Kalman filter estimates the offset and the rate of the unit's timer against the arrivals. It ignores
+/// arrivals more than 5 ms from their expected time. Late arrivals are due to the scheduler; only 16 similarly late
+/// ones in a row mean that the clock lost wraps of the timer. Early arrivals are proof, because no packet arrives
+/// before it is sent: the clock then moves at once.
 /// ones are proof, for no packet arrives before it is sent: the clock then moves at once.
 ///
 /// ```
@@ -126,43 +126,42 @@ pub struct SampleClock {
     line: Option<Line>,
 }
 
-/// The line through the arrivals: where the timer stands on the clock of the flight.
+/// Linear relation of the timer to the clock of the flight.
 #[derive(Clone, Copy, Debug)]
 struct Line {
-    /// What `sample_s` counts from.
+    /// Zero of `sample_s`.
     origin: Time,
     /// The last packet's timer and number.
     timer: u16,
     sequence: u64,
-    /// The last packet's sample, s since `origin`.
+    /// Time of the last packet's sample, s since `origin`.
     sample_s: f64,
     /// Relative error of the nominal tick.
     tick_error: f64,
-    /// Variance of `sample_s`, s²; its covariance with `tick_error`, s; the variance of that.
+    /// Variance of `sample_s`, s²; its covariance with `tick_error`, s; the variance of `tick_error`.
     covariance: [f64; 3],
-    /// Packets in a row that were much alike in their lateness, and the least of that.
+    /// Number of consecutive packets of similar lateness, and the least lateness of them.
     late_in_a_row: u32,
     least_late_s: f64,
-    /// The last stamp given out.
+    /// The last stamp.
     stamped: Time,
 }
 
 impl SampleClock {
-    /// A clock for packets whose last byte arrives `latency_s` after they were sampled: the time on
-    /// the line, [`Mode::transfer_time_s`](super::Mode::transfer_time_s), and what the unit keeps
-    /// them, up to one of its own cycles. A latency that is not finite counts as 0.
+    /// A clock for packets whose last byte arrives `latency_s` after they were sampled. This latency is the time on
+    /// the line, [`Mode::transfer_time_s`](super::Mode::transfer_time_s), plus the delay in the unit, up to one of
+    /// its own cycles. A latency that is not finite counts as 0.
     #[must_use]
     pub const fn new(latency_s: f64) -> Self {
         Self { latency_s: if latency_s.is_finite() { latency_s } else { 0.0 }, line: None }
     }
 
-    /// The time at which the packet of this `timer` and `sequence` (as
-    /// [`Received`](super::Received) gives it) was sampled. `arrival` is when its last byte arrived,
-    /// on a clock that does not run backwards. Packets of consecutive numbers must be less than
-    /// 51.8 ms apart; packets left out, whether lost or not believed, are a gap.
+    /// Sample time of the packet with this `timer` and `sequence`, as in [`Received`](super::Received). `arrival` is
+    /// the arrival of its last byte, on a clock that does not run backwards. Packets of consecutive numbers must be
+    /// less than 51.8 ms apart. Skipped packets, lost or rejected, form a gap.
     ///
     /// # Errors
-    /// A timer that stands still, or a time that would not be after the one before.
+    /// A timer that has not changed, or a time that is not after the previous one.
     pub fn stamp(&mut self, timer: u16, sequence: u64, arrival: Time) -> Result<Stamp, ClockFault> {
         let Some(line) = &mut self.line else {
             let time = arrival + -self.latency_s;
@@ -182,7 +181,7 @@ impl SampleClock {
         Ok(Stamp { time, late_s, basis })
     }
 
-    /// The length of a tick as seen from the clock of the flight, s.
+    /// Length of a tick on the clock of the flight, s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.line.as_ref().map_or(NOMINAL_TICK_S, Line::tick_s)
@@ -208,7 +207,7 @@ impl Line {
         NOMINAL_TICK_S * (1.0 + self.tick_error)
     }
 
-    /// Moves on to the next packet; gives its lateness and what its time rests on.
+    /// Advances to the next packet; returns its lateness and the source of its time.
     fn advance(
         &mut self,
         timer: u16,
@@ -253,8 +252,8 @@ impl Line {
         Ok((late_s, Basis::Arrival))
     }
 
-    /// Whole turns of the timer in a gap that seems `gap_s` long. Packets come late more often than
-    /// early, so three quarters of the ambiguity lie on that side.
+    /// Whole wraps of the timer in a gap that seems `gap_s` long. Packets are late more often than early, so three
+    /// quarters of the ambiguity are on the late side.
     ///
     /// # Source
     /// Equation (D3) of docs/equations.md.

@@ -3,11 +3,11 @@
 use super::packet::{HEADER, Mode, Packet, PacketError};
 use crate::buffer::move_to_front;
 
-/// Bytes held at most. Two packets must fit; more only saves moving them to the front.
+/// Size of the buffer, bytes. Two packets must fit; more only reduces moves to the front.
 const CAPACITY: usize = 512;
 
-/// The largest step of the temperature word between packets of one stream, counts; 1.7 °C. When the
-/// line loses or gains a byte before that word, another byte takes its high half.
+/// Largest step of the temperature word between packets of one stream, counts; 1.7 °C. When the line loses or gains a
+/// byte before this word, another byte becomes its high half.
 const TEMPERATURE_STEP: u16 = 32;
 
 /// A packet found in the stream.
@@ -15,39 +15,38 @@ const TEMPERATURE_STEP: u16 = 32;
 pub struct Received {
     /// The packet.
     pub packet: Packet,
-    /// Bytes of the stream before its header.
+    /// Number of bytes of the stream before its header.
     pub offset: u64,
-    /// The packet's number. Where packets may be missing from the stream, numbers are left out, so
-    /// consecutive numbers mean that nothing is known to be missing between two packets.
+    /// Number of the packet. Numbers are skipped where packets may be missing from the stream. Consecutive numbers
+    /// mean that no packet is known to be missing between the two.
     pub sequence: u64,
 }
 
-/// What became of every byte that the decoder has seen.
+/// Counts of all bytes that the decoder received, by outcome.
 ///
-/// Their sum is the length of the stream, less the bytes that still wait for the rest of a packet.
+/// Their sum is the length of the stream, minus the bytes of an incomplete packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCounts {
     /// Packets delivered.
     pub packets: u64,
-    /// Bytes passed over because no packet begins with them.
+    /// Bytes skipped because no packet begins with them.
     pub bytes_without_header: u64,
-    /// Header bytes passed over because the frame that they would begin has a wrong checksum.
+    /// Header bytes skipped because their frame has a wrong checksum.
     pub bytes_of_wrong_checksum: u64,
-    /// Header bytes passed over because no second frame followed a first that had yet to be
-    /// confirmed.
+    /// Header bytes skipped because no second frame confirmed the first.
     pub bytes_unconfirmed: u64,
-    /// Bytes thrown away by [`Decoder::expect_packet`] or [`Decoder::restart`].
+    /// Bytes discarded by [`Decoder::expect_packet`] or [`Decoder::restart`].
     pub bytes_abandoned: u64,
-    /// Packets announced by [`Decoder::expect_packet`] that had not come at the next announcement.
+    /// Packets announced by [`Decoder::expect_packet`] that were missing at the next announcement.
     pub packets_missing: u64,
-    /// Times that a packet should have begun, and none did.
+    /// Number of times that an expected packet start was missing.
     pub locks_lost: u64,
-    /// Packets held back until a second one followed, because their temperature had jumped.
+    /// Packets held back until a second one followed, because of a temperature jump.
     pub packets_held_back: u64,
 }
 
 impl PacketCounts {
-    /// Bytes passed over or thrown away, for whatever reason.
+    /// Bytes skipped or discarded for any reason.
     #[must_use]
     pub const fn bytes_lost(&self) -> u64 {
         self.bytes_without_header
@@ -57,31 +56,31 @@ impl PacketCounts {
     }
 }
 
-/// How much proof a frame needs before it counts as a packet.
+/// Evidence that a frame needs to count as a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Lock {
-    /// Header and checksum of this frame and of the one behind it.
+    /// Header and checksum of this frame and of the next one.
     Searching,
-    /// Header and checksum; and a temperature near that of the packet before, if there was one.
+    /// Header and checksum; also a temperature near that of the previous packet, if any.
     Locked { temperature: Option<u16> },
 }
 
-/// Finds the packets of one mode in a stream of bytes, whatever happened to the stream on its way.
+/// Finds the packets of one mode in a stream of bytes, also in a damaged one.
 ///
-/// The header byte is not unique and the checksum is short, so one good frame in a damaged stream
-/// proves little. Without lock, a frame counts only if a second one follows it. With lock, header and
-/// checksum are enough, so that a packet is delivered with its last byte. A line that loses or gains
-/// one byte still passes that checksum once in 256 times; such a frame nearly always shows in the
-/// temperature word, and a packet whose temperature jumps is held back until a second one follows.
-/// After a failed check the search goes on one byte further, never a whole frame.
+/// The header byte is not unique and the checksum is short, so one valid frame in a damaged stream is weak evidence.
+/// Without lock, a frame counts only if a second one follows it. With lock, header and checksum are enough, so that a
+/// packet is delivered with its last byte.
 ///
-/// Two things still pass. A byte lost or gained behind the temperature word leaves a packet of true
-/// measurements whose timer is wrong, once in 256 times; [`SampleClock`](super::SampleClock) limits
-/// what that does. And a header byte gained inside a packet that begins with two header bytes moves
-/// the words before it by one byte, and neither sum nor length shows it.
+/// A line that loses or gains one byte still passes the checksum once in 256 times. Such a frame nearly always shows
+/// in the temperature word: a packet whose temperature jumps is held back until a second one follows. After a failed
+/// check the search continues one byte later, never a whole frame.
 ///
-/// Memory is fixed, the work is bounded for each byte, and each byte is accounted for in the
-/// [`PacketCounts`].
+/// Two errors pass undetected. A byte lost or gained after the temperature word leaves a packet of true measurements
+/// with a wrong timer, once in 256 times; [`SampleClock`](super::SampleClock) limits the effect. A header byte gained
+/// inside a packet that begins with two header bytes shifts the words before it by one byte, and neither sum nor
+/// length shows it.
+///
+/// Memory is fixed, the work per byte is bounded, and [`PacketCounts`] accounts for each byte.
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
@@ -102,11 +101,11 @@ pub struct Decoder {
     buffer: [u8; CAPACITY],
     start: usize,
     end: usize,
-    /// Bytes of the stream before `start`.
+    /// Number of bytes of the stream before `start`.
     offset: u64,
     /// Number of the next packet.
     sequence: u64,
-    /// Whether a packet was announced that has not come yet.
+    /// Whether an announced packet has not arrived yet.
     expecting: bool,
     counts: PacketCounts,
 }
@@ -137,11 +136,11 @@ impl Decoder {
         }
     }
 
-    /// The next packet. Takes what it needs from the front of `bytes`; `None` means that all of them
-    /// were taken and that no packet is complete.
+    /// The next packet. Takes the required bytes from the front of `bytes`. `None` means that all bytes were taken
+    /// and no packet is complete.
     pub fn next_packet(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        // Turns: at most two for each byte held or handed in: each takes in, skips or delivers one or more, as the
-        // buffer is longer than the two packets that it may wait for.
+        // Turns: at most two for each buffered or new byte. Each turn takes in, skips or delivers at least one byte,
+        // as the buffer is longer than two packets.
         loop {
             match self.advance() {
                 Advance::Found(packet) => return Some(self.deliver(packet)),
@@ -152,9 +151,8 @@ impl Decoder {
         }
     }
 
-    /// Declares that the next byte begins a packet: the line was silent and one packet was asked for.
-    /// Bytes still waiting for the rest of a packet are thrown away, and a packet announced earlier
-    /// that did not come counts as missing.
+    /// Declares that the next byte begins a packet: the line was silent and one packet was requested. Bytes of an
+    /// incomplete packet are discarded. An earlier announced packet that did not arrive counts as missing.
     pub fn expect_packet(&mut self) {
         if self.expecting {
             self.sequence += 1;
@@ -165,8 +163,8 @@ impl Decoder {
         self.lock = Lock::Locked { temperature: None };
     }
 
-    /// Declares that the stream was interrupted: bytes still waiting for the rest of a packet are
-    /// thrown away, and the next packet is searched for.
+    /// Declares that the stream was interrupted: bytes of an incomplete packet are discarded, and the search for the
+    /// next packet starts again.
     pub fn restart(&mut self) {
         self.abandon();
         self.sequence += 1;
@@ -174,13 +172,13 @@ impl Decoder {
         self.lock = Lock::Searching;
     }
 
-    /// Whether the decoder knows where packets begin.
+    /// Whether the decoder knows the position of packets in the stream.
     #[must_use]
     pub fn is_locked(&self) -> bool {
         self.lock != Lock::Searching
     }
 
-    /// What became of the bytes so far.
+    /// Counts of the bytes so far.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         &self.counts
@@ -190,7 +188,7 @@ impl Decoder {
         self.buffer.get(self.start..self.end).unwrap_or_default()
     }
 
-    /// Decides about the first waiting byte: it begins a packet, does not, or more bytes are needed.
+    /// Classifies the first buffered byte: it begins a packet, it does not, or more bytes are needed.
     fn advance(&mut self) -> Advance {
         match Packet::decode(self.mode, self.waiting()) {
             Ok(packet) => self.confirm(packet),
@@ -208,8 +206,8 @@ impl Decoder {
         }
     }
 
-    /// Decides about a frame whose header and checksum hold: with lock by its temperature, without by
-    /// the frame behind it.
+    /// Classifies a frame with a valid header and checksum: with lock by its temperature, without lock by the next
+    /// frame.
     fn confirm(&mut self, packet: Packet) -> Advance {
         if let Lock::Locked { temperature } = self.lock {
             if temperature.is_none_or(|t| t.abs_diff(packet.temperature()) <= TEMPERATURE_STEP) {
@@ -264,7 +262,7 @@ impl Decoder {
         self.offset += count as u64;
     }
 
-    /// Moves what waits to the front of the buffer and as much of `bytes` behind it as fits.
+    /// Moves the buffered bytes to the front, and appends as many of `bytes` as fit.
     fn fill(&mut self, bytes: &mut &[u8]) {
         let end = self.end.min(CAPACITY);
         let start = self.start.min(end);
@@ -282,10 +280,10 @@ impl Decoder {
 }
 
 enum Advance {
-    /// The first waiting byte begins this packet.
+    /// The first buffered byte begins this packet.
     Found(Packet),
-    /// Bytes were skipped; look again.
+    /// Bytes were skipped: classify again.
     Skipped,
-    /// The waiting bytes do not decide yet.
+    /// The buffered bytes are not sufficient.
     NeedMore,
 }

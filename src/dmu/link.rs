@@ -1,4 +1,4 @@
-//! One unit on one line: start-up, polled or continuous running, and starting over when it is lost.
+//! The link to one unit on one line: start-up, polled or continuous operation, and restart after a loss.
 
 use core::fmt;
 
@@ -7,27 +7,27 @@ use super::packet::Mode;
 use super::startup::{Command, Startup, StartupAction, StartupError};
 use crate::time::Time;
 
-/// Who sets the pace of the packets.
+/// Source of the packet rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flow {
     /// The unit sends as fast as it can, about 60 to 70 packets a second.
     Continuous,
-    /// One packet is asked for in every cycle.
+    /// The host requests one packet in every cycle.
     Polled {
-        /// Seconds from one request to the next. What is outside 1/70 s, which is as fast as the unit
-        /// goes, to 0.05 s, within which its timer is unambiguous, counts as the nearer end.
+        /// Time between requests, s. It is limited to the range from 1/70 s, the unit's shortest cycle, to 0.05 s,
+        /// within which its timer is unambiguous.
         cycle_s: f64,
     },
 }
 
-/// Why the link starts over.
+/// Reason for a restart of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkFault {
-    /// The unit could not be started.
+    /// The start-up of the unit failed.
     Startup(StartupError),
     /// No packet for half a second.
     NoData,
-    /// Two tenths of a second's worth of bytes came without a packet among them.
+    /// Bytes of 0.2 s arrived without a packet among them.
     Garbled,
 }
 
@@ -36,25 +36,25 @@ impl fmt::Display for LinkFault {
         match self {
             Self::Startup(error) => write!(f, "the unit does not start: {error}"),
             Self::NoData => write!(f, "no packet for {NO_DATA_S} s"),
-            Self::Garbled => write!(f, "{GARBLED_BYTES} bytes and no packet among them"),
+            Self::Garbled => write!(f, "{GARBLED_BYTES} bytes without a packet"),
         }
     }
 }
 
 impl core::error::Error for LinkFault {}
 
-/// What the caller is to do next.
+/// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkAction {
-    /// Write the command's byte, then ask again.
+    /// Write the command's byte, then call again.
     Write(Command),
-    /// Read until bytes come or this time is reached, hand over the bytes, ask again.
+    /// Read until bytes arrive or this time is reached, pass the bytes on, then call again.
     ReadUntil(Time),
-    /// Make this known, then ask again: the link has begun to start over.
+    /// Report this fault, then call again: the link has started over.
     Lost(LinkFault),
 }
 
-/// How long a running link may be without a packet, s.
+/// Longest time without a packet on a running link, s.
 const NO_DATA_S: f64 = 0.5;
 
 /// Bytes in 0.2 s of a full line.
@@ -64,25 +64,25 @@ const GARBLED_BYTES: u64 = 768;
 /// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const SHORTEST_CYCLE_S: f64 = 1.0 / 70.0;
 
-/// The longest cycle, s: a turn of the unit's timer takes 51.8 ms.
+/// The longest cycle, s: the unit's timer wraps every 51.8 ms.
 const LONGEST_CYCLE_S: f64 = 0.05;
 
 #[derive(Clone, Debug)]
 enum State {
     Starting(Startup),
     Running {
-        /// When the last packet came, or the running began.
+        /// Arrival of the last packet, or start of operation.
         heard: Time,
-        /// Bytes lost up to then.
+        /// Number of bytes lost up to then.
         lost: u64,
-        /// When to ask for the next packet, if asking is needed.
+        /// Time of the next request in polled operation.
         request: Option<Time>,
     },
 }
 
-/// The whole conversation with the unit, without any input or output of its own.
+/// The complete protocol with the unit, without any input or output of its own.
 ///
-/// Ask [`Link::next_action`] what to do, do it, and pass what was read to [`Link::next_packet`]:
+/// Call [`Link::next_action`], carry the action out, and pass the bytes read to [`Link::next_packet`]:
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
@@ -91,7 +91,7 @@ enum State {
 /// let mut link = Link::new(Mode::Angle, Flow::Polled { cycle_s: 0.0303 }, Time::ZERO);
 /// let (mut now, mut packets) = (Time::ZERO, 0);
 /// while packets < 3 {
-///     // A unit that always answers at once stands in for the serial port.
+///     // A simulated unit that always answers at once replaces the serial port.
 ///     let mut reply = Vec::new();
 ///     match link.next_action(now) {
 ///         LinkAction::Write(command) => match command.byte() {
@@ -110,14 +110,14 @@ enum State {
 #[derive(Clone, Debug)]
 pub struct Link {
     mode: Mode,
-    /// Seconds a cycle, if polled.
+    /// Cycle in polled operation, s.
     cycle_s: Option<f64>,
     decoder: Decoder,
     state: State,
 }
 
 impl Link {
-    /// A link to a unit in any state, to be started `now`.
+    /// A link to a unit in any state; its start-up begins `now`.
     #[must_use]
     pub const fn new(mode: Mode, flow: Flow, now: Time) -> Self {
         let cycle_s = match flow {
@@ -128,8 +128,8 @@ impl Link {
         Self { mode, cycle_s, decoder: Decoder::new(mode), state }
     }
 
-    /// The next packet among bytes that were read, of which the last came `now`; takes what it needs
-    /// from the front of `bytes`. `None` means that all were taken.
+    /// The next packet in bytes that were read; the last of them arrived `now`. Takes the required bytes from the
+    /// front of `bytes`. `None` means that all were taken.
     pub fn next_packet(&mut self, bytes: &mut &[u8], now: Time) -> Option<Received> {
         match &mut self.state {
             State::Starting(startup) => {
@@ -145,7 +145,7 @@ impl Link {
         }
     }
 
-    /// What to do at time `now`.
+    /// The action at time `now`.
     pub fn next_action(&mut self, now: Time) -> LinkAction {
         match &mut self.state {
             State::Starting(startup) => match startup.next_action(now) {
@@ -168,7 +168,7 @@ impl Link {
                 if now < *request {
                     return LinkAction::ReadUntil(deadline.min(*request));
                 }
-                // A request that comes late delays the ones after it only if a whole cycle is lost.
+                // A late request delays the later ones only if a whole cycle is lost.
                 *request = *request + cycle_s;
                 if *request <= now {
                     *request = now + cycle_s;
@@ -179,19 +179,19 @@ impl Link {
         }
     }
 
-    /// Whether packets are to be expected: the unit has been started.
+    /// Whether the unit has been started, so that packets are expected.
     #[must_use]
     pub const fn is_running(&self) -> bool {
         matches!(self.state, State::Running { .. })
     }
 
-    /// What became of the bytes that came while the link was running.
+    /// Counts of the bytes that arrived while the link was running.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         self.decoder.counts()
     }
 
-    /// Sends the unit on its way: it has just been silent, so the next byte begins a packet.
+    /// Starts operation: the unit has just been silent, so the next byte begins a packet.
     fn run(&mut self, now: Time) -> LinkAction {
         self.decoder.restart();
         let lost = self.decoder.counts().bytes_lost();

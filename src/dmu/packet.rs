@@ -1,8 +1,8 @@
 //! The packets of the Crossbow DMU-HDX-AHRS (AHRS400 family), byte for byte.
 //!
-//! Every packet is a header byte, big-endian 16-bit words and a checksum byte. A packet is checked
-//! once, when it is decoded; its fields are then plain numbers that cannot fail, in the counts that
-//! the unit sent. [`Calibration`](super::Calibration) gives them units.
+//! Every packet is a header byte, big-endian 16-bit words and a checksum byte. A packet is checked once, when it is
+//! decoded. Its fields are then plain numbers in the unit's counts. [`Calibration`](super::Calibration) converts them
+//! to physical units.
 //!
 //! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs,
 //! timer); the order of the words is that of four independent drivers.
@@ -12,14 +12,14 @@ use core::fmt;
 /// The first byte of every packet. It also occurs inside packets.
 pub(super) const HEADER: u8 = 0xFF;
 
-/// What the unit puts into its packets.
+/// Contents of the unit's packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// Raw sensor voltages, [`VoltagePacket`].
     Voltage,
     /// Calibrated rates, accelerations and magnetic field, [`ScaledPacket`].
     Scaled,
-    /// All of the scaled mode and the unit's own attitude, [`AnglePacket`].
+    /// The contents of the scaled mode and the unit's own attitude, [`AnglePacket`].
     Angle,
 }
 
@@ -34,21 +34,21 @@ impl Mode {
         }
     }
 
-    /// Seconds that one packet spends on the line: 38 400 baud, ten bits a byte.
+    /// Transfer time of one packet, s: 38 400 baud, ten bits a byte.
     #[must_use]
     pub const fn transfer_time_s(self) -> f64 {
         self.packet_length() as f64 * 10.0 / 38_400.0
     }
 }
 
-/// Why bytes are not a packet.
+/// Reason why bytes are not a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PacketError {
-    /// Too few bytes, as far as they go a packet.
+    /// Too few bytes; those present are a valid beginning.
     Length {
-        /// Bytes that the packet takes.
+        /// Length of the packet, bytes.
         expected: usize,
-        /// Bytes that were there.
+        /// Number of bytes present.
         found: usize,
     },
     /// The first byte is not the header 0xFF.
@@ -56,7 +56,7 @@ pub enum PacketError {
         /// The first byte.
         found: u8,
     },
-    /// The bytes between header and checksum add up to something else, modulo 256.
+    /// The sum of the bytes between header and checksum differs from the checksum, modulo 256.
     Checksum {
         /// The sum of the bytes.
         expected: u8,
@@ -73,7 +73,7 @@ impl fmt::Display for PacketError {
             }
             Self::Header { found } => write!(f, "packet begins with {found:#04x}, not 0xff"),
             Self::Checksum { expected, found } => {
-                write!(f, "bytes add up to {expected:#04x}, the checksum says {found:#04x}")
+                write!(f, "checksum: found {found:#04x}, expected {expected:#04x}")
             }
         }
     }
@@ -103,18 +103,18 @@ pub struct AnglePacket {
     pub magnetic_field: [i16; 3],
     /// Sensor temperature, 12-bit converter counts.
     pub temperature: u16,
-    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
     pub timer: u16,
 }
 
 impl AnglePacket {
-    /// Bytes of the packet.
+    /// Length of the packet, bytes.
     pub const LENGTH: usize = 30;
 
-    /// The packet at the start of `bytes`; what follows it is not looked at.
+    /// The packet at the start of `bytes`; later bytes are ignored.
     ///
     /// # Errors
-    /// What the bytes lack to be a packet, the header first.
+    /// The first missing property of a packet, beginning with the header.
     pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
         let [roll, pitch, yaw, p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
         Ok(Self {
@@ -146,18 +146,18 @@ pub struct ScaledPacket {
     pub magnetic_field: [i16; 3],
     /// Sensor temperature, 12-bit converter counts.
     pub temperature: u16,
-    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
     pub timer: u16,
 }
 
 impl ScaledPacket {
-    /// Bytes of the packet.
+    /// Length of the packet, bytes.
     pub const LENGTH: usize = 24;
 
-    /// The packet at the start of `bytes`; what follows it is not looked at.
+    /// The packet at the start of `bytes`; later bytes are ignored.
     ///
     /// # Errors
-    /// What the bytes lack to be a packet, the header first.
+    /// The first missing property of a packet, beginning with the header.
     pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
         let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
         Ok(Self {
@@ -177,7 +177,7 @@ impl ScaledPacket {
     }
 }
 
-/// A packet of voltage mode, 24 bytes: what the converters read, 5 V/4096 a count.
+/// A packet of voltage mode, 24 bytes: the readings of the converters, 5 V/4096 a count.
 ///
 /// Each unit's own calibration sheet turns these volts into rates and accelerations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -190,18 +190,18 @@ pub struct VoltagePacket {
     pub magnetic_field: [u16; 3],
     /// Sensor temperature, converter counts.
     pub temperature: u16,
-    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
     pub timer: u16,
 }
 
 impl VoltagePacket {
-    /// Bytes of the packet.
+    /// Length of the packet, bytes.
     pub const LENGTH: usize = 24;
 
-    /// The packet at the start of `bytes`; what follows it is not looked at.
+    /// The packet at the start of `bytes`; later bytes are ignored.
     ///
     /// # Errors
-    /// What the bytes lack to be a packet, the header first.
+    /// The first missing property of a packet, beginning with the header.
     pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
         let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
         Ok(Self {
@@ -224,20 +224,20 @@ impl VoltagePacket {
 /// A packet of any mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Packet {
-    /// Of voltage mode.
+    /// A packet of voltage mode.
     Voltage(VoltagePacket),
-    /// Of scaled mode.
+    /// A packet of scaled mode.
     Scaled(ScaledPacket),
-    /// Of angle mode.
+    /// A packet of angle mode.
     Angle(AnglePacket),
 }
 
 impl Packet {
-    /// The packet of a known mode at the start of `bytes`; what follows it is not looked at. The
-    /// bytes do not say which mode they are of: only the command that set it does.
+    /// The packet of a known mode at the start of `bytes`; later bytes are ignored. The bytes do not contain their
+    /// mode: it follows from the command that set it.
     ///
     /// # Errors
-    /// What the bytes lack to be a packet, the header first.
+    /// The first missing property of a packet, beginning with the header.
     pub fn decode(mode: Mode, bytes: &[u8]) -> Result<Self, PacketError> {
         match mode {
             Mode::Voltage => VoltagePacket::decode(bytes).map(Self::Voltage),
@@ -256,7 +256,7 @@ impl Packet {
         }
     }
 
-    /// The unit's timer when it sampled: counts down, 0.79 µs a count, 65 536 counts a turn.
+    /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
     #[must_use]
     pub const fn timer(&self) -> u16 {
         match self {
@@ -267,7 +267,7 @@ impl Packet {
     }
 }
 
-/// The `WORDS` words of the frame at the start of `bytes`, once header and checksum hold.
+/// The `WORDS` words of the frame at the start of `bytes`, after the check of header and checksum.
 fn words<const WORDS: usize>(bytes: &[u8]) -> Result<[u16; WORDS], PacketError> {
     let expected = 2 * WORDS + 2;
     if let Some(&found) = bytes.first()

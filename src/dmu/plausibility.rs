@@ -1,4 +1,4 @@
-//! Checks of packets whose checksum holds: impossible values, saturation, sensors that are stuck.
+//! Checks of packets with a valid checksum: impossible values, saturation, stuck sensors.
 
 use core::fmt;
 
@@ -10,11 +10,11 @@ const CONVERTER_MAX: u16 = 0x0FFF;
 /// A quarter turn in counts of the attitude words.
 const VERTICAL: u16 = 0x4000;
 
-/// Counts of a rate or acceleration at the rated range: full scale is 1.5 times that.
+/// Counts of a rate or acceleration at the rated range: full scale is 1.5 times this range.
 const RATED_RANGE: u16 = 21_845;
 
-/// Packets in a row with the same three words before a sensor counts as stuck; half a second at
-/// 33 Hz. Noise moves at least one of three words sooner than that, even of a unit at rest.
+/// Consecutive packets with the same three words after which a sensor counts as stuck; half a second at 33 Hz. Noise
+/// changes at least one of three words earlier, even of a unit at rest.
 const STUCK_AFTER: u32 = 16;
 
 /// A triad of the unit.
@@ -38,7 +38,7 @@ impl fmt::Display for Sensor {
     }
 }
 
-/// What is wrong with a packet whose checksum is right.
+/// A fault in a packet with a valid checksum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlausibilityFault {
     /// The temperature word does not fit its 12-bit converter.
@@ -48,7 +48,7 @@ pub enum PlausibilityFault {
     },
     /// A word of voltage mode does not fit its 12-bit converter.
     VoltageWord {
-        /// Which triad.
+        /// The triad.
         sensor: Sensor,
         /// 0, 1 or 2: x, y or z.
         axis: usize,
@@ -60,33 +60,33 @@ pub enum PlausibilityFault {
         /// The word, 180°/32768 a count.
         counts: i16,
     },
-    /// The word stands at the end of its scale: the true value may be anything beyond.
+    /// The word is at the end of its scale: the true value may be anything beyond.
     Saturated {
-        /// Which triad.
+        /// The triad.
         sensor: Sensor,
         /// 0, 1 or 2: x, y or z.
         axis: usize,
     },
-    /// Beyond the rated range, where the unit no longer promises its accuracy.
+    /// Beyond the rated range, where the unit's accuracy is not specified.
     BeyondRating {
-        /// Which triad.
+        /// The triad.
         sensor: Sensor,
         /// 0, 1 or 2: x, y or z.
         axis: usize,
         /// The word; the rated range is 21 845 counts.
         counts: i16,
     },
-    /// All three words of a sensor have not moved.
+    /// All three words of a sensor are unchanged.
     Stuck {
-        /// Which triad.
+        /// The triad.
         sensor: Sensor,
-        /// Packets in a row that carried the same words.
+        /// Number of consecutive packets with the same words.
         packets: u32,
     },
 }
 
 impl PlausibilityFault {
-    /// Whether the unit cannot have sent such a packet, so that none of it is to be used.
+    /// Whether the fault is impossible for the unit, so that no value of the packet may be used.
     #[must_use]
     pub const fn invalidates_packet(&self) -> bool {
         matches!(self, Self::TemperatureWord { .. } | Self::VoltageWord { .. } | Self::Pitch { .. })
@@ -98,11 +98,11 @@ impl fmt::Display for PlausibilityFault {
         let letter = |axis| ["x", "y", "z"].get(axis).copied().unwrap_or("?");
         match *self {
             Self::TemperatureWord { counts } => {
-                write!(f, "temperature word {counts} of a converter that ends at {CONVERTER_MAX}")
+                write!(f, "temperature word: found {counts}, expected at most {CONVERTER_MAX}")
             }
             Self::VoltageWord { sensor, axis, counts } => write!(
                 f,
-                "{sensor} {} word {counts} of a converter that ends at {CONVERTER_MAX}",
+                "{sensor} {} word: found {counts}, expected at most {CONVERTER_MAX}",
                 letter(axis)
             ),
             Self::Pitch { counts } => {
@@ -116,13 +116,13 @@ impl fmt::Display for PlausibilityFault {
                 f64::from(counts.unsigned_abs()) / f64::from(RATED_RANGE)
             ),
             Self::Stuck { sensor, packets } => {
-                write!(f, "{sensor} words have not moved for {packets} packets")
+                write!(f, "{sensor} words unchanged for {packets} packets")
             }
         }
     }
 }
 
-/// Checks one packet after another for values that cannot or should not be.
+/// Checks one packet after another for impossible and suspect values.
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, PlausibilityFault, Packet, Plausibility, Sensor};
@@ -143,7 +143,7 @@ struct Repetition {
 }
 
 impl Plausibility {
-    /// All that is wrong with the next packet of the stream; nothing for a good one.
+    /// All faults of the next packet of the stream; empty for a good one.
     pub fn check(&mut self, packet: &Packet) -> impl Iterator<Item = PlausibilityFault> + use<> {
         let triads = triads(packet);
         for (repetition, (_, words)) in self.triads.iter_mut().zip(triads) {
@@ -169,7 +169,7 @@ impl Plausibility {
     }
 }
 
-/// The words of the three triads, in the order they are sent.
+/// The words of the three triads, in the order of transmission.
 fn triads(packet: &Packet) -> [(Sensor, [u16; 3]); 3] {
     let (rate, acceleration, magnetic) = match *packet {
         Packet::Angle(AnglePacket { angular_rate, acceleration, magnetic_field, .. })
@@ -213,7 +213,7 @@ fn voltage_word(sensor: Sensor, axis: usize, counts: u16) -> Option<Plausibility
     }
 }
 
-/// The magnetometers reach thrice the Earth's field; nothing is rated below their full scale.
+/// The magnetometers span three times the Earth's field; no rating lies below their full scale.
 fn signed_word(sensor: Sensor, axis: usize, counts: i16) -> Option<PlausibilityFault> {
     if counts == i16::MIN || counts == i16::MAX {
         Some(PlausibilityFault::Saturated { sensor, axis })

@@ -1,4 +1,4 @@
-//! Bringing the unit into a known mode, whatever it was doing before.
+//! Brings the unit into a known mode from any state.
 
 use core::fmt;
 
@@ -8,13 +8,13 @@ use crate::time::Time;
 /// A command to the unit: one ASCII byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Command {
-    /// Is anybody there? Early firmware also returns to voltage mode.
+    /// Test for a reply. Early firmware also returns to voltage mode.
     Ping,
     /// Send packets of this mode from now on.
     SetMode(Mode),
-    /// Send packets only when asked.
+    /// Send packets only on request.
     Polled,
-    /// Send packets without being asked.
+    /// Send packets without requests.
     Continuous,
     /// Send one packet; during continuous mode, stop.
     Request,
@@ -35,7 +35,7 @@ impl Command {
         }
     }
 
-    /// The byte that the unit answers, if it answers by one.
+    /// The reply byte of the unit, for commands that have one.
     #[must_use]
     pub const fn reply(self) -> Option<u8> {
         match self {
@@ -48,7 +48,7 @@ impl Command {
     }
 }
 
-/// What kept the unit from starting, at the last attempt.
+/// Fault of the last attempt to start the unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartupError {
     /// Bytes kept coming after the unit was commanded to stop.
@@ -58,13 +58,13 @@ pub enum StartupError {
         /// The command.
         command: Command,
     },
-    /// Another byte than the reply, or more bytes than that.
+    /// A byte other than the reply, or more bytes than one.
     WrongReply {
         /// The command.
         command: Command,
-        /// The first byte that came.
+        /// The first byte received.
         found: u8,
-        /// How many came.
+        /// Number of bytes received.
         bytes: u32,
     },
 }
@@ -87,28 +87,28 @@ impl fmt::Display for StartupError {
 
 impl core::error::Error for StartupError {}
 
-/// Silence that proves that the unit streams no more, s; it never pauses as long.
+/// Silence that proves that the unit does not stream, s; a streaming unit never pauses for this time.
 const QUIET_S: f64 = 0.05;
 
-/// How long to wait for that silence before stopping the unit by other means, s.
+/// Timeout of this silence, s, after which the unit is stopped by other means.
 const DRAIN_S: f64 = 0.3;
 
-/// How long to wait for a reply, s.
+/// Timeout of a reply, s.
 const REPLY_S: f64 = 0.5;
 
-/// Attempts before giving up.
+/// Number of attempts.
 const ATTEMPTS: u32 = 3;
 
-/// What the caller is to do next.
+/// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartupAction {
-    /// Write the command's byte, then ask again.
+    /// Write the command's byte, then call again.
     Write(Command),
-    /// Read until bytes come or this time is reached, hand over the bytes, ask again.
+    /// Read until bytes arrive or this time is reached, pass the bytes on, then call again.
     ReadUntil(Time),
-    /// The unit is silent, in polled mode, and its packets will be of the mode asked for.
+    /// The unit is silent and in polled mode, and its packets will have the requested mode.
     Ready,
-    /// All attempts failed, the last one so.
+    /// All attempts failed; the fault is that of the last one.
     Failed(StartupError),
 }
 
@@ -121,7 +121,7 @@ enum Step {
         since: Time,
         insisted: bool,
     },
-    /// Wait for the reply to this command, and for the silence behind it.
+    /// Wait for the reply to this command, and for the silence after it.
     Listen {
         command: Command,
         since: Time,
@@ -134,29 +134,29 @@ enum Step {
 
 /// The start-up sequence: stop the stream, find the unit, set the mode.
 ///
-/// It does no input or output itself. Ask [`Startup::next_action`] what to do, do it, and hand over
-/// what was read by [`Startup::receive`].
+/// It does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the bytes read to
+/// [`Startup::receive`].
 ///
-/// The unit may be streaming in any mode when it begins. A reply is one byte that also occurs in
-/// packets, so none is looked for before the line has been silent for 50 ms, and none counts that is
-/// not alone. An attempt takes at most 1.7 s; there are three.
+/// The unit may be streaming in any mode at the start. A reply is one byte that also occurs in packets. A reply is
+/// therefore expected only after 50 ms of silence, and accepted only as a single byte. An attempt takes at most 1.7
+/// s; there are three.
 #[derive(Clone, Debug)]
 pub struct Startup {
     mode: Mode,
     attempts_left: u32,
-    /// When the last byte came.
+    /// Arrival of the last byte.
     heard: Time,
     step: Step,
 }
 
 impl Startup {
-    /// A sequence that ends with packets of `mode`, beginning `now`.
+    /// A start-up sequence into packets of `mode`, beginning `now`.
     #[must_use]
     pub const fn new(mode: Mode, now: Time) -> Self {
         Self { mode, attempts_left: ATTEMPTS - 1, heard: now, step: Step::Send(Command::Polled) }
     }
 
-    /// Takes bytes that were read, of which the last came `now`.
+    /// Takes bytes that were read; the last of them arrived `now`.
     pub fn receive(&mut self, read: &[u8], now: Time) {
         if read.is_empty() {
             return;
@@ -168,7 +168,7 @@ impl Startup {
         }
     }
 
-    /// What to do at time `now`.
+    /// The action at time `now`.
     pub fn next_action(&mut self, now: Time) -> StartupAction {
         match self.step {
             Step::Send(command) => {
@@ -238,8 +238,7 @@ impl Startup {
         self.enter(next, now)
     }
 
-    /// Takes a step and says at once what it asks for; every step either waits or has an answer, so
-    /// this goes one deep.
+    /// Enters a step and returns its action. Every step waits or has an action, so the recursion is one level deep.
     fn enter(&mut self, step: Step, now: Time) -> StartupAction {
         self.step = step;
         self.next_action(now)

@@ -1,4 +1,4 @@
-//! What came in from the pilot, how old it is, and whether it can be believed.
+//! The pilot's pulses: their widths, ages and errors.
 
 use core::fmt;
 
@@ -9,19 +9,19 @@ use crate::time::Time;
 /// One pulse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
-    /// Its width, ms, from 0.5 to 2.5.
+    /// Width of the pulse, ms, from 0.5 to 2.5.
     pub width_ms: f64,
-    /// When it ended.
+    /// End of the pulse.
     pub at: Time,
 }
 
-/// Why a pulse counts as an error.
+/// Reason why a pulse counts as an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PulseFault {
-    /// No servo's pulse has this width, ms. The pulse before it is kept.
+    /// The width, ms, is impossible for a servo. The previous pulse is kept.
     Width(f64),
-    /// It is dated before the pulse that came before it. It is taken: of two clocks that disagree,
-    /// the order of arrival decides.
+    /// The time of the pulse is before that of the previous pulse. The pulse is accepted: if two clocks disagree, the
+    /// order of arrival decides.
     Backwards,
 }
 
@@ -31,19 +31,19 @@ impl fmt::Display for PulseFault {
             Self::Width(width_ms) => {
                 write!(f, "a pulse of {width_ms} ms, expected {SHORTEST_MS} to {LONGEST_MS}")
             }
-            Self::Backwards => f.write_str("a pulse dated before the one before it"),
+            Self::Backwards => f.write_str("a pulse with a time before that of the previous pulse"),
         }
     }
 }
 
 impl core::error::Error for PulseFault {}
 
-/// What is known of one channel: its last good pulse and how many were not.
+/// State of one channel: its last good pulse and the number of errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Captured {
     /// The last good pulse; `None` before the first.
     pub pulse: Option<Pulse>,
-    /// Pulses that were impossible, dated backwards or damaged on their way, since the start.
+    /// Number of pulses that were impossible, timed backwards or damaged in transfer, since the start.
     pub errors: u32,
 }
 
@@ -51,7 +51,7 @@ impl Captured {
     /// Takes a pulse of `width_ms` that ended `at`.
     ///
     /// # Errors
-    /// The fault that it was counted for.
+    /// The fault for which the pulse was counted.
     pub fn push(&mut self, width_ms: f64, at: Time) -> Result<(), PulseFault> {
         if !is_plausible(width_ms) {
             self.count_error();
@@ -66,7 +66,7 @@ impl Captured {
         Ok(())
     }
 
-    /// Counts a pulse that was damaged on its way.
+    /// Counts a pulse that was damaged in transfer.
     pub fn count_error(&mut self) {
         self.errors = self.errors.saturating_add(1);
     }
@@ -77,8 +77,8 @@ impl Captured {
         self.pulse.map(|pulse| now - pulse.at)
     }
 
-    /// The last good width, ms, if it is no older than `longest_age_s`. One dated that far into the
-    /// future is as little to be believed.
+    /// The last good width, ms, if it is no older than `longest_age_s`. A pulse this far in the future is rejected
+    /// too.
     #[must_use]
     pub fn fresh_ms(&self, now: Time, longest_age_s: f64) -> Option<f64> {
         self.pulse
@@ -87,19 +87,19 @@ impl Captured {
     }
 }
 
-/// Everything known of the pilot's pulses.
+/// State of all of the pilot's pulses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PilotPulses {
     /// Each channel.
     pub channels: Channels<Captured>,
-    /// The sixth channel, aux: the pilot's switch for the autopilot. It has no servo, and its loss is
-    /// no loss of the pilot.
+    /// The sixth channel, aux: the pilot's switch for the autopilot. It has no servo, and its loss does not count as
+    /// loss of the pilot.
     pub aux: Captured,
-    /// Whether the receiver itself says that it has lost the transmitter.
+    /// Whether the receiver reports the loss of the transmitter.
     pub receiver_failsafe: bool,
 }
 
-/// How the loss of the pilot's signal is detected.
+/// Conditions for the loss of the pilot's signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -107,10 +107,10 @@ pub struct PilotPulses {
     serde(default, deny_unknown_fields)
 )]
 pub struct SignalConfig {
-    /// A pulse older than this is stale, s. Five pulses at 50 Hz by default.
+    /// Age, s, beyond which a pulse is stale. Five pulses at 50 Hz by default.
     pub stale_after_s: f64,
-    /// A throttle pulse shorter than this, ms, is the receiver's failsafe position, which is set below
-    /// what the stick can reach. 0, the default, where no such position is set.
+    /// Width, ms, below which a throttle pulse is the receiver's failsafe position, which must lie below the range of
+    /// the stick. 0, the default, if no such position is set.
     pub failsafe_throttle_ms: f64,
 }
 
@@ -127,7 +127,7 @@ pub enum Signal {
     Good,
     /// This channel, and perhaps others, has had no good pulse for too long.
     Stale(Channel),
-    /// The receiver says, or shows by its throttle, that it has lost the transmitter.
+    /// The receiver reports the loss of the transmitter, or shows it by its throttle.
     Failsafe,
 }
 

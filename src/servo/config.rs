@@ -6,7 +6,7 @@ use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::controls::{Channel, Channels};
 use crate::scalar::Readable;
 
-/// Which way a servo turns for a positive stick.
+/// Direction of a servo for a positive stick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -21,14 +21,13 @@ pub enum Direction {
     Reversed,
 }
 
-/// One channel: what its widths mean and where its servo may go.
+/// One channel: the meaning of its widths and the range of its servo.
 ///
-/// A stick fraction is a width about trim, in units of `travel_ms`, the same on both sides: a linear
-/// model or controller sees one gain, however lopsided the range is. Full stick therefore ends at the
-/// range's nearer end where that is closer than `travel_ms`.
+/// A stick fraction is a width about trim, in units of `travel_ms`, the same on both sides. A linear model or
+/// controller thus sees one gain, even for an asymmetric range. If an end of the range is closer than `travel_ms`,
+/// full stick ends there.
 ///
-/// In TOML, `[servo.lateral]` and so on; a key left out has the default, a wrong value is refused
-/// with the reason.
+/// In TOML, `[servo.lateral]` and so on. A missing key has its default; an invalid value is rejected with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -36,22 +35,22 @@ pub enum Direction {
     serde(default, deny_unknown_fields, remote = "Self")
 )]
 pub struct ChannelConfig {
-    /// The width that means stick fraction 0, ms, inside the range.
+    /// Width at stick fraction 0, ms, inside the range.
     pub trim_ms: f64,
-    /// The shortest width that the servo may be sent, ms, from 0.5.
+    /// Shortest width for the servo, ms, from 0.5.
     pub min_ms: f64,
-    /// The longest width that the servo may be sent, ms, to 2.5.
+    /// Longest width for the servo, ms, to 2.5.
     pub max_ms: f64,
     /// Change of width for a stick fraction of 1, ms, from 0.05 to 2.
     pub travel_ms: f64,
-    /// Which way a positive stick goes.
+    /// Direction for a positive stick.
     pub direction: Direction,
-    /// The width, ms, that the servo is sent when commands have stayed away: for the throttle the one
-    /// that closes it. `None` is trim.
+    /// Width, ms, for the servo when commands are missing. For the throttle use the width that closes it. `None` is
+    /// trim.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub failsafe_ms: Option<f64>,
-    /// Fastest change of what the servo is sent, ms/s, above 0. The default, 10 ms/s, is about what
-    /// a fast cyclic servo can follow: 60° in 0.1 s at 1 ms for 60°.
+    /// Largest rate of the servo's width, ms/s, above 0. The default, 10 ms/s, suits a fast cyclic servo: 60° in 0.1
+    /// s at 1 ms for 60°.
     pub rate_limit_ms_per_s: f64,
 }
 
@@ -83,16 +82,16 @@ impl ChannelConfig {
         (width_ms - self.trim_ms) / self.signed_travel_ms()
     }
 
-    /// The width, ms, of a stick fraction; not limited: that is [`Limiter`](super::Limiter)'s work.
+    /// The width, ms, of a stick fraction; not limited: [`Limiter`](super::Limiter) does this.
     #[must_use]
     pub fn width_ms(&self, stick: f64) -> f64 {
         self.trim_ms + stick * self.signed_travel_ms()
     }
 
-    /// Whether every setting is finite, in its range, and trim lies inside the servo's range.
+    /// Whether every setting is finite and in its range, and trim lies inside the servo's range.
     ///
     /// # Errors
-    /// The first setting that is not.
+    /// The first invalid setting.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("min_ms", self.min_ms, SHORTEST_MS, LONGEST_MS)?;
         within("max_ms", self.max_ms, self.min_ms, LONGEST_MS)?;
@@ -102,7 +101,7 @@ impl ChannelConfig {
         within("rate_limit_ms_per_s", self.rate_limit_ms_per_s, 0.01, 1e3)
     }
 
-    /// The width, ms, that the servo is sent when commands have stayed away.
+    /// The width, ms, for the servo when commands are missing.
     #[must_use]
     pub fn failsafe_ms(&self) -> f64 {
         self.failsafe_ms.unwrap_or(self.trim_ms)
@@ -144,7 +143,7 @@ impl serde::Serialize for ChannelConfig {
     }
 }
 
-/// Refuses a value outside `from` to `to`, and NaN.
+/// Rejects NaN and values outside `from` to `to`.
 pub(crate) fn within(key: &'static str, value: f64, from: f64, to: f64) -> Result<(), ConfigError> {
     if value >= from && value <= to {
         Ok(())
@@ -153,18 +152,18 @@ pub(crate) fn within(key: &'static str, value: f64, from: f64, to: f64) -> Resul
     }
 }
 
-/// A setting of a channel that cannot be flown.
+/// An invalid setting of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfigError {
     /// The channel, where it is known.
     pub channel: Option<Channel>,
     /// The setting.
     pub key: &'static str,
-    /// What was found.
+    /// The value found.
     pub value: f64,
-    /// The least it can be.
+    /// The smallest valid value.
     pub from: f64,
-    /// The most it can be.
+    /// The largest valid value.
     pub to: f64,
 }
 

@@ -1,9 +1,9 @@
-//! From edges with times to widths.
+//! From timed edges to pulse widths.
 
-/// What an edge amounts to.
+/// Result of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Paired {
-    /// Nothing yet: a pulse has begun, or the first edge ever was the end of one.
+    /// No pulse yet: one has begun, or the first edge was the end of one.
     Waiting,
     /// A pulse has ended; its width, ms, plausible or not.
     Width(f64),
@@ -13,11 +13,11 @@ pub enum Paired {
 
 /// Pairs the edges of one line into pulses.
 ///
-/// Edges are numbered by whoever timed them, so that lost ones show: a pulse counts only between a
-/// rising edge and the falling edge numbered next.
+/// The timing hardware or driver numbers the edges, so that lost edges show. A pulse counts only between a rising
+/// edge and the falling edge with the next number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EdgeTimer {
-    /// Number and time, ns, of the rising edge that waits for its end.
+    /// Number and time, ns, of the rising edge of an incomplete pulse.
     rose: Option<(u32, u64)>,
     started: bool,
 }

@@ -1,52 +1,52 @@
-//! Range and rate of the servo commands, and what is sent when there is no command.
+//! Range and rate limits of the servo commands, and the response to missing commands.
 
 use super::config::{ChannelConfig, ConfigError};
 use crate::controls::Channels;
 use crate::time::Time;
 
-/// Longest step, s, that the rate limit counts: a gap in the loop does not buy a jump.
+/// Longest step, s, that the rate limit counts: a gap in the loop does not permit a jump.
 const LONGEST_STEP_S: f64 = 0.1;
 
-/// What became of a command.
+/// Limit applied to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
-    /// It is sent as it is.
+    /// The command is sent unchanged.
     None,
-    /// It lay outside the range: the range's end is sent, or approached.
+    /// The command is outside the range: the servo goes to the end of the range.
     Range,
-    /// It was further than the servo may go in one step.
+    /// The command exceeds the largest step of the servo.
     Rate,
-    /// It was no number: what was sent before is sent again.
+    /// The command is not a number: the last width is sent again.
     Held,
-    /// It has been no number for too long: the servo goes to its failsafe width, trim where none is
-    /// set, no faster than it may.
+    /// The command has not been a number for too long. The servo goes to its failsafe width, or to trim if none is
+    /// set, within its rate.
     ToFailsafe,
 }
 
-/// What is sent to one servo, and why.
+/// The width for one servo, and the limit applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limited {
-    /// The width, ms: finite and within the channel's range, whatever was commanded.
+    /// The width, ms: finite and within the channel's range for any command.
     pub width_ms: f64,
-    /// What became of the command.
+    /// The limit applied to the command.
     pub limit: Limit,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Servo {
     width_ms: f64,
-    /// Seconds without a command.
+    /// Time without a command, s.
     without_s: f64,
 }
 
-/// Holds what the servos are sent within range and rate.
+/// Keeps the servo commands within range and rate.
 ///
-/// A command that is NaN or infinite is answered by the last width for `hold_s`, then by the channel's failsafe width. The
-/// first call, and one that is not later than the one before, moves nothing.
+/// While a command is NaN or infinite, the last width is held for `hold_s`; then the servo goes to the channel's
+/// failsafe width. The first call, and a call that is not later than the previous one, move no servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limiter {
     config: Channels<ChannelConfig>,
-    /// How long the last width is held without a command, s.
+    /// Time for which the last width is held without a command, s.
     hold_s: f64,
     servos: Channels<Servo>,
     before: Option<Time>,
@@ -56,7 +56,7 @@ impl Limiter {
     /// A limiter with every servo at trim.
     ///
     /// # Errors
-    /// A setting of a channel that cannot be flown, or a `hold_s` that is not 0 to 10 s.
+    /// An invalid setting of a channel, or a `hold_s` outside 0 to 10 s.
     pub fn new(config: Channels<ChannelConfig>, hold_s: f64) -> Result<Self, ConfigError> {
         config.check()?;
         if !(0.0..=10.0).contains(&hold_s) {
@@ -67,8 +67,8 @@ impl Limiter {
         Ok(Self { config, hold_s, servos, before: None })
     }
 
-    /// Puts the servos where they are, ms, so that the next command starts from there: for taking
-    /// over from the pilot without a jump. What is not finite stays; the range holds.
+    /// Sets the current widths of the servos, ms, as the start of the next command: the autopilot takes over from the
+    /// pilot without a jump. A width that is not finite is ignored; the range applies.
     pub fn start_from(&mut self, widths_ms: &Channels<f64>) {
         self.servos =
             self.servos.zip(self.config).zip(*widths_ms).map(|((servo, config), width_ms)| {
@@ -77,7 +77,7 @@ impl Limiter {
             });
     }
 
-    /// What to send at `now` for commanded widths, ms.
+    /// The widths to send at `now` for commanded widths, ms.
     pub fn apply(&mut self, commands_ms: &Channels<f64>, now: Time) -> Channels<Limited> {
         let elapsed_s = self.before.map_or(0.0, |before| (now - before).max(0.0));
         self.before = Some(now);
@@ -113,7 +113,7 @@ impl Servo {
         let furthest_ms = config.rate_limit_ms_per_s * elapsed_s.min(LONGEST_STEP_S);
         let step_ms = (goal_ms - self.width_ms).max(-furthest_ms).min(furthest_ms);
         let arrives = self.width_ms + step_ms == goal_ms || step_ms == goal_ms - self.width_ms;
-        // Arriving takes the goal itself, so that no rounding is left behind.
+        // On arrival the goal itself is taken, without a rounding error.
         let width_ms = if arrives { goal_ms } else { self.width_ms + step_ms };
         let limit = if reason == Limit::None && !arrives { Limit::Rate } else { reason };
         (Self { width_ms, without_s }, limit)

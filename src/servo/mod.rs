@@ -1,12 +1,12 @@
 //! Servo pulses: the pilot's commands in, the servos' commands out.
 //!
-//! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a
-//! second. Each of the five controls has one, so the pilot's input is a width about its trim, and so
-//! is the autopilot's output.
+//! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a second. Each of
+//! the five controls has one. The input of the pilot and the output of the autopilot are therefore widths about trim.
 //!
-//! [`Captured`] keeps what came in on one channel, [`ChannelConfig`] turns widths into stick fractions
-//! and back, [`Swashplate`] mixes those of the servos under it, [`Switch`] is the pilot's aux channel, [`Limiter`] holds what goes out within range and rate. Where pulses come from and go to
-//! is behind [`PulseCapture`] and [`PulseOutput`], so a board can bring its own:
+//! [`Captured`] stores the pulses of one channel, [`ChannelConfig`] converts widths to stick fractions and back,
+//! [`Swashplate`] mixes the servos under it. [`Switch`] is the pilot's aux channel, and [`Limiter`] keeps the outputs
+//! within range and rate. [`PulseCapture`] and [`PulseOutput`] are the interfaces to the hardware, so that a board
+//! can bring its own:
 //!
 //! ```
 //! use hovernav::controls::Channels;
@@ -63,26 +63,26 @@ pub use width::{LONGEST_MS, SHORTEST_MS, is_plausible};
 use crate::controls::Channels;
 use crate::time::Time;
 
-/// Where the pilot's pulses come from.
+/// Source of the pilot's pulses.
 pub trait PulseCapture {
-    /// What can go wrong with the source itself; pulses that stay away are no error of the source.
+    /// Error of the source itself; missing pulses are not an error of the source.
     type Error: core::error::Error;
 
-    /// Takes in what has arrived by `now`, without waiting for more, and returns what is known.
+    /// Takes in the pulses that arrived by `now`, without waiting for more, and returns their state.
     ///
     /// # Errors
-    /// The source cannot be read. What was known before is kept and ages.
+    /// The source cannot be read. The previous state is kept and ages.
     fn poll(&mut self, now: Time) -> Result<&PilotPulses, Self::Error>;
 }
 
-/// Where the servos' pulses go.
+/// Output of the servos' pulses.
 pub trait PulseOutput {
-    /// What can go wrong with the outputs.
+    /// Error of the outputs.
     type Error: core::error::Error;
 
-    /// Sets the widths, ms, that are sent from `now` on.
+    /// Sets the widths, ms, of the pulses from `now` on.
     ///
     /// # Errors
-    /// A channel cannot be set. Every other channel has been tried all the same.
+    /// A channel cannot be set. Every other channel has been set if possible.
     fn write(&mut self, widths_ms: &Channels<f64>, now: Time) -> Result<(), Self::Error>;
 }

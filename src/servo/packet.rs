@@ -1,4 +1,4 @@
-//! The stream of a microcontroller that times the pilot's pulses: 18 bytes a packet, laid out in
+//! Packet stream of a microcontroller that times the pilot's pulses: 18 bytes a packet, documented in
 //! `docs/servo-packet.md`.
 
 use crc::{CRC_16_IBM_3740, Crc};
@@ -19,27 +19,27 @@ const FAILSAFE: u8 = 1 << 5;
 const STARTED: u8 = 1 << 6;
 const AUX: u8 = 1 << 7;
 
-/// One packet: what the microcontroller has timed since the one before.
+/// One packet: the pulses since the previous packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ServoPacket {
     /// Counts up by one from packet to packet, 255 to 0.
     pub sequence: u8,
-    /// Width of each channel's last pulse in units of 0.5 µs, if one ended since the last packet.
+    /// Width of each channel's last pulse in units of 0.5 µs, if a pulse ended since the previous packet.
     pub width_ticks: Channels<Option<u16>>,
-    /// The same of the sixth channel, aux, which is a switch and has no servo.
+    /// The same for the sixth channel, aux, which is a switch and has no servo.
     pub aux_ticks: Option<u16>,
-    /// Whether the receiver says that it has lost the transmitter.
+    /// Whether the receiver reports the loss of the transmitter.
     pub receiver_failsafe: bool,
     /// Whether this is the first packet since the microcontroller started.
     pub started: bool,
 }
 
 impl ServoPacket {
-    /// A width in the packet's unit, to the nearest 0.25 µs; what a packet cannot hold becomes the
-    /// nearest that it can, NaN becomes 0, which no servo takes for a pulse.
+    /// A width in the packet's unit, rounded to within 0.25 µs. Widths out of range saturate. NaN becomes 0, which is
+    /// not a valid pulse.
     #[must_use]
     pub fn ticks(width_ms: f64) -> u16 {
-        // A cast of floating point saturates, and makes NaN zero.
+        // A floating-point cast saturates, and turns NaN into zero.
         libm::round(width_ms * TICKS_PER_MS) as u16
     }
 
@@ -102,19 +102,19 @@ fn milliseconds(ticks: u16) -> f64 {
     f64::from(ticks) / TICKS_PER_MS
 }
 
-/// What became of the stream so far.
+/// Counts of the stream so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCounts {
-    /// Bytes seen.
+    /// Bytes received.
     pub bytes: u64,
     /// Packets delivered.
     pub packets: u64,
-    /// Packets that the numbers of those delivered show to be missing.
+    /// Missing packets, from the gaps in the packet numbers.
     pub missing: u64,
 }
 
 impl PacketCounts {
-    /// Bytes that belong to no packet, or to one that is not complete yet.
+    /// Bytes that belong to no packet, or to an incomplete one.
     #[must_use]
     pub const fn bytes_outside_packets(&self) -> u64 {
         self.bytes - self.packets * LENGTH as u64
@@ -126,27 +126,27 @@ impl PacketCounts {
 pub struct Received {
     /// The packet.
     pub packet: ServoPacket,
-    /// How many packets its number shows to be missing before it.
+    /// Number of packets missing before this one, from its number.
     pub missing: u8,
 }
 
-/// Finds the packets in a stream of bytes, whatever happened to it on its way.
+/// Finds the packets in a stream of bytes, also in a damaged one.
 ///
-/// It looks at the last eighteen bytes, at every byte: whatever came before, a whole packet is found
-/// with its last byte, and the work is the same for each byte. Sync bytes and checksum are 32 bits of
-/// proof, so noise passes once in 4 × 10⁹ bytes; a packet that lost or gained a byte passes once in
-/// 65 536, and one with up to two wrong neighbouring bytes never.
+/// At every byte it checks the last eighteen bytes. A complete packet is found with its last byte, whatever precedes
+/// it, and the work per byte is constant. Sync bytes and checksum are 32 bits of evidence. Noise passes once in 4 ×
+/// 10⁹ bytes, and a packet that lost or gained a byte once in 65 536. A packet with up to two wrong neighbouring
+/// bytes never passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decoder {
-    /// The last bytes since the last packet, the latest at the end.
+    /// The bytes since the last packet, the latest at the end.
     window: [u8; LENGTH],
-    /// Number of the packet before.
+    /// Number of the previous packet.
     before: Option<u8>,
     counts: PacketCounts,
 }
 
 impl Decoder {
-    /// Takes one byte; the packet, if it ends one.
+    /// Takes one byte; returns the packet that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
         self.counts.bytes += 1;
         let [_, kept @ ..] = self.window;
@@ -163,14 +163,14 @@ impl Decoder {
         Some(Received { packet, missing })
     }
 
-    /// What became of the stream so far.
+    /// Counts of the stream so far.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         &self.counts
     }
 }
 
-/// The pilot's pulses from a stream of packets, without any input of its own.
+/// The pilot's pulses from a packet stream, without any input of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PacketCapture {
     decoder: Decoder,
@@ -178,10 +178,9 @@ pub struct PacketCapture {
 }
 
 impl PacketCapture {
-    /// Takes bytes that arrived at `arrival`, which is the date of the pulses that they describe.
+    /// Takes bytes that arrived at `arrival`, which becomes the time of their pulses.
     ///
-    /// A packet that is missing counts as an error on every channel, a width that cannot be on its
-    /// own.
+    /// A missing packet counts as an error on every channel, an impossible width on its own channel.
     pub fn receive(&mut self, bytes: &[u8], arrival: Time) -> &PilotPulses {
         for byte in bytes {
             if let Some(received) = self.decoder.push(*byte) {
@@ -191,13 +190,13 @@ impl PacketCapture {
         &self.pulses
     }
 
-    /// What is known.
+    /// State of the pulses.
     #[must_use]
     pub const fn pulses(&self) -> &PilotPulses {
         &self.pulses
     }
 
-    /// What became of the stream so far.
+    /// Counts of the stream so far.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         self.decoder.counts()
@@ -209,7 +208,7 @@ impl PacketCapture {
         let take = |mut captured: Captured, width_ms: Option<f64>| {
             captured.errors = captured.errors.saturating_add(u32::from(received.missing));
             if let Some(width_ms) = width_ms {
-                // A fault has been counted where it belongs; the packet's other channels stand.
+                // The fault is counted on its channel; the packet's other channels are still valid.
                 let _ = captured.push(width_ms, arrival);
             }
             captured
@@ -256,7 +255,7 @@ mod tests {
         packets.iter().flat_map(ServoPacket::encode).collect()
     }
 
-    /// Whether `found` is `sent` with some left out.
+    /// Whether `found` is `sent` with some packets missing.
     fn is_part_of(found: &[ServoPacket], sent: &[ServoPacket]) -> bool {
         let mut sent = sent.iter();
         found.iter().all(|packet| sent.any(|candidate| candidate == packet))
@@ -291,7 +290,7 @@ mod tests {
             noise in prop::collection::vec(any::<u8>(), 0..40),
         ) {
             prop_assert_eq!(decode(&stream(&packets)), packets.clone());
-            // Noise can only cost the first packet, and only if it ends like a sync byte.
+            // Noise can only cost the first packet, and only if its last byte equals a sync byte.
             let found = decode(&[noise, stream(&packets)].concat());
             prop_assert!(is_part_of(&found, &packets) && found.len() + 1 >= packets.len());
         }
@@ -322,7 +321,7 @@ mod tests {
         }
     }
 
-    /// The checksum is linear, so what holds for this packet holds for all.
+    /// The checksum is linear, so the result for this packet holds for all.
     #[test]
     fn no_one_byte_and_no_two_neighbouring_bytes_can_be_wrong_unnoticed() {
         let bytes = ServoPacket::default().encode();
@@ -336,8 +335,8 @@ mod tests {
         }
     }
 
-    /// 65 536 deterministic damages; the checksum lets one in 65 536 through, so that more than a
-    /// handful would mean that something else is wrong.
+    /// 65 536 deterministic damages. The checksum passes one in 65 536, so more than a few passes indicate another
+    /// error.
     #[test]
     fn a_byte_lost_or_gained_passes_no_more_often_than_the_checksum_allows() {
         let mut state = 1u64;

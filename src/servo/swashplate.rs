@@ -1,10 +1,10 @@
-//! The swashplate: from sticks to the servos under it, and back.
+//! The swashplate: from sticks to its servos, and back.
 
 use super::config::{ChannelConfig, ConfigError, within};
 use crate::controls::{Channel, Channels, Sticks};
 use crate::scalar::Scalar;
 
-/// How the servos carry the swashplate.
+/// Arrangement of the servos under the swashplate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -12,21 +12,21 @@ use crate::scalar::Scalar;
     serde(rename_all = "lowercase")
 )]
 pub enum SwashplateKind {
-    /// Mechanical mixing: each control has a servo of its own.
+    /// Mechanical mixing: each control has its own servo.
     #[default]
     H1,
-    /// Three servos: one behind, two at 90° to it.
+    /// Three servos: one at the rear, two at 90° to it.
     Ccpm90,
-    /// One behind, two at 120° to it.
+    /// Three servos: one at the rear, two at 120° to it.
     Ccpm120,
-    /// One behind, two at 135° to it.
+    /// Three servos: one at the rear, two at 135° to it.
     Ccpm135,
-    /// One behind, two at 140° to it.
+    /// Three servos: one at the rear, two at 140° to it.
     Ccpm140,
 }
 
 impl SwashplateKind {
-    /// From the nose to the servos at the sides, rad; `None` of a swashplate without mixing.
+    /// Angle from the nose to the servos at the sides, rad; `None` for a swashplate without mixing.
     fn side_rad(self) -> Option<f64> {
         let from_behind_deg: f64 = match self {
             Self::H1 => return None,
@@ -41,11 +41,10 @@ impl SwashplateKind {
 
 /// The swashplate and its mixing.
 ///
-/// The plate is a plane over servos at one distance from the mast. Of a CCPM plate the channel
-/// `longitudinal` drives the servo behind, `lateral` that at the right, `collective` that at the
-/// left. A positive longitudinal stick raises the front, a positive lateral stick the right, a positive
-/// collective all three; `direction` of a channel turns its servo round, `longitudinal` and `lateral`
-/// here the control.
+/// The plate is a plane over servos at equal distances from the mast. In a CCPM plate the channel `longitudinal`
+/// drives the servo at the rear, `lateral` the one at the right, and `collective` the one at the left. A positive
+/// longitudinal stick raises the front, a positive lateral stick the right, a positive collective all three.
+/// `direction` of a channel reverses its servo; the fields `longitudinal` and `lateral` here reverse the control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -53,24 +52,23 @@ impl SwashplateKind {
     serde(default, deny_unknown_fields)
 )]
 pub struct Swashplate {
-    /// How the servos carry it.
+    /// Arrangement of the servos.
     pub kind: SwashplateKind,
-    /// By how much the plate must tilt ahead of the control, from the nose to the right, °, within
-    /// ±45.
+    /// Angle by which the plate's tilt leads the control, from the nose to the right, °, within ±45.
     pub phase_deg: f64,
-    /// Travel of the side where the plate rises most, in stick fractions of a servo, for a full
-    /// lateral stick; from −1 to 1, not 0.
+    /// Travel of the side where the plate rises most, in stick fractions of a servo, for a full lateral stick; from
+    /// −1 to 1, not 0.
     pub lateral: f64,
-    /// The same for a full longitudinal stick.
+    /// The same travel for a full longitudinal stick.
     pub longitudinal: f64,
-    /// The same of all servos for a full collective stick.
+    /// The same travel of all servos for a full collective stick.
     pub collective: f64,
-    /// Least collective stick that is sent on, −1 to −0.05.
+    /// Lowest collective stick that is passed on, −1 to −0.05.
     pub lowest_collective: f64,
-    /// Greatest collective stick that is sent on, 0.05 to 1.
+    /// Highest collective stick that is passed on, 0.05 to 1.
     pub highest_collective: f64,
-    /// Whether the pilot's pulses are taken behind the receiver's own mixer: then they say where the
-    /// servos shall stand, not where the sticks do.
+    /// Whether the pilot's pulses are captured after the receiver's own mixer. They are then the positions of the
+    /// servos, not of the sticks.
     pub pilot_is_mixed: bool,
 }
 
@@ -90,16 +88,16 @@ impl Default for Swashplate {
 }
 
 impl Swashplate {
-    /// Whether the settings are finite and in their ranges, and each control alone can go to its end
-    /// within the range of the servos of `channels`.
+    /// Whether the settings are finite and in their ranges, and each control alone can reach its end within the range
+    /// of the servos of `channels`.
     ///
     /// # Errors
-    /// The first setting that is not, or the channel whose servo ends before the control.
+    /// The first invalid setting, or the channel whose servo ends before the control.
     pub fn check(&self, channels: &Channels<ChannelConfig>) -> Result<(), ConfigError> {
         within("swashplate.phase_deg", self.phase_deg, -45.0, 45.0)?;
         within("swashplate.lowest_collective", self.lowest_collective, -1.0, 0.0)?;
         within("swashplate.highest_collective", self.highest_collective, 0.0, 1.0)?;
-        // A plate that mixes nothing does not go by its travels, but a number they must be.
+        // A plate without mixing does not use its travels, but they must be numbers.
         let mixes = self.kind != SwashplateKind::H1;
         for (key, travel) in [
             ("swashplate.lateral", self.lateral),
@@ -129,7 +127,7 @@ impl Swashplate {
                 let config = channels[channel];
                 let value = config.width_ms(stick);
                 let (from, to) = (config.min_ms, config.max_ms);
-                // A microsecond is below what a servo resolves. Written so that a NaN is refused.
+                // A microsecond is below the resolution of a servo. Written so that a NaN is rejected.
                 if !(value >= from - 1e-3 && value <= to + 1e-3) {
                     let key = "swashplate: width at full stick, ms,";
                     return Err(ConfigError { channel: Some(channel), key, value, from, to });
@@ -139,23 +137,22 @@ impl Swashplate {
         Ok(())
     }
 
-    /// Whether the pilot's pulses can go to the servos as they come: there is nothing to mix, or the
-    /// receiver has.
+    /// Whether the pilot's pulses can go to the servos unchanged: no mixing is needed, or the receiver mixes.
     #[must_use]
     pub fn passes_through(&self) -> bool {
         self.kind == SwashplateKind::H1 || self.pilot_is_mixed
     }
 
-    /// Where the servos stand, each a stick fraction of its own channel, for `sticks`; collective is
-    /// brought into its limits. A stick that is NaN or infinite makes NaN of every servo that it moves: of a
-    /// mixed plate all three, for no two of them alone keep it level. The limiter holds what is NaN.
+    /// Positions of the servos, each a stick fraction of its own channel, for `sticks`; collective is limited. A
+    /// stick that is NaN or infinite gives NaN for every servo that it moves. For a mixed plate these are all three,
+    /// because two alone cannot keep it level. The limiter holds the servos of NaN.
     ///
     /// # Source
     /// Equation (C10) of docs/equations.md.
     #[must_use]
     pub fn servos(&self, sticks: Sticks) -> Sticks {
         let sticks = Sticks::from_array(sticks.to_array().map(finite));
-        // `max` and `min` would take a limit for a NaN: full collective for none.
+        // `max` and `min` would replace a NaN by a limit: full collective instead of no command.
         let collective = if sticks.collective.is_nan() {
             f64::NAN
         } else {
@@ -182,8 +179,8 @@ impl Swashplate {
         }
     }
 
-    /// The sticks for which the servos stand at `servos`: the inverse of [`servos`](Self::servos)
-    /// within the limits of collective.
+    /// The sticks for the servo positions `servos`: the inverse of [`servos`](Self::servos) within the limits of
+    /// collective.
     ///
     /// # Source
     /// Equation (C10) of docs/equations.md.
@@ -204,7 +201,7 @@ impl Swashplate {
         }
     }
 
-    /// The pilot's sticks from the widths of the pulses, ms; `None` unless all four are there and finite.
+    /// The pilot's sticks from the widths of the pulses, ms; `None` unless all four are present and finite.
     #[must_use]
     pub fn pilot_sticks(
         &self,
@@ -224,9 +221,9 @@ impl Swashplate {
         sticks.is_finite().then_some(sticks)
     }
 
-    /// The widths, ms, that pass the pilot's pulses on: to the last bit where nothing has to be mixed, mixed
-    /// where the receiver has not. NaN where a pulse is missing or no number, and for all three servos of a
-    /// mixed plate that lacks one of its controls: unmixed pulses would tilt it anywhere.
+    /// The widths, ms, that pass the pilot's pulses on: unchanged where no mixing is needed, otherwise mixed. NaN
+    /// where a pulse is missing or not a number. If a mixed plate lacks one of its controls, NaN for all three
+    /// servos: unmixed pulses would tilt it in any direction.
     #[must_use]
     pub fn passed_on_ms(
         &self,
@@ -248,8 +245,8 @@ impl Swashplate {
         self.widths_ms(channels, sticks, own_ms.throttle)
     }
 
-    /// The widths, ms, that put the servos where `sticks` want them; not limited, and with the throttle
-    /// as it is given.
+    /// The widths, ms, that move the servos to the positions for `sticks`; not limited. The throttle is passed
+    /// through.
     #[must_use]
     pub fn widths_ms(
         &self,
@@ -268,7 +265,7 @@ impl Swashplate {
     }
 }
 
-/// NaN of an infinite number too.
+/// NaN for an infinite number too.
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::NAN }
 }
@@ -328,8 +325,8 @@ mod tests {
         }
     }
 
-    /// A plate of radius 1 whose plane goes through the three servos stands level at collective, and
-    /// its normal leans by what cyclic asks for, in the direction asked for.
+    /// The plane through the three servos of a plate of radius 1 is level at collective. Cyclic tilts its normal by
+    /// the commanded angle in the commanded direction.
     #[test]
     fn the_plane_through_the_servos_rises_where_it_should() {
         for kind in MIXED {
@@ -389,7 +386,7 @@ mod tests {
         assert_eq!(error.key, "swashplate.phase_deg");
     }
 
-    /// No command is not full-down collective, nor half a command for a plate on three servos.
+    /// A missing command must not become full-down collective, nor half a command for a plate on three servos.
     #[test]
     fn a_stick_that_is_no_number_commands_no_servo_that_it_moves() {
         let channels = Channels::<ChannelConfig>::default();

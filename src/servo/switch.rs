@@ -1,11 +1,11 @@
-//! A switch of the transmitter: pulses to on and off.
+//! A switch of the transmitter: from pulses to on and off.
 
 use super::capture::Captured;
 use super::config::{ConfigError, Direction, within};
 use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::time::Time;
 
-/// When the pulses of a switch mean on.
+/// Conditions for the pulses of a switch to mean on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -15,12 +15,12 @@ use crate::time::Time;
 pub struct SwitchConfig {
     /// The width between off and on, ms, from 0.5 to 2.5.
     pub threshold_ms: f64,
-    /// How far beyond the threshold a width must be to change the switch, ms, from 0 to 0.5.
+    /// Distance beyond the threshold that a width needs to change the switch, ms, from 0 to 0.5.
     pub hysteresis_ms: f64,
-    /// How many pulses must say on, one after the other, before it is on; from 1 to 100. A single one
-    /// that says off is enough for off.
+    /// Number of consecutive pulses that must mean on before the switch is on, from 1 to 100. A single pulse that
+    /// means off switches it off.
     pub pulses: u8,
-    /// `normal`: longer pulses are on; `reversed`: shorter ones are.
+    /// `normal`: longer pulses are on; `reversed`: shorter pulses are on.
     pub direction: Direction,
 }
 
@@ -34,7 +34,7 @@ impl SwitchConfig {
     /// Whether every setting is finite and in its range.
     ///
     /// # Errors
-    /// The first setting that is not.
+    /// The first invalid setting.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("hysteresis_ms", self.hysteresis_ms, 0.0, 0.5)?;
         // There must be pulses on either side of both.
@@ -47,8 +47,8 @@ impl SwitchConfig {
 
 /// A switch of the transmitter, off until it has been seen off and then on.
 ///
-/// One that is on when the pulses begin, or when they come back after a loss, is off until the pilot
-/// has opened it: nobody has asked for anything at that moment.
+/// A switch that is on when the pulses begin, or when they return after a loss, counts as off until the pilot has
+/// opened it. The pilot did not request anything at that moment.
 ///
 /// ```
 /// use hovernav::servo::{Captured, Switch, SwitchConfig};
@@ -70,11 +70,11 @@ impl SwitchConfig {
 pub struct Switch {
     config: SwitchConfig,
     on: bool,
-    /// Whether it has been seen off since the pulses began.
+    /// Whether the switch has been seen off since the pulses began.
     seen_off: bool,
-    /// Pulses that said on, one after the other.
+    /// Number of consecutive pulses that mean on.
     said_on: u8,
-    /// Number of errors and time of the pulse looked at last.
+    /// Number of errors and time of the last evaluated pulse.
     last: Option<(u32, Time)>,
 }
 
@@ -82,14 +82,14 @@ impl Switch {
     /// A switch that is off.
     ///
     /// # Errors
-    /// The first setting of `config` that cannot be.
+    /// The first invalid setting of `config`.
     pub fn new(config: SwitchConfig) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self { config, on: false, seen_off: false, said_on: 0, last: None })
     }
 
-    /// Whether it is on at `now`, by the channel's last pulse. Pulses older than `stale_after_s`, s, are
-    /// none: off. A pulse in error since the last call begins the count of pulses anew.
+    /// Whether the switch is on at `now`, by the channel's last pulse. Pulses older than `stale_after_s`, s, count as
+    /// off. A pulse error since the last call restarts the count of pulses.
     pub fn update(&mut self, aux: &Captured, now: Time, stale_after_s: f64) -> bool {
         let Some(width_ms) = aux.fresh_ms(now, stale_after_s) else {
             *self = Self { on: false, seen_off: false, said_on: 0, ..*self };
@@ -127,7 +127,7 @@ mod tests {
         Time::ZERO + 0.02 * f64::from(pulse)
     }
 
-    /// What the switch says after each of the widths, 20 ms apart.
+    /// State of the switch after each of the widths, 20 ms apart.
     fn said(config: SwitchConfig, widths_ms: &[f64]) -> Vec<bool> {
         let mut switch = Switch::new(config).unwrap();
         let mut aux = Captured::default();
@@ -165,7 +165,7 @@ mod tests {
         assert!(on[7..].iter().all(|on| *on));
         let off =
             said(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 4], &[1.5], &[1.9; 4]].concat());
-        assert!(off.iter().all(|on| !on), "the count began anew");
+        assert!(off.iter().all(|on| !on), "the count restarted");
     }
 
     #[test]

@@ -1,13 +1,13 @@
-//! Which widths a servo pulse can have.
+//! Valid widths of servo pulses.
 
-/// The shortest pulse that a receiver sends or a servo takes, ms.
+/// The shortest pulse of a receiver or servo, ms.
 ///
-/// Radio control means 1 to 2 ms; makers' extended ranges end at 0.5 and 2.5 ms.
+/// The standard of radio control is 1 to 2 ms; makers' extended ranges end at 0.5 and 2.5 ms.
 pub const SHORTEST_MS: f64 = 0.5;
-/// The longest such pulse, ms.
+/// The longest pulse of a receiver or servo, ms.
 pub const LONGEST_MS: f64 = 2.5;
 
-/// Whether a servo's pulse can have this width, ms; NaN cannot.
+/// Whether the width, ms, is valid for a servo's pulse; false for NaN.
 #[must_use]
 pub fn is_plausible(width_ms: f64) -> bool {
     (SHORTEST_MS..=LONGEST_MS).contains(&width_ms)
