@@ -136,7 +136,7 @@ fn a_barometer_in_another_unit_or_of_the_wrong_sign_is_named_where_the_vehicle_c
     let hectopascal = |height_m: f64| 1013.25 - height_m / 8.4;
     let causes: [(&dyn Fn(f64) -> f64, &str); 4] = [
         (&|height_m| height_m / 0.3048, "feet"),
-        (&|height_m| 300.0 - height_m, "counted downwards"),
+        (&|height_m| 300.0 - height_m, "counts downwards"),
         (&|height_m| 100.0 * height_m, "centimetres"),
         (&hectopascal, "hPa"),
     ];

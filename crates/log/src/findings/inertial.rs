@@ -224,8 +224,8 @@ impl Inertial {
     }
 }
 
-/// Explanation of `count` samples within `length_s` that repeat the two before them: the log was written more often than
-/// the inertial unit measured. `None` where the share of such samples is too small.
+/// Explanation of `count` samples within `length_s` that repeat the two before them: the log was written more often
+/// than the inertial unit measured. `None` where the share of such samples is too small.
 fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     let rate_hz = 1.0 / log.dataset.sample_interval_s()?;
     let share = count as f64 / (rate_hz * length_s);

@@ -17,7 +17,8 @@ const OFFSET_S: f64 = 0.1;
 /// Offsets that the filter can estimate, s, and the share of rejected fixes up to which it is trusted.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
 const REFUSED: f64 = 0.1;
-/// Smallest offset that the accelerations are used for, s, and difference beyond which they outweigh the filter's estimate.
+/// Smallest offset that the accelerations are used for, s, and difference beyond which they outweigh the filter's
+/// estimate.
 const FAR_S: f64 = 0.25;
 const AGREES_S: f64 = 0.1;
 /// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
@@ -29,8 +30,8 @@ const FINE_S: f64 = 0.01;
 const NEAR_S: f64 = 2.0;
 /// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
-/// Interval between the compared velocities, s, and the longest gap between their fixes, s. Second differences cancel an
-/// attitude error that lasts longer than the interval.
+/// Interval between the compared velocities, s, and the longest gap between their fixes, s. Second differences cancel
+/// an attitude error that lasts longer than the interval.
 const OVER_S: f64 = 1.0;
 const LONGEST_S: f64 = 2.5;
 /// A clock rate error shows in the delays of parts of [`PART`] changes each, of which at least [`LEAST_PARTS`] are
@@ -181,8 +182,8 @@ impl Felt {
         }
     }
 
-    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly: the clocks of samples and
-    /// fixes then run at different rates.
+    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly: the clocks of samples
+    /// and fixes then run at different rates.
     fn drift(&self, told: &[Change]) -> Option<f64> {
         let parts: Vec<[f64; 2]> = told
             .chunks(PART)
@@ -217,8 +218,8 @@ impl Felt {
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 
-    /// Delay that explains the largest share of the changes `told` by the fixes, s, and that share; `None` where a distant
-    /// delay explains about as much.
+    /// Delay that explains the largest share of the changes `told` by the fixes, s, and that share; `None` where a
+    /// distant delay explains about as much.
     fn plain_delay_s(&self, told: &[Change]) -> Option<(f64, f64)> {
         let explained = |delay_s: f64| self.explained(told, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
@@ -239,8 +240,8 @@ impl Felt {
         Some((fine_s, most))
     }
 
-    /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned together
-    /// by the angle that fits best.
+    /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
+    /// together by the angle that fits best.
     fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         let pairs: Vec<_> = told
             .iter()

@@ -1,4 +1,4 @@
-//! Where the fixes deny a run, other set-ups are tried: the one that they agree with is the likely one.
+//! Search for the right set-up where the fixes are inconsistent with a run: the one that makes them consistent.
 
 use hovernav::ekf::{Aid, Channel, EstimatorConfig, Notice, Verdict};
 use hovernav::frames::{Body, Vector};
@@ -8,20 +8,20 @@ use crate::dataset::Dataset;
 use crate::finding::{AIDS, Sensor, SetupFinding};
 use crate::replay::Run;
 
-/// Samples that are tried at most.
+/// Largest number of samples in a trial run.
 const SAMPLES: usize = 20_000;
-/// A larger mean square of the normalised innovations, each counted up to [`MOST`], or a larger share
-/// of refused axes, is suspect.
+/// Mean square of the normalised innovations beyond which a run is suspect. Each counts up to [`MOST`], a rejected one
+/// fully.
 const SUSPECT: f64 = 2.5;
 const MOST: f64 = 25.0;
-/// For so long, s, what was opened excuses whatever disagrees.
+/// Time after an enlargement of the bias uncertainty in which agreement proves nothing, s.
 const OPENED_S: f64 = 2.0;
-/// An alternative is the right one where it is so many times better.
+/// Factor by which the right set-up is better than the present one.
 const BETTER: f64 = 1.7;
-/// No right one is worse than this.
+/// Largest mean square of the right set-up.
 const GOOD: f64 = 2.0;
 
-/// Signs and axes of the unit that are tried: which axis goes where, with which sign.
+/// Axes and signs of the inertial unit to be tried: source axis and sign of each body axis.
 struct Alternative {
     gyro: [(usize, f64); 3],
     accel: [(usize, f64); 3],
@@ -36,11 +36,11 @@ const fn signs(x: f64, y: f64, z: f64) -> [(usize, f64); 3] {
 }
 
 const fn gyro(gyro: [(usize, f64); 3], cause: &'static str) -> Alternative {
-    Alternative { gyro, accel: RIGHT, cause, mend: "turn the sign of these columns" }
+    Alternative { gyro, accel: RIGHT, cause, mend: "change the sign of these columns" }
 }
 
 const fn accel(accel: [(usize, f64); 3], cause: &'static str) -> Alternative {
-    Alternative { gyro: RIGHT, accel, cause, mend: "turn the sign of these columns" }
+    Alternative { gyro: RIGHT, accel, cause, mend: "change the sign of these columns" }
 }
 
 const fn axes(axes: [(usize, f64); 3], cause: &'static str, mend: &'static str) -> Alternative {
@@ -102,7 +102,7 @@ impl Alternative {
         other
     }
 
-    /// Whether the accelerometers feel the vehicle's weight the right way up in the mean.
+    /// Whether the mean specific force points up in the vehicle.
     fn is_upright(&self, part: &Dataset) -> bool {
         let [.., (axis, sign)] = self.accel;
         let felt = part.imu.iter().map(|sample| match sample.motion {
@@ -113,7 +113,7 @@ impl Alternative {
     }
 }
 
-/// The part of a set-up with one source of heading less, where the log has it.
+/// Configuration without one source of heading; `None` where the configuration or the log does not have it.
 fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<EstimatorConfig> {
     let mut config = *config;
     let aiding = &mut config.aiding;
@@ -123,15 +123,16 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
             (&mut aiding.magnetometer, !part.magnetometer.is_empty() || has_field())
         }
         Aid::SecondAntenna => (&mut aiding.second_antenna, !part.headings.is_empty()),
-        // No heading of its own can be wrong.
+        // A barometer gives no heading.
         Aid::Baro => return None,
         _ => (&mut aiding.attitude, part.imu.iter().any(|sample| sample.attitude.is_some())),
     };
     (core::mem::replace(is_used, false) && is_there).then_some(config)
 }
 
-/// Mean square of the normalised innovations of the fixes, each up to [`MOST`], what was refused, or opened for a
-/// bias that may have stepped, counting full: of the noise that was learned of them, and of that which is assumed; `None` of too few.
+/// Mean square of the normalised innovations of the fixes, relative to the adapted noise and to the configured noise.
+/// Each counts up to [`MOST`]. Rejected ones, and those soon after an enlargement of the bias uncertainty, count fully.
+/// `None` with too few innovations.
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
@@ -158,7 +159,7 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     (count >= 80.0).then(|| [sum / count, run.noise_excess.max(1.0) * sum / count])
 }
 
-/// A part of a log whose run the fixes deny, to be run again under other set-ups.
+/// Part of a log with whose run the fixes are inconsistent, to be run with other set-ups.
 struct Trial {
     part: Dataset,
     config: EstimatorConfig,
@@ -166,12 +167,12 @@ struct Trial {
 }
 
 impl Trial {
-    /// `None` where the fixes do not deny the run.
+    /// `None` if the fixes are consistent with the run.
     fn of(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<Self> {
         if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
             return None;
         }
-        // A wrong set-up makes accelerations of its own, which must not excuse the fixes that deny it.
+        // A wrong set-up causes false accelerations, which must not widen the tolerance for the fixes.
         let mut config = *config;
         config.ekf.gps.velocity_smoothing_s = 0.0;
         let first_fix = dataset.fixes.first()?.time.offset_by(-5.0);
@@ -182,7 +183,7 @@ impl Trial {
         Some(Self { part, config, as_it_is })
     }
 
-    /// What `run` leaves, if its heading was found, for one that was not fits anything.
+    /// Disagreement of `run`; `None` if its heading is unknown, for such a run fits any fixes.
     fn judged(run: &Run) -> Option<[f64; 2]> {
         let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
         disagreement(run).filter(|_| is_whole)
@@ -192,7 +193,7 @@ impl Trial {
         learned < GOOD && BETTER * with < self.as_it_is
     }
 
-    /// The source of heading without which the fixes agree.
+    /// Source of heading without which the fixes are consistent.
     fn denied_aid(&self) -> Option<SetupFinding> {
         AIDS.into_iter().find_map(|(aid, sensor, key)| {
             let run = self.part.estimate(&without(aid, &self.config, &self.part)?, |_| {});
@@ -201,17 +202,18 @@ impl Trial {
                 sensor,
                 is_certain: false,
                 found: format!(
-                    "the fixes disagree with the solution ({:.1} times the expected squares), and agree ({:.1}) \
+                    "the fixes disagree with the solution ({:.1} times the expected squares), but agree ({:.1}) \
                      without the {sensor}",
                     self.as_it_is, found[1]
                 ),
-                cause: "axes or signs of its own, a wrong mounting, or what disturbs it".into(),
-                mend: format!("mend it, or write {key} = false under [aiding]"),
+                cause: "its axes or signs, its mounting, or a disturbance".into(),
+                mend: format!("correct it, or write {key} = false under [aiding]"),
             })
         })
     }
 
-    /// The axes or signs of the inertial unit with which they do. None are proposed that put the vehicle on its back.
+    /// Axes or signs of the inertial unit with which the fixes are consistent; never such that put the vehicle on its
+    /// back.
     fn axes(&self) -> Option<SetupFinding> {
         let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&self.part));
         let tried = upright.filter_map(|other| {
@@ -223,8 +225,8 @@ impl Trial {
             sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
-                "the fixes disagree with the inertial samples ({:.1} times the expected squares), and agree ({:.1}) \
-                 once these are read otherwise",
+                "the fixes disagree with the inertial samples ({:.1} times the expected squares), but agree ({:.1}) \
+                 with other axes or signs",
                 self.as_it_is, found[1]
             ),
             cause: best.cause.into(),
@@ -233,23 +235,23 @@ impl Trial {
     }
 }
 
-/// The source of heading without which the fixes agree with a run that they now deny; `None` where they do not deny it, or
-/// do so without any.
+/// Source of heading without which the fixes become consistent with the run. `None` if the fixes are consistent
+/// already, or with no source left out.
 ///
-/// Runs the estimator over a part of the log up to four times, and only where a run is denied.
+/// Runs the estimator over a part of the log up to four times, but only where the fixes are inconsistent with `run`.
 #[must_use]
 pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
     Trial::of(dataset, config, run)?.denied_aid()
 }
 
-/// The [denied aid](denied_aid), or the other signs or axes of the inertial unit with which the fixes agree with a
-/// run that they now deny; `None` where they do not deny it, or no other set-up is right. No axes are proposed that put the
-/// vehicle on its back.
+/// Set-up with which the fixes become consistent with the run: without one [source of heading](denied_aid), or with
+/// other signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
+/// that put the vehicle on its back are never proposed.
 ///
-/// Runs the estimator over a part of the log a dozen times, and only where a run is denied.
+/// Runs the estimator over a part of the log a dozen times, but only where the fixes are inconsistent with `run`.
 #[must_use]
 pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
     let trial = Trial::of(dataset, config, run)?;
-    // Without something that is wrong the fixes agree whatever else is tried, and it is the simpler cause.
+    // Leaving out a wrong source makes any axes consistent, and it is the simpler cause.
     trial.denied_aid().or_else(|| trial.axes())
 }

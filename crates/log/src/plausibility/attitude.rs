@@ -1,4 +1,4 @@
-//! The gyros against the unit's own attitude, and against gravity where it has none.
+//! The gyros against the unit's own attitude, or against gravity without one.
 
 use std::f64::consts::TAU;
 
@@ -9,24 +9,24 @@ use super::{Means, Second, norm};
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
-/// Over how long rotations are compared, s: longer than an attitude lags, shorter than a turn.
+/// Interval over which rotations are compared, s: longer than the lag of an attitude, shorter than a turn.
 const OVER_S: f64 = 0.5;
-/// Gyros that move less than this, rad/s rms, tell nothing.
+/// Smallest rms rate of the gyros, rad/s.
 const LEAST_RADPS: f64 = 0.008;
-/// So much of the attitude's motion has to be explained before anything is concluded.
+/// Smallest share of the attitude's motion that the fit has to explain.
 const EXPLAINED: f64 = 0.5;
-/// Scales of gyros outside of these are wrong, the second where so much is explained.
+/// Plausible scales of the gyros; the narrower range applies where the fit explains the share below.
 const SCALES: std::ops::Range<f64> = 0.6..1.6;
 const NEAR_SCALES: std::ops::Range<f64> = 0.77..1.3;
 const WELL_EXPLAINED: f64 = 0.8;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Mean rates beside the turning of the attitude.
+/// Mean gyro rates, and the rates of the attitude.
 pub(super) struct Turning {
     regression: Regression<3>,
     /// The largest angle of the attitude, rad.
     largest_rad: f64,
-    /// The samples of the part under way.
+    /// Samples of the current part.
     part: Vec<(Rates, Option<EulerAngles>)>,
 }
 
@@ -37,7 +37,7 @@ impl Default for Turning {
 }
 
 impl Turning {
-    /// Takes in the next sample, with the unit's own attitude.
+    /// Adds a sample, with the unit's own attitude.
     pub fn push(&mut self, at: &Rates, attitude: Option<EulerAngles>) {
         if let Some(EulerAngles { roll_rad, pitch_rad, yaw_rad }) = attitude {
             let angles = [roll_rad, pitch_rad, yaw_rad];
@@ -52,7 +52,7 @@ impl Turning {
         }
     }
 
-    /// Compares over the part under way, whose last sample ends it.
+    /// Compares gyros and attitude over the current part, which the last sample ends.
     fn compare(&mut self) {
         let (Some((start, Some(from))), Some((end, Some(to)))) =
             (self.part.first(), self.part.last())
@@ -63,7 +63,7 @@ impl Turning {
         if length_s >= 1.5 * OVER_S {
             return;
         }
-        // Trapezoids over the samples between.
+        // Trapezoidal integration over the samples.
         let mut turn = [0.0; 3];
         for pair in self.part.windows(2) {
             let [(before, _), (after, _)] = pair else { continue };
@@ -76,13 +76,13 @@ impl Turning {
         self.regression.push(turn, change.to_array().map(|angle_rad| angle_rad / length_s));
     }
 
-    /// Judges the gyros by the attitude; false where there is none to compare with.
+    /// Judges the gyros by the attitude; false without an attitude to compare with.
     pub fn check(&self, found: &mut Vec<SetupFinding>) -> bool {
         with_attitude(&self.regression, self.largest_rad, found)
     }
 }
 
-/// Judges the gyros by an attitude whose angles are no larger than this, rad.
+/// Judges the gyros by an attitude whose angles are at most `largest_rad`, rad.
 fn with_attitude(
     regression: &Regression<3>,
     largest_rad: f64,
@@ -95,13 +95,13 @@ fn with_attitude(
     let diagonal = [0, 1, 2].map(|axis| fit.matrix[axis][axis]);
     let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
     let is_slow = diagonal.iter().all(|scale| (0.012..0.025).contains(scale));
-    // A full circle in radians, read as degrees.
+    // An angle of a full circle in radians, but read as degrees.
     if is_slow && largest_rad <= TAU.to_radians() {
         found.push(SetupFinding {
             sensor: Sensor::UnitAttitude,
             is_certain: true,
             found: format!(
-                "it turns {:.0} times as slowly as the gyros, and no angle is larger than {:.1}°",
+                "it turns {:.0} times more slowly than the gyros, and no angle is larger than {:.1}°",
                 3.0 / diagonal.iter().sum::<f64>(),
                 largest_rad.to_degrees()
             ),
@@ -115,7 +115,7 @@ fn with_attitude(
             sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
-                "the gyros turn {:.0} times as fast as the unit's own attitude",
+                "the gyros turn {:.0} times faster than the unit's own attitude",
                 3.0 / diagonal.iter().sum::<f64>()
             ),
             cause: "angular rates in °/s, expected rad/s".into(),
@@ -146,8 +146,8 @@ fn with_attitude(
             mend: if all_but_x {
                 key("axes = \"flu\"")
             } else {
-                "turn the sign of the one that is not positive to the right (z, yaw), nose up (y, pitch) or right side down \
-                 (x, roll)"
+                "change the sign of the one that is not positive to the right (z, yaw), nose up (y, pitch) or right \
+                 side down (x, roll)"
                     .into()
             },
         });
@@ -160,11 +160,11 @@ fn with_attitude(
                 sensor: Sensor::InertialUnit,
                 is_certain: true,
                 found: format!(
-                    "gyro {} turns as the unit's own attitude does about {}, and gyro {} as about {} \
+                    "gyro {} turns like the unit's own attitude about {}, and gyro {} like that about {} \
                      ({ab:.2} and {ba:.2} times as fast)",
                     NAMES[b], NAMES[a], NAMES[a], NAMES[b]
                 ),
-                cause: "two axes of the unit swapped".into(),
+                cause: "two axes of the inertial unit swapped".into(),
                 mend: format!("swap the columns of {} and {}, or set axes under [imu]", NAMES[a], NAMES[b]),
             });
             return true;
@@ -180,28 +180,28 @@ fn with_attitude(
             found: format!(
                 "the unit's own attitude turns {scale:.2} times as fast as its gyros, expected 1"
             ),
-            cause: "gyros of a wrong range or unit".into(),
+            cause: "gyros with a wrong range or unit".into(),
             mend: String::new(),
         });
     }
     true
 }
 
-/// Gravity beside the gyros: it turns in the body as they say, the other way; where it hardly turns while they
-/// say it goes round and round, they are in °/s. A rotor's thrust turns with the body as it flips, but not for a
-/// quarter of a flight, and not at one thrust all the while.
+/// Gravity against the gyros: in body axes gravity turns opposite to the gyro rates. If it hardly turns while the
+/// gyros report full circles, the gyros are in °/s. The thrust of a rotor turns with the body in a flip, but not for a
+/// quarter of a flight and not at constant thrust.
 pub(super) struct Tilting {
     means: Means,
     before: Option<Second>,
     count: f64,
-    /// Of the parts over which the gyros turn fast: how many, sums of the squares of what they say and of how far
-    /// gravity turns, rad, and of what is felt and its square, in the unit of the log.
+    /// Over the parts with fast turns: their number, the sums of the squared gyro and gravity angles, rad², and the
+    /// sums of the specific force and of its square, in the unit of the log.
     fast: [f64; 5],
 }
 
-/// Turning faster than this over a part, rad, is fast.
+/// Angle of a fast turn over a part, rad.
 const FAST_RAD: f64 = 0.5;
-/// No flight turns fast for so much of its time while what is felt varies by less than so much of it.
+/// Share of fast parts, and relative variation of the specific force, that no flight combines.
 const FAST_SHARE: f64 = 0.25;
 const FELT_SHARE: f64 = 0.3;
 
@@ -245,7 +245,7 @@ impl Tilting {
         let [fast, ..] = self.fast;
         let [_, predicted, seen, felt, felt_squared] = self.fast.map(|sum| sum / fast);
         let (predicted, seen) = (predicted.sqrt(), seen.sqrt());
-        // Without a fast part all of them are NaN, and nothing is found.
+        // Without a fast part these are NaN, and the comparison is false.
         if fast >= FAST_SHARE * self.count
             && felt_squared - felt * felt < (FELT_SHARE * felt).powi(2)
             && seen < 0.3 * predicted.min(2.0)
@@ -254,8 +254,7 @@ impl Tilting {
                 sensor: Sensor::InertialUnit,
                 is_certain: true,
                 found: format!(
-                    "the gyros say that the unit tilts by {predicted:.1} rad each {OVER_S} s, while gravity \
-                     turns by {seen:.2} rad"
+                    "the gyros report tilts of {predicted:.1} rad each {OVER_S} s, while gravity turns by {seen:.2} rad"
                 ),
                 cause: "angular rates in °/s, expected rad/s".into(),
                 mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),

@@ -6,23 +6,23 @@ use super::regression::Scale;
 use crate::dataset::Dataset;
 use crate::finding::{Sensor, SetupFinding};
 
-/// Heights are averaged over this, s, and their changes from one such part to the next compared.
+/// Length of the parts over which heights are averaged, s; changes between successive parts are compared.
 const PART_S: f64 = 10.0;
-/// Fewer changes tell nothing, nor do those of the fixes' heights by less than this, m rms.
+/// Smallest number of changes, and smallest rms of the changes of the fixes' heights, m.
 const LEAST_COUNT: usize = 6;
 const LEAST_M: f64 = 1.5;
-/// So much of the fixes' changes has to be explained by the barometer's.
+/// Smallest share of the fixes' height changes that the barometer explains.
 const EXPLAINED: f64 = 0.7;
-/// A scale is another than 1 by so many one-sigmas.
+/// Smallest deviation of the scale from 1, in one-sigmas.
 const SIGMAS: f64 = 6.0;
 
-/// What a column may hold: by how many times the fixes' heights change as much then, what it is, how to mend it.
+/// Likely contents of a column: range of the scale from its changes to those of the fixes, description, remedy.
 const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
     (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
     (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
     (0.000_85..0.001_15, "altitude_m in millimetres, expected metres", "divide altitude_m by 1000"),
-    (-1.3..-0.75, "a height that is counted downwards", "turn the sign of altitude_m"),
-    (-0.37..-0.25, "a height in feet that is counted downwards", "multiply altitude_m by -0.3048"),
+    (-1.3..-0.75, "a height that counts downwards", "change the sign of altitude_m"),
+    (-0.37..-0.25, "a height in feet that counts downwards", "multiply altitude_m by -0.3048"),
     (-13.0..-7.0, "a pressure in hPa, expected a height", PRESSURE),
     (-0.13..-0.07, "a pressure in Pa, expected a height", PRESSURE),
 ];
@@ -34,7 +34,7 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
         return;
     }
-    // Of the fixes' changes on the barometer's, which scatter less.
+    // Regression on the barometer, which scatters less.
     let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
     if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
         return;
@@ -46,15 +46,15 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
         sensor: Sensor::Barometer,
         is_certain: true,
         found: format!(
-            "where the vehicle climbs and sinks the heights of the fixes change by {scale:.3} times what the \
-             barometer's do (one-sigma {sigma:.3}), expected 1"
+            "the heights of the fixes change by {scale:.3} times the change of the barometer's (one-sigma {sigma:.3}), \
+             expected 1"
         ),
         cause: (*cause).into(),
         mend: (*mend).into(),
     });
 }
 
-/// By how much the barometer's height and that of the fixes change from one part of the log to the next, m.
+/// Changes of the barometer's height and of the fixes' height between successive parts of the log, m.
 fn changes(dataset: &Dataset) -> Vec<(f64, f64)> {
     let part = |time_s: f64| (time_s / PART_S).floor() as i64;
     let baro = dataset.baro.iter().map(|(time, height_m)| (part(time.seconds()), *height_m));

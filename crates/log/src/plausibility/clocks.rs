@@ -1,4 +1,4 @@
-//! Whether the sensors' times can be of one clock, and the samples fast enough.
+//! Checks of the sensors' clocks and of the sample rate.
 
 use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
@@ -7,19 +7,18 @@ use crate::sampling::SampleRates;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 
-/// Share of the rate that the set-up states below which samples are missing.
+/// Share of the declared rate below which samples are missing.
 const WHOLE: f64 = 0.8;
-/// What a log that holds only some of the samples is.
+/// Description of a log that holds only some of the samples.
 const THINNED: &str =
     "a log thinned to save space, in which rotation and vibration between the samples are lost";
 
-/// What increments lose at such rates.
-const COARSE: &str =
-    "they hold all turning and acceleration, but coning and sculling within an increment are lost";
-/// Receivers give a fix at least so often, s; times in milliseconds make it seem [`IN_MILLISECONDS_S`] or more.
+/// Loss of increments at low rates.
+const COARSE: &str = "they contain all rotation and acceleration, but coning and sculling within an increment are lost";
+/// Longest interval of a receiver's fixes, s; times in milliseconds make it seem [`IN_MILLISECONDS_S`] or more.
 const SLOWEST_FIXES_S: f64 = 30.0;
 const IN_MILLISECONDS_S: f64 = 35.0;
-/// Share of the longer span below which fixes and samples are not of one clock and unit.
+/// Smallest shared part of the longer span for which fixes and samples have one clock and unit.
 const SHARED: f64 = 0.5;
 
 pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
@@ -36,15 +35,15 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// In what unit the times of both the samples and the fixes seem to be.
+/// Apparent unit of the times of samples and fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TimeUnit {
     Seconds,
     Milliseconds,
 }
 
-/// What the rate of the fixes says of the unit of the times, where fixes and samples share most of their spans;
-/// `None` where it says nothing.
+/// Unit of the times from the rate of the fixes. `None` if it is ambiguous, or if fixes and samples share too little of
+/// their spans.
 fn unit_of_times(dataset: &Dataset) -> Option<TimeUnit> {
     let times: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
     let interval_s = median_interval_s(&times)?;
@@ -79,7 +78,7 @@ fn rate(
                     "found {rate_hz:.1} samples a second, expected [imu] rate_hz, {stated_hz}"
                 ),
                 cause: THINNED.into(),
-                mend: "log every sample, or correct rate_hz; one-sigmas are too small meanwhile"
+                mend: "log every sample, or correct rate_hz; until then one-sigmas are too small"
                     .into(),
             });
         }
@@ -92,19 +91,19 @@ fn rate(
         sensor: Sensor::InertialUnit,
         is_certain,
         found: format!(
-            "found {rate_hz:.3} samples a second, expected at least {expected_hz:.0} for inertial work"
+            "found {rate_hz:.3} samples a second, expected at least {expected_hz:.0} for inertial navigation"
         ),
         cause,
         mend,
     });
 }
 
-/// The likely cause of samples every `interval_s`, and how to mend it.
+/// Likely cause of samples every `interval_s`, and its remedy.
 fn slow(interval_s: f64, motion: &Motion, unit: Option<TimeUnit>) -> (String, String) {
     let faster = "log the inertial unit at 50 Hz or more";
     if interval_s > 100.0 {
         let cause = "t_s in microseconds or nanoseconds";
-        return (cause.into(), "t_s has to be in seconds".into());
+        return (cause.into(), "write t_s in seconds".into());
     }
     let lost = match motion {
         Motion::Rates { .. } => THINNED,
@@ -113,12 +112,12 @@ fn slow(interval_s: f64, motion: &Motion, unit: Option<TimeUnit>) -> (String, St
     if interval_s < 1.0 || unit == Some(TimeUnit::Seconds) {
         return (lost.into(), faster.into());
     }
-    let divided = format!("divide t_s by 1000: {:.0} Hz then", 1000.0 / interval_s);
+    let divided = format!("divide t_s by 1000, which gives {:.0} Hz", 1000.0 / interval_s);
     match unit {
         Some(_) => ("t_s in milliseconds".into(), divided),
         None => (
-            "t_s may be in milliseconds, or the unit was logged far too slowly".into(),
-            format!("{divided}; else {faster}"),
+            "t_s may be in milliseconds, or the inertial unit was logged far too slowly".into(),
+            format!("{divided}; otherwise {faster}"),
         ),
     }
 }
@@ -138,11 +137,11 @@ fn overlap(imu: (Time, Time), gps: (Time, Time), found: &mut Vec<SetupFinding>) 
              {gps_end:.3} s, expected spans that overlap"
         ),
         cause: clock_error((imu_start, imu_end), (gps_start, gps_end)),
-        mend: "t_s has to be in seconds on one clock in all files".into(),
+        mend: "write t_s in seconds on one clock in all files".into(),
     });
 }
 
-/// What makes two spans miss each other like this.
+/// Likely cause of two spans, s, that do not overlap.
 fn clock_error(imu: (f64, f64), gps: (f64, f64)) -> String {
     let ratio = (gps.1 - gps.0) / (imu.1 - imu.0).max(1e-9);
     for (factor, unit) in [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")] {
@@ -159,25 +158,27 @@ fn clock_error(imu: (f64, f64), gps: (f64, f64)) -> String {
     let apart_s = (gps.0 - imu.0).abs();
     let near = |value_s: f64, what_s: f64| (value_s - what_s).abs() < length_s + 60.0;
     if near(apart_s, GPS_EPOCH_S) {
-        return "one counts from 1970 (UTC), the other from 1980 (GPS time)".into();
+        return "one clock counts from 1970 (UTC), the other from 1980 (GPS time)".into();
     }
     let weeks = (apart_s / WEEK_S).round();
     if weeks >= 1.0 && near(apart_s, weeks * WEEK_S) && apart_s < 20.0 * 365.25 * 86_400.0 {
-        return format!("they are {weeks:.0} whole weeks apart: one has seconds of the GPS week");
+        return format!(
+            "the clocks are {weeks:.0} whole weeks apart: one counts seconds of the GPS week"
+        );
     }
     let hours = (apart_s / 3600.0).round();
     if (1.0..=14.0).contains(&hours) && near(apart_s, hours * 3600.0) && length_s < 1500.0 {
         return format!(
-            "they are {hours:.0} whole hours apart: one is in local time, the other in UTC"
+            "the clocks are {hours:.0} whole hours apart: one is in local time, the other in UTC"
         );
     }
     let (low, high) = (imu.0.min(gps.0), imu.0.max(gps.0));
     if high > 1e8 && low < 1e7 {
-        return "one is the time of day or of GPS, the other counts from the start of the computer"
+        return "one clock has the time of day or GPS time, the other counts from the start of the computer"
             .into();
     }
     if high < WEEK_S && low < 1e5 {
-        return "one counts from the start of the computer or of its own file".into();
+        return "one clock counts from the start of the computer or of its own file".into();
     }
     "two clocks, or files of two flights".into()
 }

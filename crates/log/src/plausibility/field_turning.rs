@@ -1,4 +1,4 @@
-//! The magnetometer against the gyros: the Earth's field stands still while the vehicle turns.
+//! Magnetometer against gyros: the Earth's field does not turn while the vehicle does.
 
 use hovernav::frames::{Body, Rotation, Vector};
 use hovernav::time::Time;
@@ -6,23 +6,24 @@ use hovernav::time::Time;
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
-/// How often the gyros' turn is noted, s, and over how long fields are compared, s: longer than a magnetometer lags,
-/// shorter than gyros drift.
+/// Interval of the stored attitudes, s, and interval over which fields are compared, s: longer than the lag of a
+/// magnetometer, shorter than gyro drift matters.
 const NOTED_S: f64 = 0.05;
 const OVER_S: f64 = 1.0;
-/// Turns of less, rad, tell nothing.
+/// Smaller turns, rad, are not compared.
 const LEAST_TURN_RAD: f64 = 0.03;
-/// So many comparisons at least, in which so much of the field's strength has turned, all squares together.
+/// Smallest number of comparisons, and smallest sum of the squared relative changes of the field.
 const LEAST: usize = 30;
 const LEAST_TURNED: f64 = 0.2;
-/// Another order or sign is the right one where it leaves so little of what the present one leaves, and of the turning.
+/// Another order or sign is right if its squared residual is below this share of the present one's, and below the
+/// second share of the field's changes.
 const BETTER: f64 = 0.2;
 const EXPLAINED: f64 = 0.3;
-/// A gap in the gyros hides turns, s.
+/// Intervals between samples beyond which a turn may be hidden, s.
 const GAP_S: f64 = 0.3;
 
-/// Order and signs of a magnetometer's axes that are tried beside the present ones. All three signs turned at once no turning
-/// shows: of two that differ by that alone there is one here.
+/// Orders and signs of a magnetometer's axes to be tried. A change of all three signs at once cannot be observed, so
+/// the list has one of each such pair.
 const OTHERS: [([usize; 3], [f64; 3], &str); 7] = [
     ([0, 1, 2], [-1.0, 1.0, 1.0], "x of the wrong sign, or y and z"),
     ([0, 1, 2], [1.0, -1.0, 1.0], "y of the wrong sign, or x and z"),
@@ -33,24 +34,24 @@ const OTHERS: [([usize; 3], [f64; 3], &str); 7] = [
     ([2, 1, 0], [1.0, 1.0, 1.0], "x and z swapped"),
 ];
 
-/// How the gyros have turned, and the fields meanwhile.
+/// Turns by the gyros, with the fields measured meanwhile.
 #[derive(Default)]
 pub(super) struct FieldTurning {
-    /// From the body to where it was at first, by the gyros alone.
+    /// Rotation from the body to its first attitude, by the gyros alone.
     body_to_start: Option<(Time, Rotation<Body, Body>)>,
     noted: Vec<(Time, Rotation<Body, Body>)>,
     fields: Vec<(Time, Vector<Body>)>,
 }
 
 impl FieldTurning {
-    /// Takes in the next sample's rates, and the field that came with it.
+    /// Adds a sample's rates, and the field that came with it.
     pub fn push(&mut self, at: &Rates, field_gauss: Option<Vector<Body>>) {
         let turn = Vector::<Body>::from(at.turn_radps) * at.interval_s;
         let body_to_start = match self.body_to_start {
             Some((before, body_to_start)) if at.time - before < GAP_S => {
                 body_to_start.turned_in_from(turn)
             }
-            // What a gap hides lies between two notes that are not compared.
+            // Attitudes on both sides of a gap are never compared.
             Some((_, body_to_start)) => body_to_start,
             None => Rotation::IDENTITY,
         };
@@ -62,7 +63,7 @@ impl FieldTurning {
         }
     }
 
-    /// Judges the axes of the magnetometer by the fields that came with the samples, or `apart` from them.
+    /// Judges the magnetometer's axes by the fields that came with the samples, or by those `apart` from them.
     pub fn check(&self, apart: &[(Time, Vector<Body>)], found: &mut Vec<SetupFinding>) {
         let fields = if apart.is_empty() { &self.fields[..] } else { apart };
         let mut left = [0.0; 1 + OTHERS.len()];
@@ -114,24 +115,24 @@ impl FieldTurning {
             sensor: Sensor::Magnetometer,
             is_certain: true,
             found: format!(
-                "the field turns otherwise than the gyros (they leave {:.0} % of its turning, and {:.0} % once its \
-                 columns are read otherwise)",
+                "the field turns unlike the gyros (they leave {:.0} % of its turning, and {:.0} % with other \
+                 magnetometer axes)",
                 share(present),
                 share(best)
             ),
             cause: format!("magnetometer {name}, or the gyros' axes"),
-            mend: "mend these columns".into(),
+            mend: "correct these columns".into(),
         });
     }
 
-    /// The turn noted last at a time; `None` outside the samples.
+    /// Latest stored attitude at a time; `None` outside the samples.
     fn at(&self, time: Time) -> Option<Rotation<Body, Body>> {
         let later = self.noted.partition_point(|(noted, _)| *noted <= time);
         let (noted, body_to_start) = *self.noted.get(later.checked_sub(1)?)?;
         (time - noted < GAP_S).then_some(body_to_start)
     }
 
-    /// Whether turns are hidden between two times.
+    /// Whether a gap between two times may hide a turn.
     fn gap(&self, from: Time, to: Time) -> bool {
         let first = self.noted.partition_point(|(noted, _)| *noted < from).saturating_sub(1);
         let notes =
@@ -145,8 +146,8 @@ mod tests {
     use super::*;
     use hovernav::imu::ClippedAxes;
 
-    /// What is found of a minute in which the vehicle sways about all axes, its field read by `read`, with a hard iron of a
-    /// third of its strength.
+    /// Findings for a minute of swaying about all axes, with a hard iron of a third of the field. `read` maps the true
+    /// field to the readings.
     fn found(read: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<SetupFinding> {
         let mut turning = FieldTurning::default();
         let mut body_to_earth = Rotation::<Body, Body>::IDENTITY;

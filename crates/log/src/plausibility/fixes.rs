@@ -9,26 +9,27 @@ use super::pairs::pairs;
 use super::regression::{Fit, fit};
 use crate::finding::{Sensor, SetupFinding};
 
-/// Over how long a displacement is taken, s.
+/// Time over which displacements are compared, s, horizontal and vertical.
 const HORIZONTAL_S: f64 = 4.0;
 const VERTICAL_S: f64 = 8.0;
-/// Velocities that change less than this, m/s rms, tell nothing.
+/// Smallest change of the velocity, m/s rms.
 const LEAST_MPS: f64 = 0.4;
-/// So much of the displacements has to be explained before anything is concluded.
+/// Smallest share of the displacements that the fit has to explain.
 const EXPLAINED: f64 = 0.6;
-/// A velocity that is turned against what the places do by the sine of more than this is one of another moment.
+/// Sine of the angle between velocity and displacement beyond which the velocity is of another time.
 const TURNED: f64 = 0.25;
-/// A scale of 1 that noise has made smaller is no less than this of what is explained.
+/// Lower limit of a scale of 1 that noise has reduced, relative to the explained share.
 const SMALLER: f64 = 0.75;
-/// Scales below this are too small to be of any sound receiver.
+/// Smallest plausible scale of a sound receiver.
 const LEAST_SCALE: f64 = 0.6;
-/// Courses closer than this, rad (12°), are the same: a place's scale depends on its latitude, which may be a wrong one.
+/// Courses closer than this, rad (12°), are equal. The scale of a displacement depends on the latitude, which may be
+/// wrong.
 const ALIKE_RAD: f64 = 0.2;
-/// Heights, m, between which helicopters and drones fly; and the share of the fixes outside that is no set-up yet.
+/// Heights at which helicopters and drones fly, m; and the tolerated share of fixes outside.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
 const OUTSIDE: f64 = 0.3;
 
-/// Velocity units by their size in m/s.
+/// Velocity units with their size in m/s.
 const UNITS: [(f64, &str); 6] = [
     (0.5144, "knots"),
     (0.4470, "miles per hour"),
@@ -37,9 +38,9 @@ const UNITS: [(f64, &str); 6] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
-/// Coordinates closer to zero than this, degrees, are those of a simulation.
+/// Coordinates closer to zero than this, degrees, come from a simulation.
 const LEAST_RADIANS: f64 = 0.05;
-/// One degree in radians, which the displacements are too small by where degrees are radians.
+/// One degree in radians: the scale of displacements whose coordinates are radians read as degrees.
 const DEGREE: f64 = PI / 180.0;
 
 pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
@@ -66,8 +67,8 @@ pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
                 HEIGHTS_M.start(),
                 HEIGHTS_M.end()
             ),
-            "a height in millimetres or feet, or of another quantity",
-            "height_m has to be metres above the ellipsoid",
+            "a height in millimetres or feet, or another quantity",
+            "write height_m in metres above the ellipsoid",
         ));
     }
 }
@@ -77,7 +78,7 @@ fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding
 }
 
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    // Receivers that tell speed and course tell no vertical velocity.
+    // Receivers that report speed and course have no vertical velocity.
     let pairs = pairs(fixes, HORIZONTAL_S, 0, |fix| fix.horizontal_velocity_mps);
     let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
         straight(&pairs, found);
@@ -86,15 +87,15 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     if explained.iter().any(|&explained| explained < EXPLAINED) {
         return;
     }
-    // What moves in circles and tells its velocity late turns it; no unit and no sign does.
+    // A late velocity on a circle is turned against the displacement; a wrong unit or sign does not turn it.
     let largest = [nn, ne, en, ee].into_iter().map(f64::abs).fold(0.0, f64::max);
     if 0.5 * (ne - en).abs() > TURNED * largest {
         return;
     }
     let sizes = format!(
-        "positions move north and east {nn:.4} and {ee:.4} times as fast as the velocity says, expected 1"
+        "positions move north and east {nn:.4} and {ee:.4} times as fast as the velocity, expected 1"
     );
-    // A latitude in radians lies near the equator, where a degree of longitude is longer.
+    // Latitudes in radians seem close to the equator, where a degree of longitude is longer.
     if near(nn, DEGREE) && (0.75..6.0).contains(&(ee / DEGREE)) {
         found.push(gps(
             true,
@@ -105,15 +106,15 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     } else if ne.abs().min(en.abs()) > 0.3 && nn.abs() < 0.4 * ne.abs() && ee.abs() < 0.4 * en.abs()
     {
         found.push(swapped(format!(
-            "positions move north as the velocity says east ({ne:.2}), and east as it says north ({en:.2})"
+            "positions move north at the east velocity ({ne:.2} times), and east at the north velocity ({en:.2} times)"
         )));
     } else if nn < -0.5 || ee < -0.5 {
-        // Half a circle late turns both.
+        // A delay of half a circle changes both signs.
         found.push(wrong_sign(nn > 0.0 || ee > 0.0, sizes));
     } else if let Some(unit) = unit_of(&[nn, ee], explained[0].min(explained[1])) {
         found.push(in_unit(sizes, unit));
     } else if [(nn, explained[0]), (ee, explained[1])].iter().any(|&(scale, explained)| {
-        // Noise of the velocity makes a scale smaller, at most by the share of what is explained.
+        // Noise of the velocity reduces a scale, at most to the explained share.
         !(LEAST_SCALE * explained..1.6).contains(&scale)
     }) {
         let cause = "coordinates or velocity of a wrong unit";
@@ -121,10 +122,10 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// A vehicle that only goes to and fro on one line, of which north and east cannot be told apart: its speed, and where
-/// the line of its places points.
+/// Checks a vehicle that moves back and forth on one line, where north and east cannot be separated: by its speed and
+/// the direction of the line.
 fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
-    // The course by the double angle, which does not care about the sense.
+    // Course from the double angle, which does not depend on the sense of motion.
     let [cos, sin] = pairs.iter().fold([0.0; 2], |[cos, sin], ([north, east], _)| {
         [cos + north * north - east * east, sin + 2.0 * north * east]
     });
@@ -150,7 +151,7 @@ fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
         "positions move along a line {:.0}° from that of the velocity, {scale:.4} times as fast, expected 0° and 1",
         wrap_angle(moved_rad - course_rad).to_degrees()
     );
-    // What points elsewhere by twice as much is told apart from what is right.
+    // Directions within twice the tolerance count as equal here.
     if wrap_angle(moved_rad - course_rad).abs() < 2.0 * ALIKE_RAD {
         if let Some(unit) = unit_of(&[scale], explained) {
             found.push(in_unit(sizes, unit));
@@ -158,18 +159,18 @@ fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
     } else if is_along(FRAC_PI_2 - course_rad) && (0.6..1.6).contains(&scale) {
         found.push(swapped(sizes));
     } else if is_along(-course_rad) || is_along(PI - course_rad) {
-        // What goes to and fro and tells its velocity late by half a period is reversed as well.
+        // A delay of half a period also reverses a motion back and forth.
         let is_reversed = is_along(course_rad + PI);
         found.push(wrong_sign(!is_reversed, sizes));
     }
 }
 
-/// Whether `value` is about what is `expected`.
+/// Whether `value` is close to `expected`.
 fn near(value: f64, expected: f64) -> bool {
     (0.75..1.33).contains(&(value / expected))
 }
 
-/// The unit whose size all `scales` have, of places that velocities explain by a share of at least `explained`.
+/// Velocity unit that matches all `scales`; `explained` is the smallest explained share of the displacements.
 fn unit_of(scales: &[f64], explained: f64) -> Option<&'static str> {
     let largest = scales.iter().copied().fold(f64::MIN, f64::max);
     let of_size = |(size, _): &&(f64, _)| scales.iter().all(|&scale| near(scale, *size));
@@ -192,8 +193,8 @@ fn wrong_sign(is_certain: bool, found: String) -> SetupFinding {
     gps(
         is_certain,
         found,
-        "a velocity or a coordinate of the wrong sign (west for east, south for north)",
-        "turn the sign of that column",
+        "a velocity or coordinate of the wrong sign (west for east, south for north)",
+        "change the sign of that column",
     )
 }
 
@@ -202,8 +203,8 @@ fn in_unit(sizes: String, unit: &str) -> SetupFinding {
     gps(true, sizes, &cause, "convert the velocity, or name its unit in mapping.toml")
 }
 
-/// Coordinates that all are angles in radians as well lie in the Gulf of Guinea, where there is no land. A vehicle
-/// that hovers tells no more of their unit. Simulated flights begin where both are zero.
+/// Checks for coordinates in radians: all of them look like angles in the Gulf of Guinea, where there is no land. A
+/// hovering vehicle shows no more than that. Simulated flights begin at zero and are exempt.
 fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let degrees = |fix: &Fix| {
         let (latitude, longitude) = (fix.position.latitude_rad, fix.position.longitude_rad);
@@ -230,17 +231,17 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// Places and velocities of different moments, a fix or two apart: a logger that waits for one before it writes the
-/// other. Where fixes come faster than a few a second the filter finds it.
+/// Checks for positions and velocities of different times, one or two fixes apart, as from a logger that joins two
+/// messages. With more than a few fixes a second the filter itself finds the offset.
 fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
-    /// Fixes that come faster than this, s, are left to the filter, and gaps are longer.
+    /// Intervals of fixes to be checked, s: shorter ones are left to the filter, longer ones are gaps.
     const INTERVALS_S: std::ops::Range<f64> = 0.4..3.0;
-    /// Fewer tell nothing, nor do velocities that are off by less, m/s rms.
+    /// Smallest number of fixes, and smallest rms difference between velocity and displacement rate, m/s.
     const LEAST: f64 = 30.0;
     const LEAST_OFF_MPS: f64 = 0.5;
-    /// One that is off by more counts as off by so much: a receiver that jumps is no wrong pairing.
+    /// Largest difference that counts, m/s, so that a jump of the receiver does not look like a wrong pairing.
     const OUTLIER_MPS: f64 = 20.0;
-    /// What is left of a right pairing is such a share of what is off as they are.
+    /// Largest squared residual of the right pairing, relative to the present one.
     const LEFT: f64 = 0.3;
     const MOST: isize = 2;
     let off = |later: isize| {
@@ -285,12 +286,12 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     found.push(gps(
         false,
         format!(
-            "positions move as the velocity {whose} says, to {:.1} m/s rms, and {:.1} m/s off their own",
+            "positions move at the velocity {whose}, to {:.1} m/s rms, and {:.1} m/s off their own",
             least.sqrt(),
             as_they_are.sqrt()
         ),
-        "positions and velocities of different moments in one row, as a logger makes them that joins two messages",
-        "pair each position with the velocity of its own moment",
+        "positions and velocities of different times in one row, as from a logger that joins two messages",
+        "pair each position with the velocity of the same time",
     ));
 }
 
@@ -304,9 +305,9 @@ fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     if explained > EXPLAINED && scale < -0.5 {
         found.push(gps(
             true,
-            format!("heights fall {:.2} times as fast as vd_mps says they rise", -scale),
+            format!("heights fall {:.2} times as fast as vd_mps reports them to rise", -scale),
             "vertical velocity positive up, expected positive down",
-            "turn the sign of vd_mps",
+            "change the sign of vd_mps",
         ));
     }
 }
@@ -318,8 +319,8 @@ mod tests {
     use hovernav::frames::{Ned, Vector};
     use hovernav::time::Time;
 
-    /// A flight at speeds from 10 to 20 m/s on a straight course of 30°, whose velocity is told `scale` times as large as it
-    /// is; places off by 0.5 m and velocities by 0.1 m/s, one-sigma.
+    /// Flight at 10 to 20 m/s on a straight course of 30°, with a velocity of `scale` times the true one. Noise,
+    /// one-sigma: positions 0.5 m, velocities 0.1 m/s.
     fn on_a_line(scale: f64, seed: u64) -> Vec<Fix> {
         use rand_chacha::rand_core::SeedableRng;
         use rand_distr::{Distribution, StandardNormal};

@@ -1,4 +1,4 @@
-//! Gravity: how large the mean specific force is, and where it points.
+//! Gravity: size and direction of the mean specific force.
 
 use hovernav::gps::Fix;
 
@@ -7,13 +7,13 @@ use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
-/// Over so long, s, vibration is gone from a mean.
+/// Time over which vibration averages out, s.
 const MEAN_S: f64 = 1.0;
-/// What the median of the means may be in m/s² in any flight: the first is sure, the second likely.
+/// Range of the median of the means in any flight, g: outside the first an error is certain, outside the second likely.
 const POSSIBLE: (f64, f64) = (0.75, 1.6);
 const USUAL: (f64, f64) = (0.85, 1.35);
-/// Where the fixes' velocity changes by less than this, m/s², over so long, s, and less than twice it, for so many seconds,
-/// the specific force is gravity, but for this share: a larger error is no bias of a sound unit, nor of one that is shaken.
+/// Limits for a calibration by gravity: largest acceleration by the fixes, m/s², interval of that acceleration, s (up
+/// to twice it), number of such seconds, and relative error of the specific force beyond any bias of a sound unit.
 const STEADY_MPS2: f64 = 0.3;
 const STEADY_OVER_S: f64 = 2.0;
 const LEAST_STEADY: usize = 20;
@@ -21,22 +21,22 @@ const SCALE_OFF: f64 = 0.05;
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
 
-/// The mean of the directions that a force had second by second is this long where it has one on the whole.
+/// Length of the mean direction, 0 to 1, from which on the force has a direction at all.
 const STEADY: f64 = 0.7;
 
-/// Cosine of the angle from the vertical, 20°, beyond which a unit stands askew if its mean specific
-/// force is that steady: no vehicle is tilted so far from end to end.
+/// Cosine of the angle from the vertical, 20°, beyond which the inertial unit is mounted askew; and length of the mean
+/// direction that this needs, for no vehicle is tilted that far all the time.
 const ASKEW: f64 = 0.94;
 const ASKEW_STEADY: f64 = 0.97;
 
-/// The mean specific force, second by second.
+/// Mean specific force, second by second.
 pub(super) struct Gravity {
     means: Means,
-    /// The middle of each second, s, and the size.
+    /// Middle of each second, s, and size of its mean, m/s².
     seconds: Vec<(f64, f64)>,
-    /// Of the directions of the means.
+    /// Sum of the directions of the means.
     directions: [f64; 3],
-    /// Of all samples.
+    /// Sum of the specific force over all samples, m/s².
     sum: [f64; 3],
 }
 
@@ -67,8 +67,7 @@ impl Gravity {
         }
     }
 
-    /// Where up is in the body, on the whole; `None` of a vehicle that flies on its back as well, for whatever it is
-    /// there is no such direction.
+    /// Mean up direction in the body; `None` without a steady direction, as of a vehicle that also flies on its back.
     pub fn up(&self) -> Option<[f64; 3]> {
         let is_steady = norm(self.directions) >= STEADY * self.seconds.len() as f64;
         is_steady.then(|| self.sum.map(|component| component / norm(self.sum).max(1e-12)))
@@ -88,7 +87,7 @@ impl Gravity {
     }
 }
 
-/// How large the specific force is in the `seconds` in which the fixes say that nothing accelerates.
+/// Checks the size of the specific force in those `seconds` in which the fixes show no acceleration.
 fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let velocity = |fix: &Fix| {
         let [north, east] = fix.horizontal_velocity_mps?;
@@ -116,11 +115,11 @@ fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
-                "specific force is {size:.2} m/s² in {count} s in which the fixes say that nothing accelerates, expected \
+                "specific force is {size:.2} m/s² in {count} s without acceleration according to the fixes, expected \
                  gravity, 9.81 m/s²"
             ),
             cause: format!(
-                "accelerometers of a scale that is {in_g:.2} times the right one, or a bias of {:.1} m/s²",
+                "accelerometer scale {in_g:.2} times the right one, or a bias of {:.1} m/s²",
                 size - G
             ),
             mend: "calibrate the accelerometers, or correct the range with which the counts were converted".into(),
@@ -144,7 +143,7 @@ fn size(size: f64, found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// What makes gravity so many times too large.
+/// Likely cause of a mean specific force of `in_g` times gravity, and its remedy.
 fn size_error(in_g: f64) -> (String, String) {
     let near = |expected: f64| (0.85..1.2).contains(&(in_g / expected));
     let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
@@ -161,8 +160,7 @@ fn size_error(in_g: f64) -> (String, String) {
         if near(factor) {
             return (
                 format!(
-                    "the scale of the accelerometers is {factor} times the right one, as with a range of \
-                     another setting (2 g for 4 g)"
+                    "accelerometer scale {factor} times the right one, as with another range setting (2 g for 4 g)"
                 ),
                 "correct the range with which the counts were converted".into(),
             );
@@ -170,20 +168,20 @@ fn size_error(in_g: f64) -> (String, String) {
     }
     if in_g < 0.2 {
         return (
-            "accelerations less gravity, which is no specific force, or a unit that is none of m/s²"
+            "accelerations without gravity, which are not specific force, or a unit other than m/s²"
                 .into(),
-            "give the accelerometers' own readings in m/s²".into(),
+            "write the accelerometers' own readings in m/s²".into(),
         );
     }
     (
-        "accelerometers of a wrong unit, scale or range, or increments taken for rates".into(),
-        "give specific force in m/s²".into(),
+        "accelerometers with a wrong unit, scale or range, or increments read as rates".into(),
+        "write specific force in m/s²".into(),
     )
 }
 
-/// Whether gravity stands where the axes say: up is minus z.
+/// Checks that the mean specific force points up, along minus z.
 fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
-    // How steady the direction is, and what it is.
+    // Steadiness of the direction, 0 to 1, and the direction itself.
     let steady = norm(sum) / count.max(1) as f64;
     let up = sum.map(|component| component / norm(sum).max(1e-9));
     if steady > ASKEW_STEADY && (UPRIGHT..ASKEW).contains(&-up[2]) {
@@ -197,11 +195,11 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
     let sign = if up[axis] > 0.0 { "+" } else { "−" };
     let (cause, mend) = match (axis, up[axis] > 0.0) {
         (2, _) => (
-            "axes forward, left, up, or accelerometers of the wrong sign (gravity taken for specific \
+            "axes forward, left, up, or accelerometers of the wrong sign (gravity instead of specific \
              force)"
                 .to_owned(),
-            "write axes = \"flu\" under [imu] in dataset.toml, or accel_is_gravity = true where the gyros \
-             are right already; where x and y are right too, turn the sign of accelerometer z"
+            "write axes = \"flu\" under [imu] in dataset.toml; if only the accelerometers are wrong, accel_is_gravity \
+             = true; if only accelerometer z is wrong, change its sign"
                 .to_owned(),
         ),
         _ => {
@@ -212,23 +210,23 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
                 _ => ["f", "d", "l"],
             };
             (
-                format!("the unit's {} axis stands vertical: axes swapped, or a unit mounted on its side", names[axis]),
+                format!("the inertial unit's {} axis is vertical: axes swapped, or a unit mounted on its side", names[axis]),
                 format!(
-                    "write axes = \"{}\" under [imu] in dataset.toml, the letters being where the unit's \
-                     x, y and z point: f, b, l, r, u or d",
+                    "write axes = \"{}\" under [imu] in dataset.toml, with the directions of the inertial unit's x, y \
+                     and z: f, b, l, r, u or d",
                     letters.concat()
                 ),
             )
         }
     };
-    // Half way between two axes a unit may well be mounted.
+    // An inertial unit may well be mounted half-way between two axes.
     let is_certain = up[axis].abs() > 0.85;
     found.push(SetupFinding {
         sensor: Sensor::InertialUnit,
         is_certain,
         found: format!(
-            "mean specific force points along {sign}{} ({:.2}, {:.2}, {:.2} of its size), expected −z, \
-             axes being forward, right, down",
+            "mean specific force points along {sign}{} ({:.2}, {:.2}, {:.2} of its size), expected −z for axes \
+             forward, right, down",
             names[axis], up[0], up[1], up[2]
         ),
         cause,
@@ -236,7 +234,7 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
     });
 }
 
-/// A unit mounted askew, by where it sees `up`: its roll and pitch are proposed, its yaw is not seen.
+/// Finding for an inertial unit mounted askew, from the direction `up`. Gravity shows its roll and pitch, not its yaw.
 fn askew(up: [f64; 3]) -> SetupFinding {
     let (roll_deg, pitch_deg) =
         (f64::atan2(-up[1], -up[2]).to_degrees(), up[0].asin().to_degrees());
@@ -244,17 +242,17 @@ fn askew(up: [f64; 3]) -> SetupFinding {
         sensor: Sensor::InertialUnit,
         is_certain: false,
         found: format!(
-            "mean specific force stands {:.0}° off −z ({:.2}, {:.2}, {:.2} of its size) from end to end",
+            "mean specific force is {:.0}° off −z ({:.2}, {:.2}, {:.2} of its size) from start to end",
             (-up[2]).acos().to_degrees(),
             up[0],
             up[1],
             up[2]
         ),
-        cause: "a unit mounted askew in the vehicle".into(),
+        cause: "an inertial unit mounted askew in the vehicle".into(),
         mend: format!(
-            "write mounting_deg = [{roll_deg:.1}, {pitch_deg:.1}, 0.0] under [imu] in dataset.toml, on top of \
-             what may be written there, the third being the unit's heading in the vehicle, which gravity \
-             does not tell"
+            "write mounting_deg = [{roll_deg:.1}, {pitch_deg:.1}, 0.0] under [imu] in dataset.toml, in addition to \
+             angles already there; the third is the inertial unit's heading in the vehicle, which gravity does not \
+             show"
         ),
     }
 }
@@ -266,8 +264,8 @@ mod tests {
 
     use super::*;
 
-    /// What a unit whose accelerometers are so many times too large makes of a vehicle that stands, then goes round in
-    /// circles in which it feels a third more than gravity.
+    /// Findings for a vehicle that stands, then circles at a third more than gravity, with accelerometers that read
+    /// `scale_by` times the specific force.
     fn found(scale_by: f64) -> Vec<SetupFinding> {
         let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
         let (mut seconds, mut fixes, mut found) = (Vec::new(), Vec::new(), Vec::new());

@@ -6,10 +6,10 @@ use crate::distribution::Distribution;
 use crate::finding::{Sensor, SetupFinding};
 use crate::magnetic_field::{MagneticField, decimal_year};
 
-/// The dip may be off by this, °, through hard iron and a vehicle that is never level.
+/// Largest plausible error of the dip, °, with hard iron and a vehicle that is never level.
 const DIP_DEG: f64 = 35.0;
 
-/// Units of a field by their size in gauss.
+/// Units of a field with their size in gauss, and the conversion to gauss.
 const UNITS: [(f64, &str, &str); 4] = [
     (0.01, "µT", "divide by 100"),
     (0.001, "milligauss", "divide by 1000"),
@@ -17,11 +17,11 @@ const UNITS: [(f64, &str, &str); 4] = [
     (1e4, "T", "multiply by 10 000"),
 ];
 
-/// The magnetic field, reading by reading.
+/// Statistics of the magnetic field.
 #[derive(Default)]
 pub(super) struct Field {
     sizes: Distribution,
-    /// Of the directions, and how many.
+    /// Sum of the field's directions, and their number.
     directions: [f64; 3],
     count: usize,
 }
@@ -36,8 +36,7 @@ impl Field {
         self.count += 1;
     }
 
-    /// Judges the field at the place of `dataset`, `up` being where up is in the body on the whole, if there is
-    /// such a direction.
+    /// Judges the field at the position of `dataset`; `up` is the mean up direction in the body, if there is one.
     pub fn check(&self, dataset: &Dataset, up: Option<[f64; 3]>, found: &mut Vec<SetupFinding>) {
         let Some(place) = dataset.fixes.first().map(|fix| fix.position) else { return };
         let date = dataset.manifest.date.and_then(|date| date.date);
@@ -60,8 +59,7 @@ impl Field {
         let (cause, mend) = match is_unit {
             Some((_, unit, mend)) => (format!("a field in {unit}"), (*mend).to_owned()),
             None => (
-                "iron or a current nearby that is as strong as the Earth's field, or another unit"
-                    .into(),
+                "strong iron or a strong current nearby, or another unit".into(),
                 format!("calibrate the magnetometer, or {LEAVE_OUT}"),
             ),
         };
@@ -75,13 +73,13 @@ impl Field {
     }
 }
 
-/// What makes neither the start nor the filter look at it.
+/// Settings without a magnetometer, for the initial heading and for the filter.
 const LEAVE_OUT: &str =
     "leave it out: [aiding] magnetometer = false and [alignment] heading = \"unknown\"";
 
-/// Whether the field points as far below the horizon as it should.
+/// Compares the dip of the field with that of the model.
 fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<SetupFinding>) {
-    // The vehicle is level on the whole.
+    // The vehicle is level on average.
     let down: f64 = field.directions.iter().zip(up).map(|(sum, up)| -sum * up).sum();
     let sine = down / field.count.max(1) as f64;
     let (dip_deg, expected_deg) =
@@ -99,8 +97,8 @@ fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<Setup
         cause: if turned {
             "a z axis of the wrong sign, or axes forward, left, up".into()
         } else {
-            "axes other than the inertial unit's, or iron nearby".into()
+            "axes other than those of the inertial unit, or iron nearby".into()
         },
-        mend: format!("turn mag_{{x,y,z}} to forward, right, down, or {LEAVE_OUT}"),
+        mend: format!("rotate mag_{{x,y,z}} to forward, right, down, or {LEAVE_OUT}"),
     });
 }

@@ -1,8 +1,7 @@
-//! Whether a log can be what its set-up says: units, signs, axes, clocks.
+//! Whether a log matches its set-up: units, signs, axes, clocks.
 //!
-//! Gravity, the unit's own attitude, the fixes' own velocity and the Earth's magnetic field are
-//! witnesses that need no estimator. Each is asked only for what is certain, or nearly: a wrong alarm
-//! would teach people not to read.
+//! References that need no estimator: gravity, the unit's own attitude, the fixes' own velocity, the Earth's magnetic
+//! field. Only certain or nearly certain errors are reported: false alarms would teach users to ignore the messages.
 
 mod alternatives;
 mod attitude;
@@ -36,8 +35,7 @@ pub(crate) use regression::Scale;
 pub(crate) use unmeasured::Unmeasured;
 
 impl Dataset {
-    /// What of this log's set-up cannot be, the certain first: see [`SetupFinding`]. Reads no
-    /// reference and runs no filter.
+    /// Set-up errors of this log, the certain ones first: see [`SetupFinding`]. Reads no reference and runs no filter.
     #[must_use]
     pub fn check_setup(&self) -> Vec<SetupFinding> {
         let mut look = SetupLook::default();
@@ -48,7 +46,7 @@ impl Dataset {
     }
 }
 
-/// What the inertial samples tell of the set-up, gathered one by one.
+/// Statistics of the inertial samples that the checks of the set-up need, gathered sample by sample.
 #[derive(Default)]
 pub(crate) struct SetupLook {
     gravity: Gravity,
@@ -71,7 +69,7 @@ impl SetupLook {
         }
     }
 
-    /// Judges the set-up of `dataset`, whose samples these were: see [`Dataset::check_setup`].
+    /// Judges the set-up of `dataset`, whose samples have been pushed: see [`Dataset::check_setup`].
     pub fn check(mut self, dataset: &Dataset) -> Vec<SetupFinding> {
         if !dataset.magnetometer.is_empty() {
             self.field = Field::default();
@@ -100,11 +98,10 @@ impl SetupLook {
 }
 
 impl Dataset {
-    /// Refuses a log whose set-up certainly cannot be; `path` names it in the message. What cannot be of a sensor that
-    /// [can be left out](SetupFinding::can_be_left_out) is given back, for [`leave_out`](Self::leave_out).
+    /// Rejects a log whose set-up is certainly wrong; `path` names it in the message. Returns the certain errors of
+    /// sensors that [can be left out](SetupFinding::can_be_left_out), for [`leave_out`](Self::leave_out).
     ///
-    /// # Errors
-    /// [`LogError::Setup`] with all that cannot be, its likely cause and how to mend it.
+    /// # Errors [`LogError::Setup`] with all certain errors, their likely causes and remedies.
     pub fn ensure_possible(&self, path: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let certain = self.check_setup().into_iter().filter(|finding| finding.is_certain);
         let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_left_out);
@@ -115,19 +112,19 @@ impl Dataset {
     }
 }
 
-/// Means over a second or so: vibration is gone, motion is still there.
+/// Means over about a second: vibration averages out, motion remains.
 struct Second {
     middle_s: f64,
     turn_radps: [f64; 3],
     force_mps2: [f64; 3],
 }
 
-/// Means over parts of one length; parts with fewer than three samples are left out.
+/// Means over parts of one length; parts with fewer than three samples are skipped.
 struct Means {
     length_s: f64,
     first: Option<Time>,
     part: u64,
-    /// Sums of what is turned and felt, and of how many samples.
+    /// Sums of turn rates and specific forces, and the number of samples.
     turn_radps: [f64; 3],
     force_mps2: [f64; 3],
     count: usize,
@@ -139,7 +136,7 @@ impl Means {
         Self { length_s, first: None, part: 0, turn_radps, force_mps2, count: 0 }
     }
 
-    /// Takes in the next sample; the mean of the part before it, if it is the first of another.
+    /// Adds a sample; returns the mean of the previous part if the sample begins a new one.
     fn push(&mut self, at: &Rates) -> Option<Second> {
         let part = ((at.time - *self.first.get_or_insert(at.time)) / self.length_s) as u64;
         let done = if part == self.part { None } else { self.finish() };
@@ -151,7 +148,7 @@ impl Means {
         done
     }
 
-    /// The mean of the part under way.
+    /// Mean of the current part, which it ends.
     fn finish(&mut self) -> Option<Second> {
         let emptied = Self { first: self.first, ..Self::over(self.length_s) };
         let Self { part, turn_radps, force_mps2, count, .. } = std::mem::replace(self, emptied);

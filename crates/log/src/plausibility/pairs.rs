@@ -1,4 +1,4 @@
-//! The fixes' velocity next to their displacement, part by part, without parts of garbage.
+//! Velocity and displacement of the fixes, over successive parts; parts with implausible positions are skipped.
 
 use std::ops::Range;
 
@@ -7,13 +7,13 @@ use hovernav::gps::Fix;
 use super::norm;
 use crate::statistics::quantile;
 
-/// Parts whose positions take more acceleration than this, m/s² rms, and than this number of times the quietest quarter
-/// of the parts, are garbage.
+/// Acceleration between positions, m/s² rms, beyond which a part is implausible, and the same in multiples of that of
+/// the quietest quarter of the parts.
 const JUMPY_MPS2: f64 = 10.0;
 const JUMPY_TIMES: f64 = 6.0;
 
-/// Mean velocity and displacement rate, NED, of the axes from `from_axis` on, over parts of about `length_s`; of
-/// velocities as `velocity` takes them from a fix.
+/// Mean velocity and displacement rate, NED, m/s, over parts of about `length_s`, for the axes from `from_axis` on.
+/// `velocity` reads the velocity of a fix.
 pub(super) fn pairs<const D: usize>(
     fixes: &[Fix],
     length_s: f64,
@@ -60,7 +60,7 @@ struct Jumps {
 }
 
 impl Jumps {
-    /// Of fixes whose parts last about `length_s`.
+    /// Jumps of fixes whose parts last about `length_s`.
     fn of(fixes: &[Fix], length_s: f64) -> Self {
         let velocity = |from: &Fix, to: &Fix| {
             let moved = to.position.displacement_from(&from.position).to_array();
@@ -90,7 +90,7 @@ impl Jumps {
         self.squares[part.clone()].iter().sum::<f64>() / part.len() as f64
     }
 
-    /// Whether the positions of this part lead to and fro as no motion does.
+    /// Whether the positions of this part scatter too much for any motion.
     fn are_in(&self, part: Range<usize>) -> bool {
         self.mean_square(part) > self.largest
     }

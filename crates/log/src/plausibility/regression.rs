@@ -1,4 +1,4 @@
-//! Which matrix, or which number, takes what was measured to what it should have been.
+//! Linear regressions from measured to expected values.
 
 use super::norm;
 use crate::statistics::quantile;
@@ -14,12 +14,12 @@ pub(super) struct Regression<const D: usize> {
     yy: [f64; D],
 }
 
-/// What a regression found.
+/// Result of a regression.
 #[derive(Clone, Debug)]
 pub(super) struct Fit<const D: usize> {
     /// Row by row, from measured to expected.
     pub matrix: [[f64; D]; D],
-    /// How much of each expected component the measured ones explain, 0 to 1.
+    /// Share of each expected component that the fit explains, 0 to 1.
     pub explained: [f64; D],
 }
 
@@ -33,7 +33,7 @@ impl<const D: usize> Regression<D> {
         yy: [0.0; D],
     };
 
-    /// Takes in a pair, and keeps the running means and products about them (Welford).
+    /// Adds a pair; keeps running means and the products about them (Welford).
     pub fn push(&mut self, x: [f64; D], y: [f64; D]) {
         self.count += 1.0;
         let old_x: [f64; D] = std::array::from_fn(|i| x[i] - self.mean_x[i]);
@@ -51,21 +51,21 @@ impl<const D: usize> Regression<D> {
         }
     }
 
-    /// Root of the mean square of the measured components about their means, of all together.
+    /// Root mean square of all measured components together, about their means.
     fn spread(&self) -> f64 {
         ((0..D).map(|i| self.xx[i][i]).sum::<f64>() / self.count).sqrt()
     }
 
-    /// The fit; `None` of too few pairs, or where a measured component does not move by `least`, rms, by itself: of what
-    /// moves only with another nobody can tell which of the two it was.
+    /// The fit. `None` with too few pairs, or if the independent motion of a measured component is below `least`, rms:
+    /// then the components cannot be separated.
     pub fn fit(&self, least: f64) -> Option<Fit<D>> {
         let few = LEAST + LEAST_EACH * D as f64;
         if self.count < few { None } else { self.fit_of_any(least) }
     }
 
-    /// [`fit`](Self::fit) of however few.
+    /// [`fit`](Self::fit) with any number of pairs.
     fn fit_of_any(&self, least: f64) -> Option<Fit<D>> {
-        // xxᵀ M ᵀ = xy, by elimination; the matrix is positive definite but for rounding.
+        // xxᵀ Mᵀ = xy, by elimination; the matrix is positive definite except for rounding.
         let (mut a, mut b) = (self.xx, self.xy);
         for i in 0..D {
             let pivot = a[i][i];
@@ -96,18 +96,18 @@ impl<const D: usize> Regression<D> {
     }
 }
 
-/// What one number is of another, through the origin.
+/// Ratio of two quantities, by regression through the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     /// `y / x`, and its one-sigma.
     pub scale: f64,
     pub sigma: f64,
-    /// How much of y it explains, 0 to 1.
+    /// Share of y that it explains, 0 to 1.
     pub explained: f64,
 }
 
 impl Scale {
-    /// Least squares of `scale x = y`; `None` of fewer than two `pairs`, or where x or y is zero throughout.
+    /// Least squares of `scale x = y`; `None` with fewer than two `pairs`, or if x or y is zero throughout.
     pub fn of(pairs: &[(f64, f64)]) -> Option<Self> {
         let sum = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>();
         let (xx, xy, yy) = (sum(|p| p.0 * p.0), sum(|p| p.0 * p.1), sum(|p| p.1 * p.1));
@@ -121,7 +121,7 @@ impl Scale {
     }
 }
 
-/// Fewer pairs than these, and these for each number of a row, tell nothing.
+/// Smallest number of pairs, in all and for each entry of a row.
 const LEAST: f64 = 12.0;
 const LEAST_EACH: f64 = 4.0;
 /// Share of the pairs that a [`fit`] leaves out.
@@ -140,9 +140,9 @@ const MOVES: f64 = 3.0;
 const FOLLOWED: f64 = 0.5;
 const LEAST_MOVING: usize = 3;
 
-/// Fit that most of the moving pairs `(x, y)` follow, each with one vote however large it is; without the fifth of
-/// the pairs with the largest residuals. A receiver that jumps, freezes or gives garbage for a minute is no wrong
-/// unit. Nothing is `explained` where fewer of the moving pairs follow. `None` as of [`Regression::fit`].
+/// Fit that most of the moving pairs `(x, y)` follow, each with one vote whatever its size, without the fifth of the
+/// pairs with the largest residuals. So a receiver that jumps or freezes for a minute does not look like a wrong unit.
+/// Zero is `explained` if too few of the moving pairs follow. `None` as in [`Regression::fit`].
 pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
     let whole = Regression::of(pairs);
     whole.fit(least.max(ALONE * whole.spread()))?;
@@ -181,7 +181,7 @@ impl<const D: usize> Regression<D> {
         regression
     }
 
-    /// The `pairs` against the fit of this; `None` where a measured component does not move.
+    /// Compares the `pairs` with the fit; `None` if a measured component does not move.
     fn judge(&self, pairs: &[([f64; D], [f64; D])]) -> Option<Vec<Against>> {
         let Fit { matrix, .. } = self.fit_of_any(0.0)?;
         // Residual, and the larger of the measured and the explained displacement.

@@ -1,4 +1,4 @@
-//! Velocities of exactly zero while the positions move: columns that nothing fills.
+//! Unfilled velocity columns: velocities of exactly zero while the positions move.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::statistics::quantile;
 
 /// Positions are compared within parts of this length, s: the first third with the last.
 const PART_S: f64 = 10.0;
-/// Number of moving parts that zeros need to be false: a standing receiver jumps in fewer.
+/// Smallest number of moving parts that proves zeros false; the jumps of a standing receiver reach fewer.
 const LEAST_MOVING: usize = 3;
 /// Smallest distance within a part, m, horizontal and vertical; and in stated one-sigmas.
 const LEAST_M: [f64; 2] = [4.0, 6.0];
@@ -24,12 +24,12 @@ const UNSTEADY: f64 = 1.0 / 3.0;
 pub(crate) struct Unmeasured {
     /// For each fix, horizontal and vertical.
     zeros: Vec<[bool; 2]>,
-    /// Largest distance, m, horizontal and vertical, that the positions moved from the first of such fixes.
+    /// Largest distance of the positions from the first of such fixes, m, horizontal and vertical.
     moved_m: [f64; 2],
 }
 
 impl Unmeasured {
-    /// `None` where all velocities can be.
+    /// `None` if all velocities are plausible.
     pub fn of(fixes: &[Fix]) -> Option<Self> {
         let level = |fix: &Fix| fix.horizontal_velocity_mps == Some([0.0; 2]);
         let down = |fix: &Fix| fix.down_velocity_mps == Some(0.0);
@@ -51,7 +51,7 @@ impl Unmeasured {
         (moved_m != [0.0; 2]).then_some(Self { zeros, moved_m })
     }
 
-    /// Takes these velocities out of `fixes`.
+    /// Removes these velocities from `fixes`.
     pub fn take_out(&self, fixes: &mut [Fix]) {
         for (fix, [level, down]) in fixes.iter_mut().zip(&self.zeros) {
             fix.horizontal_velocity_mps = fix.horizontal_velocity_mps.filter(|_| !level);
@@ -68,7 +68,7 @@ impl Unmeasured {
         fixes
     }
 
-    /// The finding on these velocities of `fixes`.
+    /// Finding for these velocities of `fixes`.
     pub fn finding(&self, fixes: &[Fix]) -> SetupFinding {
         let count =
             |is_one: fn(&[bool; 2]) -> bool| self.zeros.iter().filter(|zero| is_one(zero)).count();
@@ -106,7 +106,7 @@ impl Unmeasured {
     }
 }
 
-/// The runs of successive fixes that are `zero`.
+/// Runs of successive fixes that are `zero`.
 fn runs(fixes: &[Fix], zero: impl Fn(&Fix) -> bool) -> Vec<Range<usize>> {
     let mut start = 0;
     let chunks = fixes.chunk_by(|a, b| zero(a) == zero(b)).map(|run| {
@@ -116,7 +116,7 @@ fn runs(fixes: &[Fix], zero: impl Fn(&Fix) -> bool) -> Vec<Range<usize>> {
     chunks.filter(|run| zero(&fixes[run.start])).collect()
 }
 
-/// How far the positions of `run` move from its start on these axes, m; `None` where they move in too few parts.
+/// Largest distance of the positions of `run` from its start on these axes, m; `None` if too few parts move.
 fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<f64> {
     let first = run.first()?;
     let mut sigmas_m: Vec<f64> = (run.iter())
@@ -152,7 +152,7 @@ struct Ends<const D: usize> {
 }
 
 impl<const D: usize> Ends<D> {
-    /// Of a `part` with thirds that end before the fixes at `ends`, relative to a fix; `None` where one is empty.
+    /// Positions of a `part` relative to `from`; its thirds end before the fixes at `ends`. `None` if a third is empty.
     fn of(from: &Fix, part: &[Fix], ends: [usize; 2], axes: [usize; D]) -> Option<Self> {
         let position = |fix: &Fix| {
             let moved = fix.position.displacement_from(&from.position).to_array();
