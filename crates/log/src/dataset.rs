@@ -10,7 +10,7 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-/// What a dataset holds events of.
+/// Kind of event in a dataset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// [`Dataset::imu`].
@@ -27,51 +27,50 @@ pub enum Source {
     Range,
 }
 
-/// A recorded flight in memory, in time order, and what was wrong with its files.
+/// A recorded flight in memory, in time order, with the defects of its files.
 #[derive(Clone, Debug, Default)]
 pub struct Dataset {
-    /// What it is and how it was mounted.
+    /// Description of the dataset and its mounting.
     pub manifest: Manifest,
     /// Inertial samples, times strictly increasing.
     pub imu: Vec<ImuSample>,
-    /// Where the inertial samples are while there are too many for [`imu`](Self::imu), which is empty then: see
-    /// [`open_within`](Self::open_within). Whoever goes over [`samples`](Self::samples) gets either.
+    /// File of the inertial samples if there are too many for [`imu`](Self::imu), which is then empty: see
+    /// [`open_within`](Self::open_within). [`samples`](Self::samples) iterates over either.
     pub imu_file: Option<SampleFile>,
     /// Fixes, times of validity strictly increasing.
     pub fixes: Vec<Fix>,
     /// Barometric heights, m.
     pub baro: Vec<(Time, f64)>,
-    /// Samples of a magnetometer apart from the inertial unit, gauss.
+    /// Samples of a magnetometer outside the inertial unit, gauss.
     pub magnetometer: Vec<(Time, Vector<Body>)>,
     /// Headings of two GPS antennas.
     pub headings: Vec<AntennaHeading>,
     /// Distances to the ground.
     pub ranges: Vec<RangeReading>,
-    /// Speed of the rotor, Hz, for the notch that the manifest may ask for.
+    /// Rotor speed, Hz, for the optional notch filter of the manifest.
     pub rotor: Vec<(Time, f64)>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
-    /// What of each of the [`controls`](Self::controls) is a test input, injected beside whoever flies, in
-    /// their order; empty where none was flown. In `controls.csv` they are `injected_lateral` and so on.
+    /// Part of each of the [`controls`](Self::controls) that is an injected test input, in their order; empty without
+    /// test inputs. Columns `injected_lateral` and so on in `controls.csv`.
     pub injected: Vec<[f64; 4]>,
-    /// Where the two before are while there are too many rows of them, and both are empty: see
-    /// [`open_within`](Self::open_within). Whoever goes over [`each_control`](Self::each_control) gets either.
+    /// File of the two fields above if they have too many rows, and are then empty: see
+    /// [`open_within`](Self::open_within). [`each_control`](Self::each_control) iterates over either.
     pub controls_file: Option<ControlFile>,
-    /// Which sensor's event came next, from the first to the last, as a flight record has it. Where
-    /// it does not list as many as there are, events are taken in the order of their times.
+    /// Source of each event in the order of a flight record. If it does not list as many events as there are, they are
+    /// ordered by time.
     pub order: Vec<Source>,
-    /// What was repaired or left out while reading, one plain sentence each.
+    /// Repairs and skipped rows while reading, one plain sentence each.
     pub warnings: Vec<String>,
-    /// What was chosen or taken for granted while reading, with nothing wrong: one plain sentence
-    /// each.
+    /// Choices and assumptions while reading, without any defect; one plain sentence each.
     pub notes: Vec<String>,
 }
 
 impl Dataset {
-    /// Hands the [`controls`](Self::controls) to `each`, one after another, from memory or from their file.
+    /// Passes the [`controls`](Self::controls) to `each`, one after another, from memory or from their file.
     ///
     /// # Errors
-    /// A file that was changed since the dataset was opened, or that the system no longer gives.
+    /// A file that has changed since the dataset was opened, or that can no longer be read.
     pub fn each_control(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
         match &self.controls_file {
             Some(file) => file.each(each),

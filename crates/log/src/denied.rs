@@ -1,8 +1,7 @@
-//! Where the fixes deny a smoothed flight.
+//! Spans in which the fixes are inconsistent with a smoothed flight.
 //!
-//! The smoother takes every error of the filter for one that its covariance knew of. Where the filter was far
-//! off and reopened, what is carried back across that moment is wrong by many of its own sigmas, and the
-//! fixes tell so.
+//! The smoother assumes that the filter's covariance covers every error. If the filter had diverged and was reset, the
+//! smoothed states before the reset are off by many of their own one-sigmas. The fixes show this.
 
 use hovernav::ekf::Solution;
 use hovernav::ins::LeverArm;
@@ -13,26 +12,26 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::replay::Run;
 use crate::statistics::quantile;
 
-/// Fixes within this time to either side judge a moment together, s.
+/// Half-width of the window of fixes that judges a time, s.
 const BESIDE_S: f64 = 5.0;
-/// Fewer fixes than this judge nothing.
+/// Smallest number of fixes in a window.
 const LEAST_FIXES: usize = 4;
-/// A mean square this many times as large as is usual in the flight, and as expected, denies.
+/// Factor by which the mean square exceeds both its median over the flight and its expected value.
 const DENIED: f64 = 6.0;
 
-/// A stretch that the fixes deny.
+/// Span of a smoothed path with which the fixes are inconsistent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Denied {
     pub start: Time,
     pub end: Time,
-    /// Fixes in it.
+    /// Number of such windows, each centred on a fix.
     fixes: usize,
-    /// Root of the largest mean square in it.
+    /// Root of the largest mean square, in one-sigmas.
     sigmas: f64,
 }
 
 impl Denied {
-    /// Whether a moment falls into it.
+    /// Whether the span contains a time.
     pub fn covers(&self, time: Time) -> bool {
         (self.start..=self.end).contains(&time)
     }
@@ -47,22 +46,21 @@ impl Denied {
             severity: Severity::Warning,
             count: self.fixes,
             words: format!(
-                "smoothing denied from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the \
-                 smoothed path by {:.1} one-sigmas, either wrong themselves or of a filter that was far off and \
-                 put right; the filter's own solution stands there",
+                "smoothing rejected from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the \
+                 smoothed path by {:.1} one-sigmas; either they are wrong, or the filter had diverged and was reset; \
+                 the filter's own solution is used there",
                 self.sigmas
             ),
         }
     }
 }
 
-/// The stretches of `solutions`, smoothed from the filter of `forward`, that the fixes deny. A receiver that is
-/// wrong denies what is right as well: that costs no more than the smoothing.
+/// Spans in which the fixes are inconsistent with `solutions`, smoothed from the filter run `forward`. A receiver error
+/// rejects good spans too, which costs no more than the smoothing.
 ///
 /// # Source
-/// The residuals of a smoothed path by Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking
-/// and Navigation*, section 8.6; their variance is taken for that of fix and path together, which is
-/// more than it is.
+/// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
+/// Navigation*, section 8.6. Their variance is approximated by that of fix plus path, which is larger.
 pub(crate) fn denied(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<Denied> {
     let squares = residuals(dataset, forward, solutions);
     let mut sizes: Vec<f64> = squares.iter().map(|(_, square)| *square).collect();
@@ -90,8 +88,8 @@ pub(crate) fn denied(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -
     found
 }
 
-/// Of each fix with a horizontal velocity, refused or not: when it held, and the mean over north and east of the
-/// squared difference to `solutions` in units of its variance.
+/// For each fix with a horizontal velocity, rejected or not: its time of validity, and the mean over north and east of
+/// the squared difference to `solutions`, relative to its variance.
 fn residuals(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<(Time, f64)> {
     let (early_s, _) = forward.gps_offset.unwrap_or_default();
     let arm = LeverArm(forward.config.mounting.antenna_lever_arm_m);

@@ -1,4 +1,4 @@
-//! Why a log could not be read or written.
+//! Errors of reading and writing logs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,30 +7,30 @@ use crate::finding::SetupFinding;
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
-/// Why a log could not be read or written: one line that names the file and the place in it.
+/// Why a log could not be read or written: one line with the file and the line or byte offset.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The file system refused.
+    /// The operating system reported an error.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or directory.
         path: PathBuf,
-        /// The system's error.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// A table lacks columns it cannot do without.
+    /// A table lacks required columns.
     #[error("{}:{line}: expected {expected}, found {found}", path.display())]
     Columns {
         /// The table.
         path: PathBuf,
         /// Line of the header, from 1.
         line: u64,
-        /// The columns asked for.
+        /// The required columns.
         expected: String,
         /// The header found, shortened.
         found: String,
     },
-    /// A field holds something that is not what its column is for.
+    /// A field has the wrong kind of content for its column.
     #[error("{}:{line}: column {column}: found \"{found}\", expected {expected}", path.display())]
     Field {
         /// The table.
@@ -41,10 +41,10 @@ pub enum LogError {
         column: String,
         /// The text found, shortened, on one line.
         found: String,
-        /// What should stand there.
+        /// What the column requires.
         expected: &'static str,
     },
-    /// A file that must hold something holds nothing usable, or cannot hold what it is given.
+    /// A file has no usable content, or cannot hold the given data.
     #[error("{}: {reason}", path.display())]
     Unusable {
         /// The file.
@@ -52,30 +52,30 @@ pub enum LogError {
         /// What was found, and what was expected.
         reason: String,
     },
-    /// A file of bytes is not what it should be.
+    /// A binary file has invalid content.
     #[error("{}: at byte {offset}: {reason}", path.display())]
     Bytes {
         /// The file.
         path: PathBuf,
-        /// Where in it, from 0.
+        /// Byte offset, from 0.
         offset: u64,
         /// What was found and expected.
         reason: String,
     },
-    /// A log whose reader was left out of this build.
+    /// A log whose reader is not part of this build.
     #[error("{}: {format}: hovernav-formats was built without its feature {feature}", path.display())]
     LeftOut {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Format of the file.
         format: String,
         /// The feature that reads it.
         feature: &'static str,
     },
-    /// The clock of a table does not run forward, beyond the repair of stray rows.
+    /// The clock of a table does not run forward, even without stray rows.
     #[error(
         "{}:{line}: time goes back from {before} to {found}, and {left_out} of {rows} rows would be \
-         left out to mend it; expected one recording with one clock",
+         removed to repair it; expected one recording with one clock",
         path.display()
     )]
     Clock {
@@ -87,17 +87,17 @@ pub enum LogError {
         before: Time,
         /// The time on that line.
         found: Time,
-        /// How many rows time's order would cost.
+        /// Number of rows that a repair would remove.
         left_out: usize,
-        /// How many rows there are.
+        /// Number of rows.
         rows: usize,
     },
-    /// What the sensors say cannot be.
+    /// The sensors' readings are impossible with this set-up.
     #[error("{}: {}", path.display(), in_words(findings))]
     Setup {
         /// The log.
         path: PathBuf,
-        /// What cannot be, and how to mend it.
+        /// The errors, with causes and remedies.
         findings: Vec<SetupFinding>,
     },
     /// A manifest or configuration cannot be read or is not valid.
@@ -122,27 +122,27 @@ fn in_words(findings: &[SetupFinding]) -> String {
 }
 
 impl LogError {
-    /// The system's error about `path`.
+    /// Wraps the operating system's error about `path`.
     pub fn io(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Io { path: path.to_path_buf(), source }
     }
 
-    /// The file `path` is no longer what it was when it was opened.
+    /// Error for a file `path` that has changed since it was opened.
     pub(crate) fn changed(path: PathBuf) -> Self {
-        let reason = "the file was changed while it was in use, expected it to stay as it is";
+        let reason = "found the file changed while in use, expected it unchanged";
         Self::Unusable { path, reason: reason.into() }
     }
 
-    /// What is wrong with `path` at byte `offset`, from 0.
+    /// Error in `path` at byte `offset`, from 0.
     #[must_use]
     pub fn bytes(path: &Path, offset: usize, reason: String) -> Self {
         Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }
 }
 
-/// `text` made fit for a one-line message: at most `longest` characters, none that breaks the line.
+/// `text` for a one-line message: at most `longest` characters, with line breaks escaped.
 pub(crate) fn excerpt(text: &[u8], longest: usize) -> String {
-    // No character takes more than four bytes.
+    // A character has at most four bytes.
     let text = String::from_utf8_lossy(&text[..text.len().min(4 * longest + 4)]);
     let mut shown: String = text.escape_debug().take(longest).collect();
     if text.escape_debug().nth(longest).is_some() {

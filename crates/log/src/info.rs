@@ -1,4 +1,4 @@
-//! What is in a log, for a reader at a terminal of 80 columns.
+//! Contents of a log, as text for a terminal of 80 columns.
 
 use std::fmt;
 
@@ -8,14 +8,14 @@ use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
-/// The description of a dataset, by its [`Display`](fmt::Display): sensors, rates, spans, gaps,
-/// vibration, notes and warnings.
+/// Description of a dataset, by its [`Display`](fmt::Display): sensors, rates, spans, gaps, vibration, notes and
+/// warnings.
 #[derive(Clone, Copy, Debug)]
 pub struct Info<'a>(pub &'a Dataset);
 
-/// Columns of the terminal.
+/// Width of the terminal, characters.
 const WIDTH: usize = 80;
-/// Gaps of one sensor named one by one before the rest is only counted.
+/// Number of gaps of one sensor that are listed; further ones are only counted.
 const GAPS_NAMED: usize = 5;
 
 impl fmt::Display for Info<'_> {
@@ -60,10 +60,10 @@ impl fmt::Display for Info<'_> {
     }
 }
 
-/// The sensors present, by name, with the times of their samples.
+/// Names of the sensors present, with the times of their samples.
 pub(crate) fn sensors(dataset: &Dataset) -> Vec<(&'static str, Vec<Time>)> {
     let mut controls = Vec::new();
-    // Of a file that can no longer be read, those before.
+    // If the file can no longer be read, the rows before the error count.
     dataset.each_control(|time, _| controls.push(time)).ok();
     let mut sensors = vec![
         ("imu", dataset.samples().map(|sample| sample.time).collect::<Vec<_>>()),
@@ -200,7 +200,7 @@ pub(crate) fn vibration(rates: &[[f64; 6]]) -> Option<[f64; 6]> {
     }))
 }
 
-/// How many of `items` have something, in words.
+/// Number of `items` for which `has` holds, in words.
 fn share<T>(items: &[T], has: fn(&T) -> bool) -> String {
     counted(items.iter().filter(|item| has(item)).count(), items.len())
 }
@@ -218,7 +218,7 @@ fn arm([forward, right, down]: [f64; 3]) -> String {
     format!("forward {forward}, right {right}, down {down}")
 }
 
-/// `text` filled to the terminal's width behind `lead`, whose width indents what follows.
+/// `text` wrapped to the terminal's width after `lead`; further lines are indented by its width.
 pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
     let indent = lead.chars().count();
     f.write_str(lead)?;
@@ -249,7 +249,7 @@ mod tests {
         Dataset::open(dir.as_ref()).unwrap()
     }
 
-    /// Pseudo-random numbers of unit variance, uniform, always the same.
+    /// Reproducible pseudo-random numbers, uniform, of unit variance.
     fn noise() -> impl Iterator<Item = f64> {
         let mut state = 1u64;
         std::iter::repeat_with(move || {

@@ -102,5 +102,5 @@ pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;
 pub use vibration_lines::VibrationLine;
-// What files are read and results are written with, by whoever knows of logs.
+// Readers and writers of whole files, for crates that depend on this one alone.
 pub use hovernav_toml::{WholeFile, copy_whole, open_file, write_whole};

@@ -13,11 +13,11 @@ use crate::{aids, auxiliary, controls, gps};
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
-/// The dataset that `log` is, a directory or a flight record, and the record itself if it is one. Of a directory
-/// at most `most` inertial samples and rows of controls are held in memory: see [`Dataset::open_within`].
+/// Opens `log`, a dataset directory or a flight record; returns the record as well if it is one. Of a directory at most
+/// `most` inertial samples and rows of controls are held in memory: see [`Dataset::open_within`].
 ///
 /// # Errors
-/// [`LogError`] where the log cannot be read, with file and line or byte.
+/// [`LogError`] if the log cannot be read, with file and line or byte.
 pub fn open(log: &Path, most: usize) -> Result<(Dataset, Option<Record>), LogError> {
     if !Record::is_mcap(log) {
         return Ok((Dataset::open_within(log, most)?, None));
@@ -27,25 +27,24 @@ pub fn open(log: &Path, most: usize) -> Result<(Dataset, Option<Record>), LogErr
 }
 
 impl Dataset {
-    /// Reads the dataset in the directory `log`, or what the sensors sent in the flight record `log`.
-    /// A `reference.csv` stays unread.
+    /// Reads the dataset in the directory `log`, or the sensors' data in the flight record `log`. Does not read
+    /// `reference.csv`.
     ///
-    /// Rows without a time or a value they need, out of time order, or beyond any vehicle's motion are
-    /// left out, and [`Dataset::warnings`] names each kind; an unknown sigma or attitude is `None`.
+    /// Skips rows without a time or a required value, rows out of time order, and rows beyond any vehicle's motion;
+    /// [`Dataset::warnings`] counts each kind. An unknown sigma or attitude is `None`.
     ///
     /// # Errors
-    /// A missing or empty `imu.csv`, missing columns, text where a number should stand, a clock that
-    /// does not run forward, a manifest that is not valid, a file that is no flight record: see
-    /// [`LogError`].
+    /// A missing or empty `imu.csv`, missing columns, text instead of a number, a clock that does not run forward, an
+    /// invalid manifest, a file that is no flight record: see [`LogError`].
     pub fn open(log: &Path) -> Result<Self, LogError> {
         Self::open_within(log, usize::MAX)
     }
 
-    /// [`open`](Self::open), a directory's inertial samples left in their file where there are more than `most`,
-    /// and so the rows of `controls.csv`: the memory that the dataset takes does not grow with them. Each time that
-    /// they are gone over the file is read anew, so it has to stay as it is.
+    /// [`open`](Self::open) with bounded memory: if a directory has more than `most` inertial samples, they stay in
+    /// their file, and so do the rows of `controls.csv`. Each pass over them reads the file again, so the file must not
+    /// change.
     ///
-    /// Where time goes back in a file, the times of all rows are in memory while it is opened.
+    /// If time goes back in a file, opening it needs memory for the times of all rows.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -57,11 +56,11 @@ impl Dataset {
         Record::open(path)?.dataset()
     }
 
-    /// The manifest of the dataset in the directory `dir`, every key at its default where there is none,
-    /// and what is to be said of it, one plain sentence each.
+    /// Manifest of the dataset in the directory `dir`, with notes on it, one sentence each. Without a manifest every
+    /// key has its default.
     ///
     /// # Errors
-    /// [`LogError::Toml`] where it cannot be read or is not valid.
+    /// [`LogError::Toml`] if it cannot be read or is not valid.
     pub fn manifest_of(dir: &Path) -> Result<(Manifest, Vec<String>), LogError> {
         let manifest = dir.join(MANIFEST_FILE);
         let (mut manifest, warnings) = match Manifest::read(&manifest) {
@@ -79,8 +78,8 @@ impl Dataset {
         Ok((manifest, warnings))
     }
 
-    /// When the inertial samples of the dataset in the directory `dir` begin, from where `[reference] skip_s` counts;
-    /// `None` where it has none.
+    /// Time of the first inertial sample of the dataset in the directory `dir`, from which `[reference] skip_s` counts;
+    /// `None` without samples.
     ///
     /// # Errors
     /// As [`open`](Self::open), for `dataset.toml` and the first rows of `imu.csv`.

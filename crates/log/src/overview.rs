@@ -1,15 +1,15 @@
-//! What inertial samples are as a whole, gathered as they pass.
+//! Statistics of inertial samples as they pass.
 
 use crate::clock::Gaps;
 use hovernav::imu::ImuSample;
 
-/// What the samples are as a whole.
+/// Statistics of the samples.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overview {
     pub count: usize,
     pub first: Option<ImuSample>,
     pub with_magnetic_field: usize,
-    /// The time of the last, the intervals from each to the next, and which of them are gaps.
+    /// Time of the last sample, intervals between samples, and gaps.
     pub gaps: Gaps,
 }
 

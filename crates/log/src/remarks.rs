@@ -1,6 +1,6 @@
-//! What was wrong with a file yet not bad enough to refuse it, counted by reason.
+//! Defects of a file that do not make it unusable, counted by kind.
 
-/// Counts rows by what was wrong with them, for one sentence a kind and not one a row.
+/// Counts defective rows by kind, for one sentence a kind instead of one a row.
 #[derive(Debug)]
 pub struct Remarks {
     file: String,
@@ -17,19 +17,19 @@ struct Tally {
 }
 
 impl Remarks {
-    /// About `file`, the name that every warning begins with.
+    /// Remarks on `file`; every warning begins with that name.
     #[must_use]
     pub fn new(file: impl Into<String>) -> Self {
         Self { file: file.into(), place: "line", tallies: Vec::new(), others: Vec::new() }
     }
 
-    /// About `file`, which has bytes and no lines.
+    /// Remarks on a binary `file`, counted by byte offset instead of line.
     #[must_use]
     pub fn of_bytes(file: impl Into<String>) -> Self {
         Self { place: "byte", ..Self::new(file) }
     }
 
-    /// What rows are counted by: `line` or `byte`.
+    /// Unit of the positions: `line` or `byte`.
     pub(crate) const fn place(&self) -> &'static str {
         self.place
     }
@@ -45,12 +45,12 @@ impl Remarks {
         }
     }
 
-    /// Adds a sentence of its own.
+    /// Adds a separate sentence.
     pub fn say(&mut self, sentence: String) {
         self.others.push(sentence);
     }
 
-    /// Everything said, each line beginning with the file's name.
+    /// All sentences, each beginning with the file's name.
     pub fn into_warnings(self) -> impl Iterator<Item = String> {
         let Self { file, place, .. } = self;
         let tallies =
@@ -61,7 +61,7 @@ impl Remarks {
         tallies.chain(self.others).map(move |sentence| format!("{file}: {sentence}"))
     }
 
-    /// Everything counted so far in one sentence, for an error.
+    /// All counts so far in one sentence, for an error.
     #[must_use]
     pub fn summary(&self) -> String {
         let parts: Vec<String> = self

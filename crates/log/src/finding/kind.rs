@@ -1,103 +1,103 @@
-//! What kind of thing a finding is.
+//! Kind of a finding.
 
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-/// What kind of thing a finding is. When each is a warning stands in `docs/warnings.md`.
+/// Kind of a finding. `docs/warnings.md` lists when each is a warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FindingKind {
-    /// No fix for longer than is usual.
+    /// No fix for longer than usual.
     Outage,
     /// An aid's readings pause, end early or begin late.
     ReadingsAbsent,
-    /// The filter refused readings, off what it expected.
+    /// The filter rejected readings that differ from its prediction.
     Refused,
-    /// The filter refused readings until it gave way and took them.
+    /// The filter rejected readings until it was reset to them.
     FilterReopened,
-    /// Successive fixes that no motion explains.
+    /// Successive fixes are inconsistent with any motion.
     ContradictsItself,
-    /// Places of fixes walk away from the receiver's own velocity.
+    /// Positions of fixes drift from the receiver's own velocity.
     PlaceWalks,
-    /// An attitude or heading that a gap in the inertial samples had hidden was taken as it came.
+    /// The filter was reset to an attitude or heading that a gap in the inertial samples had hidden.
     TakenAnew,
-    /// The receiver states smaller one-sigmas than its fixes scatter by.
+    /// The receiver states smaller one-sigmas than its fixes scatter.
     Understated,
-    /// Fixes repeat the one before.
+    /// Fixes repeat the previous one.
     FrozenFix,
     /// A barometer repeats itself while the height changes.
     Frozen,
-    /// Heights of fixes repeat while the position moves, or were never there.
+    /// Heights of fixes repeat while the position moves, or were never measured.
     HeightHeld,
     /// Fixes without a velocity, or without its vertical part.
     VelocityAbsent,
     /// Fixes before the first inertial sample.
     FixesTooEarly,
-    /// Fixes hold at other times than their time stamps and the declared latency say.
+    /// Fixes are valid at other times than their time stamps and the declared latency.
     TimeOffset,
-    /// The clocks of samples and fixes do not run at one rate.
+    /// The clocks of samples and fixes run at different rates.
     ClockRate,
-    /// The antenna stands elsewhere than its lever arm says.
+    /// The antenna is not at its declared lever arm.
     LeverArm,
     /// The vehicle rolls on wheels.
     OnWheels,
     /// Inertial samples are missing over one span.
     Gap,
-    /// Inertial samples are missing here and there, throughout.
+    /// Single inertial samples are missing throughout.
     SamplesLost,
-    /// The filter was reset, or aligned anew.
+    /// The filter was reset or aligned again.
     Reset,
     /// The whole inertial unit, or a rangefinder, repeats its readings.
     Stuck,
     /// Single axes of the inertial unit repeat their readings.
     StuckAxis,
-    /// Inertial samples that are not finite, or beyond what units measure.
+    /// Inertial samples that are not finite, or beyond what inertial units measure.
     NotANumber,
-    /// Inertial samples that a logger has drawn along a straight line.
+    /// Inertial samples on a straight line that a logger has drawn.
     Interpolated,
     /// Inertial samples no later than the one before.
     TimeStamps,
     /// An axis reached the end of its range.
     Clipping,
-    /// A blow far beyond the usual vibration.
+    /// A shock far beyond the usual vibration.
     Shock,
-    /// How strong the vibration is that the samples cannot follow.
+    /// Strength of the vibration that is too fast for the sample rate.
     Vibration,
-    /// A bias of the inertial unit changed at once.
+    /// Sudden change of a bias of the inertial unit.
     BiasStep,
     /// The magnetic field is not the Earth's alone.
     MagneticDisturbance,
     /// Single readings of a magnetic field off those before and after.
     Spikes,
-    /// The unit's own attitude turns otherwise than its gyros.
+    /// The unit's own attitude turns unlike its gyros.
     AttitudeUnlikeGyros,
     /// The heading was unknown, then found in motion.
     HeadingFound,
-    /// The fixes denied the heading, and it was turned to what they say.
+    /// The heading was inconsistent with GPS and was turned to agree.
     HeadingReset,
-    /// The fixes doubted the heading without denying it.
+    /// The heading was suspect by GPS, but was not turned.
     HeadingInDoubt,
-    /// The heading was never found.
+    /// The heading was never found in the run.
     HeadingUnknown,
     /// The distance to the ground jumped.
     StepOfGround,
-    /// Two antennas further apart, or closer, than they are mounted.
+    /// The two antennas are found further apart, or closer, than they are mounted.
     WrongBaseline,
     /// A heading of two antennas that points backwards.
     Reversed,
     /// Readings that could not be compared: not finite, too old, ahead of the inertial samples, or a magnetic field
-    /// without a level part.
+    /// without a horizontal part.
     Unusable,
-    /// The fixes deny the smoothed path, and the filter's own solution stands there.
+    /// The fixes are inconsistent with the smoothed path, which the filter's own solution replaces.
     SmoothingDenied,
-    // The last: `ALL` takes its length from it.
-    /// What the set-up says cannot be, or hardly.
+    // Keep this one last: the length of `ALL` depends on it.
+    /// The set-up is wrong, or likely wrong.
     SetUp,
 }
 
 impl FindingKind {
-    /// All of them, in the order of their declaration.
+    /// All kinds, in the order of their declaration.
     pub const ALL: [Self; Self::SetUp as usize + 1] = [
         Self::Outage,
         Self::ReadingsAbsent,
@@ -143,7 +143,7 @@ impl FindingKind {
         Self::SetUp,
     ];
 
-    /// What it is called, in `summary.json` and in sentences. Programs go by it: it never changes.
+    /// Name in `summary.json` and in sentences. Programs depend on it: it never changes.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

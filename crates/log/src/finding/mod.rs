@@ -1,4 +1,4 @@
-//! A finding: what happened to which sensor, when, how badly and why.
+//! Findings: what happened, to which sensor, when, how much and why.
 
 mod kind;
 mod sensor;
@@ -12,46 +12,46 @@ use serde::Serialize;
 pub use kind::FindingKind;
 pub use sensor::Sensor;
 
-/// How much a finding matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Good to know.
+    /// For information.
     Info,
-    /// The solution is worse for it, or may be.
+    /// The solution is worse, or may be.
     Warning,
-    /// It cannot be estimated like this.
+    /// The log cannot be estimated as it is.
     Error,
 }
 
-/// Something found in a log or in a run over it, in one plain sentence.
+/// Event in a log or in a run over it, with one plain sentence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// When it began, s on the log's clock.
+    /// Start, s on the log's clock.
     pub start_s: f64,
-    /// When it ended, s; the start again where it took no time.
+    /// End, s on the log's clock; equal to the start for an event without duration.
     pub end_s: f64,
-    /// Whose it is.
+    /// Sensor concerned.
     pub sensor: Sensor,
-    /// What kind of thing it is.
+    /// Kind of event.
     pub kind: FindingKind,
-    /// How much it matters.
+    /// Severity.
     pub severity: Severity,
-    /// How many samples or fixes it concerns.
+    /// Number of samples or fixes concerned.
     pub count: usize,
-    /// Sensor, time, size and cause in one sentence.
+    /// One sentence with sensor, time, size and cause.
     pub words: String,
 }
 
 impl Finding {
-    /// Whether it deserves a second look.
+    /// Whether it is a warning or an error.
     #[must_use]
     pub fn is_warning(&self) -> bool {
         self.severity >= Severity::Warning
     }
 }
 
-/// What the estimator can do without, as a [`SetupFinding`] and as `[aiding]` name it.
+/// Aids that the estimator can do without, with their names in a [`SetupFinding`] and in `[aiding]`.
 pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
     (Aid::Magnetometer, Sensor::Magnetometer, "magnetometer"),
     (Aid::Baro, Sensor::Barometer, "baro"),
@@ -59,20 +59,19 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
     (Aid::Attitude, Sensor::UnitAttitude, "attitude"),
 ];
 
-/// Something that cannot be, or can hardly be, as a log has it: what was found, what that looks like,
-/// and how to mend it.
+/// Impossible or unlikely property of a log: what was found, its likely cause and its remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetupFinding {
-    /// Whose it is.
+    /// Sensor concerned.
     pub sensor: Sensor,
-    /// Whether it certainly cannot be: the log is then not to be estimated as it is, or not with what
+    /// Whether it is certainly wrong: the log is then not estimated as it is, or not with what
     /// [can be left out](Self::can_be_left_out).
     pub is_certain: bool,
-    /// What was found and what was expected, with sizes.
+    /// Found and expected values, with sizes.
     pub found: String,
-    /// The likely mistake.
+    /// Likely mistake.
     pub cause: String,
-    /// What to write where; empty where nothing short would do.
+    /// Remedy: what to write where; empty if there is no short one.
     pub mend: String,
 }
 
@@ -87,14 +86,14 @@ impl fmt::Display for SetupFinding {
 }
 
 impl SetupFinding {
-    /// Whether the estimator can do without whose it is: an aid, or the receiver's velocity.
+    /// Whether the estimator can do without the sensor: an aid, or the receiver's velocity.
     #[must_use]
     pub fn can_be_left_out(&self) -> bool {
         self.sensor == Sensor::GpsVelocity
             || AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
     }
 
-    /// The finding over a log from `start_s` to `end_s`.
+    /// The same as a finding over a log from `start_s` to `end_s`.
     #[must_use]
     pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
         Finding {
@@ -113,14 +112,14 @@ impl SetupFinding {
     }
 }
 
-/// Sentences of one kind before the rest is only counted.
+/// Number of sentences of one kind; further findings are only counted.
 const TOLD: usize = 3;
 
-/// The warnings among `findings` as sentences, in order of time; of what happened often the longest
-/// three and the number of the others.
+/// The warnings among `findings` as sentences, in order of time. Of each sensor and kind the three longest appear, with
+/// the number of the others.
 #[must_use]
 pub fn sentences(findings: &[Finding]) -> Vec<String> {
-    // By name, so that of those that begin together the order is that of the alphabet.
+    // Ordered by name, so that findings with the same start are in alphabetical order.
     let mut kinds: BTreeMap<(&str, &str), Vec<&Finding>> = BTreeMap::new();
     for finding in findings.iter().filter(|finding| finding.is_warning()) {
         kinds.entry((finding.sensor.name(), finding.kind.name())).or_default().push(finding);

@@ -1,41 +1,41 @@
-//! Whose a finding is.
+//! Sensor of a finding.
 
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-/// Whose a finding is: a sensor, or what is made of the sensors.
+/// Sensor of a finding, or a result computed from the sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Sensor {
-    /// Gyros and accelerometers. What happens to the unit's own attitude is told of it too, but for the two below.
+    /// Gyros and accelerometers. Includes most findings on the unit's own attitude, except those of the next two.
     InertialUnit,
-    /// The attitude that the inertial unit computes, where the set-up of it cannot be.
+    /// The attitude that the inertial unit computes, if its set-up is wrong.
     UnitAttitude,
-    /// The heading of that attitude, where the filter refuses it.
+    /// The heading of that attitude, if the filter rejects it.
     UnitHeading,
-    /// The receiver of the fixes.
+    /// The GPS receiver.
     Gps,
-    /// The receiver's velocity, where the set-up of it cannot be.
+    /// The receiver's velocity, if its set-up is wrong.
     GpsVelocity,
-    /// A magnetometer, in the inertial unit or apart from it.
+    /// A magnetometer, inside or outside the inertial unit.
     Magnetometer,
     /// A barometer.
     Barometer,
-    /// A rangefinder that looks down.
+    /// A downward-looking rangefinder.
     Rangefinder,
-    /// The two antennas that give a heading.
+    /// The pair of antennas that gives a heading.
     SecondAntenna,
-    /// The clocks of inertial unit and receiver against each other.
+    /// The clocks of inertial unit and receiver, compared with each other.
     Clocks,
-    /// How the vehicle moves, which no sensor tells alone.
+    /// The vehicle's motion, which no single sensor shows.
     Vehicle,
     /// The filter, or the smoother.
     Filter,
 }
 
 impl Sensor {
-    /// What it is called, in `summary.json` and in sentences. Programs go by it: it never changes.
+    /// Name in `summary.json` and in sentences. Programs depend on it: it never changes.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
