@@ -21,7 +21,7 @@
 //! # The tour
 //!
 //! The modules in the order in which data passes them. The page of each module begins with its purpose.
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
 //! | [`scalar`], [`time`], [`frames`], [`earth`] | the basis: a number type, a clock, vectors typed by frame, the ellipsoid |
 //! | [`imu`], [`controls`] | a sample of an inertial unit; the names of sticks and channels |

@@ -270,7 +270,7 @@ impl Sensors {
         &self.link
     }
 
-    /// Counts of the receiver's messages so far.
+    /// Counts of the receiver's messages since the start.
     #[must_use]
     pub fn gps_counts(&self) -> MessageCounts {
         self.receiver.counts()

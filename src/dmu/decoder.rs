@@ -178,7 +178,7 @@ impl Decoder {
         self.lock != Lock::Searching
     }
 
-    /// Counts of the bytes so far.
+    /// Counts of the bytes since the start.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         &self.counts

@@ -134,7 +134,7 @@ enum Step {
 
 /// The start-up sequence: stop the stream, find the unit, set the mode.
 ///
-/// It does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the bytes read to
+/// The sequence does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the bytes read to
 /// [`Startup::receive`].
 ///
 /// The unit may be streaming in any mode at the start. A reply is one byte that also occurs in packets. A reply is

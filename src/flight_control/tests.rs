@@ -1,4 +1,4 @@
-//! Who flies in each cycle: pilot or autopilot.
+//! Tests of the choice between pilot and autopilot in each cycle.
 
 use super::*;
 use crate::autopilot::{Gains, HoverConfig, SteeringConfig};

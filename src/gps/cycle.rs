@@ -1,15 +1,15 @@
-//! Which messages make up an epoch: learned from the epochs before.
+//! Kinds of messages in an epoch, learned from previous epochs.
 
 /// A set of message kinds, one bit each.
 pub(super) type Kinds = u8;
 
-/// How many epochs are remembered.
+/// Number of epochs remembered.
 const MEMORY: usize = 4;
 
-/// Receivers send each epoch as a burst of messages and do not mark its end. A fix handed on at the
-/// first message lacks the rest; one handed on when the next epoch starts is old by a whole epoch.
-/// So a kind is waited for if it was missing at most once in the last four epochs: a message lost on
-/// the way changes nothing, and one sent only now and then delays nothing.
+/// Detects the end of an epoch. Receivers send each epoch as a burst of messages and do not mark its end. A fix
+/// delivered at the first message lacks the data of the others; one delivered at the start of the next epoch is late
+/// by a whole epoch. So an epoch is complete when each expected kind has arrived: each kind that was missing at most
+/// once in the last four epochs. A lost message thus has no effect, and an occasional message causes no delay.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycle {
     seen: Kinds,
@@ -19,12 +19,12 @@ pub(super) struct Cycle {
 }
 
 impl Cycle {
-    /// Notes a message of the present epoch.
+    /// Records a message of the current epoch.
     pub fn note(&mut self, kind: Kinds) {
         self.seen |= kind;
     }
 
-    /// The kinds that epochs have; none until two epochs have passed.
+    /// The kinds expected in an epoch; empty until two epochs have passed.
     pub fn expected(&self) -> Kinds {
         if self.epochs < 2 {
             return 0;
@@ -38,13 +38,13 @@ impl Cycle {
         ever & !missing_twice
     }
 
-    /// Whether all expected messages of the present epoch are in.
+    /// Whether all expected messages of the current epoch have arrived.
     pub fn is_complete(&self) -> bool {
         let expected = self.expected();
         expected != 0 && self.seen & expected == expected
     }
 
-    /// Ends the present epoch.
+    /// Ends the current epoch.
     pub fn close(&mut self) {
         if self.seen != 0 {
             self.memory.rotate_right(1);
@@ -59,7 +59,7 @@ impl Cycle {
 mod tests {
     use super::*;
 
-    /// For each epoch, the kinds that were in when it was complete.
+    /// The kinds present when each epoch was complete.
     fn complete_at(epochs: &[&[Kinds]]) -> Vec<Option<Kinds>> {
         let mut cycle = Cycle::default();
         epochs

@@ -1,40 +1,40 @@
-//! The fix as the filter takes it, whatever receiver it came from.
+//! The fix as an input of the filter, from any receiver.
 
 use crate::earth::Geodetic;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// One position fix, with what the receiver says of itself; what it does not say is `None`.
+/// One position fix, with the accuracy that the receiver reports; unreported values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {
-    /// When the position was true, on the inertial unit's clock: arrival less latency.
+    /// Time of validity on the inertial unit's clock: arrival minus latency.
     pub time: Time,
     /// The antenna's position.
     pub position: Geodetic,
-    /// Whether the height was held, assumed or not given at all, so that neither it nor the velocity
-    /// downwards is measured.
+    /// Whether the height was held, assumed or missing, so that neither height nor down velocity is measured.
     pub two_dimensional: bool,
-    /// One-sigma of the position, north, east and down, m, where the receiver gives it.
+    /// One-sigma of the position, north, east and down, m, if the receiver reports it.
     pub position_sigma_m: Option<Vector<Ned>>,
     /// The antenna's horizontal velocity, m/s, north and east.
     pub horizontal_velocity_mps: Option<[f64; 2]>,
-    /// The antenna's velocity downwards, m/s; receivers that speak plain NMEA do not give it.
+    /// The antenna's down velocity, m/s; receivers with plain NMEA do not report it.
     pub down_velocity_mps: Option<f64>,
     /// One-sigma of the velocity, m/s.
     pub velocity_sigma_mps: Option<Vector<Ned>>,
-    /// Satellites used.
+    /// Number of satellites used.
     pub satellites: Option<u8>,
 }
 
-/// Faster than any orbit, m/s.
+/// Upper limit of the speed, above any orbital speed, m/s.
 const FASTEST_MPS: f64 = 1e4;
-/// How much worse the velocity downwards is than level, where a receiver gives one figure for both.
+/// Ratio of the one-sigma of the down velocity to that of the horizontal velocity, for receivers with one figure for
+/// both.
 const DOWN_TO_LEVEL: f64 = 1.5;
-/// A one-sigma wider than this carries no information, m or m/s.
+/// Largest one-sigma that carries information, m or m/s.
 const WIDEST_SIGMA: f64 = 1e6;
 
 impl Fix {
-    /// A fix of position alone.
+    /// A fix with only a position.
     #[must_use]
     pub const fn at(time: Time, position: Geodetic) -> Self {
         Self {
@@ -49,8 +49,8 @@ impl Fix {
         }
     }
 
-    /// Whether every value is finite and one that a receiver near the ground can mean: a place to
-    /// navigate, speeds within ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
+    /// Whether every value is finite and possible for a receiver near the ground: a navigable position, speeds within
+    /// ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let speed_is_good = |speed: f64| libm::fabs(speed) <= FASTEST_MPS;
@@ -68,8 +68,8 @@ impl Fix {
             && sigma_is_good(self.velocity_sigma_mps)
     }
 
-    /// One-sigma of the velocity on each axis, m/s, where the receiver gives any. One figure for all three is
-    /// taken for the level axes; downwards, where no satellite is seen, it is 1.5 times as much.
+    /// One-sigma of the velocity on each axis, m/s, if the receiver reports any. One figure for all three is used for
+    /// the horizontal axes. Downwards, where there are no satellites, it is multiplied by 1.5.
     ///
     /// # Source
     /// The ratio: `gps_control.cpp` of the estimator EKF2 of PX4.
@@ -82,7 +82,7 @@ impl Fix {
         })
     }
 
-    /// The whole velocity, m/s, when all three components are known.
+    /// The complete velocity, m/s, if all three components are known.
     #[must_use]
     pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
         if self.two_dimensional {

@@ -1,10 +1,10 @@
-//! The heading that two antennas give.
+//! The heading of two antennas.
 
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// Where the second of two antennas lies as seen from the first, as a receiver with both, or two that
-/// work as a moving base and a rover, find it.
+/// Direction from the first of two antennas to the second. It comes from a receiver with both antennas, or from two
+/// receivers that work as moving base and rover.
 ///
 /// ```
 /// use hovernav::gps::AntennaHeading;
@@ -15,35 +15,35 @@ use crate::time::Time;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AntennaHeading {
-    /// When it was true.
+    /// Time of validity.
     pub time: Time,
     /// Direction of the horizontal part of the baseline, from the first antenna to the second, clockwise
     /// from true north, rad, −π to π.
     pub heading_rad: f64,
-    /// Its one-sigma, rad, where the receiver tells.
+    /// One-sigma of the heading, rad, if the receiver reports it.
     pub sigma_rad: Option<f64>,
-    /// Length of the baseline as found, m, where the receiver tells.
+    /// Measured length of the baseline, m, if the receiver reports it.
     pub length_m: Option<f64>,
 }
 
-/// A heading of two antennas as a receiver sent it, dated by its arrival.
+/// A heading of two antennas as the receiver sent it, with its arrival time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverHeading {
-    /// The epoch it is of: milliseconds of the GPS week.
+    /// The epoch of the heading: milliseconds of the GPS week.
     pub time_of_week_ms: u32,
-    /// When its first byte arrived, and what it says.
+    /// The heading; its time is the arrival of the message's first byte.
     pub heading: AntennaHeading,
 }
 
 impl AntennaHeading {
-    /// A heading, brought into −π to π, whose length is not known.
+    /// A heading, wrapped into −π to π, with an unknown length of the baseline.
     #[must_use]
     pub fn new(time: Time, heading_rad: f64, sigma_rad: Option<f64>) -> Self {
         Self { time, heading_rad: wrap_angle(heading_rad), sigma_rad, length_m: None }
     }
 
-    /// Whether its numbers are finite and can be: an angle within one turn either way, a one-sigma above zero that
-    /// tells something, a length above zero that a vehicle has.
+    /// Whether its numbers are finite and possible: an angle within one turn in either direction, an informative
+    /// one-sigma above zero, and a length of the baseline above zero that fits on a vehicle.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let within =
@@ -54,5 +54,5 @@ impl AntennaHeading {
     }
 }
 
-/// No baseline on a vehicle is longer, m.
+/// Longest baseline on a vehicle, m.
 const LONGEST_M: f64 = 1e3;

@@ -1,16 +1,16 @@
-//! A decoder's account of what it took and what it left.
+//! Counts of a decoder's messages, by outcome.
 
-/// What became of the messages on the line.
+/// Counts of the messages on the line, by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MessageCounts {
-    /// Read, every value possible.
+    /// Messages read, with every value possible.
     pub read: u32,
-    /// Whole, of a kind that this decoder has no use for.
+    /// Complete messages of a kind that this decoder does not use.
     pub unknown: u32,
-    /// Started but cut off, of the wrong length, or with a checksum or a text that does not hold.
+    /// Messages cut off, of the wrong length, or with an invalid checksum or text.
     pub damaged: u32,
-    /// Whole, with a value that cannot be: left out.
+    /// Complete messages with an impossible value: rejected.
     pub impossible: u32,
-    /// Epochs that the receiver itself declared to be no fix.
+    /// Epochs for which the receiver itself reported no fix.
     pub no_fix: u32,
 }

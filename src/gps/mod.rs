@@ -2,21 +2,20 @@
 //!
 //! ```text
 //! bytes + arrival ──> tsip │ nmea │ ubx ──> ReceiverFix ──> quality ──> Fix ──> filter
-//!                     frames, messages,     what the         what it    on the inertial
-//!                     epochs                receiver said    fails      unit's clock
+//!                     frames, messages,     as the           failed    on the inertial
+//!                     epochs                receiver sent    checks    unit's clock
 //! ```
 //!
-//! Nothing here opens a port, asks for the time or allocates. A decoder is fed whatever the line
-//! gave, in any pieces, with the moment it arrived; it keeps a buffer of one message and the epoch
-//! that is being put together. No input makes it panic or forget what was already good, and it counts what it
-//! leaves out ([`MessageCounts`]).
+//! Nothing here opens a port, reads a clock or allocates. A decoder takes the bytes of the line, in any pieces, with
+//! their arrival time. It keeps a buffer of one message and the epoch that is being assembled. No input makes it
+//! panic or lose valid data, and it counts rejected messages ([`MessageCounts`]).
 //!
-//! Each protocol is a feature of this crate, `tsip`, `nmea` and `ubx`; what is not switched on does not
-//! exist, down to the variants of [`Protocol`] and [`Receiver`].
+//! Each protocol is a feature of this crate: `tsip`, `nmea` and `ubx`. Without its feature a protocol is not
+//! compiled, including the variants of [`Protocol`] and [`Receiver`].
 //!
-//! A receiver names its epochs on its own clock ([`ReceiverTime`]), and the fix reaches us later by
-//! the time it took to compute and to send. How that maps to the inertial unit's clock is the
-//! caller's to know: [`ReceiverFix::at`] takes the moment, usually the arrival less the latency.
+//! A receiver dates its epochs by its own clock ([`ReceiverTime`]). The fix arrives later, by the time of computation
+//! and transfer. The caller must know the relation to the inertial unit's clock: [`ReceiverFix::at`] takes the time
+//! of validity, usually the arrival minus the latency.
 //!
 //! ```
 //! use hovernav::gps::{Protocol, Receiver};
@@ -49,7 +48,7 @@ mod message_counts;
 #[cfg(feature = "nmea")]
 pub mod nmea;
 pub mod quality;
-// The decoders share these modules' checks; of those that are switched off, some have no other use.
+// The decoders share the checks of these modules; without some of the features, some checks are unused.
 #[cfg_attr(not(all(feature = "nmea", feature = "tsip", feature = "ubx")), allow(dead_code))]
 mod receiver_fix;
 #[cfg_attr(not(all(feature = "nmea", feature = "tsip", feature = "ubx")), allow(dead_code))]

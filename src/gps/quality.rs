@@ -1,4 +1,4 @@
-//! Whether a fix is good enough to use, and if not, why.
+//! Checks whether a fix is good enough to use, and reports the failed checks.
 
 use core::fmt;
 
@@ -6,31 +6,31 @@ use super::{Dimension, ReceiverFix};
 use crate::earth::Geodetic;
 use crate::scalar::Scalar;
 
-/// What a fix must keep to. A value that the receiver does not send cannot fail.
+/// Limits of a fix. A value that the receiver does not send cannot fail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(default))]
 pub struct Limits {
-    /// Whether a 2-D fix, whose height is held or assumed, is refused.
+    /// Whether a 2-D fix, whose height is held or assumed, is rejected.
     pub need_three_dimensions: bool,
-    /// Fewest satellites used.
+    /// Smallest number of satellites used.
     pub min_satellites: u8,
-    /// Greatest dilution of precision of position.
+    /// Largest dilution of precision of position.
     pub max_position_dilution: f64,
-    /// Greatest horizontal dilution of precision.
+    /// Largest horizontal dilution of precision.
     pub max_horizontal_dilution: f64,
-    /// Greatest one-sigma of horizontal position, m.
+    /// Largest one-sigma of horizontal position, m.
     pub max_horizontal_sigma_m: f64,
-    /// Greatest one-sigma of height, m.
+    /// Largest one-sigma of height, m.
     pub max_vertical_sigma_m: f64,
-    /// Greatest one-sigma of velocity on any axis, m/s.
+    /// Largest one-sigma of velocity on any axis, m/s.
     pub max_velocity_sigma_mps: f64,
-    /// Fastest the vehicle can go over ground, m/s.
+    /// Largest ground speed of the vehicle, m/s.
     pub max_ground_speed_mps: f64,
-    /// Fastest it can climb or sink, m/s.
+    /// Largest climb or sink rate of the vehicle, m/s.
     pub max_vertical_speed_mps: f64,
-    /// Farthest that position may be from where the top speed leads since the last good fix, m.
+    /// Largest distance of a position beyond the reach of the top speed since the last good fix, m.
     pub max_jump_m: f64,
-    /// Latest that a fix may arrive after its time, compared with the most prompt of late, s.
+    /// Largest delay of a fix relative to the most prompt recent fix, s.
     pub max_delay_s: f64,
 }
 
@@ -53,7 +53,7 @@ impl Default for Limits {
     }
 }
 
-/// What is wrong with a fix, with what was found and the limit it broke.
+/// A failed check of a fix, with the value found and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each variant's text says it, and the fields are its numbers")]
 pub enum Failure {
@@ -91,16 +91,16 @@ pub enum Failure {
         found_mps: f64,
         max_mps: f64,
     },
-    /// Position is farther from the last than the vehicle can have gone.
+    /// The position is farther from the last one than the vehicle can have travelled.
     Jump {
         found_m: f64,
         max_m: f64,
     },
-    /// The receiver's time did not advance: an epoch repeated or out of order.
+    /// The receiver's time did not advance: an epoch is repeated or out of order.
     TimeNotAdvancing {
         step_s: f64,
     },
-    /// The fix waited somewhere on its way.
+    /// The fix was delayed on its way.
     Delay {
         found_s: f64,
         max_s: f64,
@@ -144,7 +144,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// All that is wrong with one fix.
+/// All failed checks of one fix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Failures([Option<Failure>; 12]);
 
@@ -155,38 +155,38 @@ impl Failures {
         self.iter().next().is_none()
     }
 
-    /// What is wrong, in the order of [`Limits`].
+    /// The failed checks, in the order of [`Limits`].
     pub fn iter(&self) -> impl Iterator<Item = &Failure> {
         self.0.iter().flatten()
     }
 }
 
-/// Checks one receiver's fixes, each by itself and against those before it.
+/// Checks one receiver's fixes, each by itself and against previous fixes.
 #[derive(Clone, Copy, Debug)]
 pub struct QualityCheck {
     limits: Limits,
-    /// The last fix that was good.
+    /// The last good fix.
     good: Option<ReceiverFix>,
-    /// The last fix seen.
+    /// The last fix, good or not.
     last: Option<ReceiverFix>,
-    /// The most prompt fix of late, which sets what delay is usual.
+    /// The most prompt recent fix: the reference for the usual delay.
     prompt: Option<ReceiverFix>,
 }
 
-/// How far clocks may drift apart: the receiver's is exact, ours a plain crystal.
+/// Largest relative drift of the clocks: the receiver's is exact, the host's is a plain crystal.
 const CLOCK_DRIFT: f64 = 1e-4;
 
 impl QualityCheck {
-    /// A check that has seen no fix yet.
+    /// A check without previous fixes.
     #[must_use]
     pub const fn new(limits: Limits) -> Self {
         Self { limits, good: None, last: None, prompt: None }
     }
 
-    /// All that is wrong with `fix`. Call for every fix, in the order they came.
+    /// All failed checks of `fix`. Call it for every fix, in the order of arrival.
     ///
-    /// A jump is measured from the last good fix and, lest one wrong start refuse all that follows,
-    /// from the last fix seen: two in a row that agree are believed.
+    /// A jump must exceed its limit from both the last good fix and the last fix of any kind. Two consecutive fixes
+    /// that agree are therefore accepted, so that a wrong first fix does not reject all that follow.
     pub fn check(&mut self, fix: &ReceiverFix) -> Failures {
         let limits = &self.limits;
         let sigma = fix.position_sigma_m.map(|sigma| sigma.to_array());
@@ -265,7 +265,7 @@ fn above(found: Option<f64>, max: f64) -> Option<(f64, f64)> {
     found.filter(|found| *found > max).map(|found| (found, max))
 }
 
-/// Straight-line distance; over the ground alone where a height is not known.
+/// Straight-line distance; horizontal distance alone where a height is unknown.
 fn distance_m(from: &ReceiverFix, to: &ReceiverFix) -> f64 {
     let heights = from.height_m.zip(to.height_m);
     let heights = heights.or(from.altitude_msl_m.zip(to.altitude_msl_m));

@@ -1,4 +1,4 @@
-//! What a receiver says of one epoch, before the inertial unit's clock comes into it.
+//! One epoch as the receiver reports it, on the receiver's clock.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,45 +11,45 @@ use crate::time::Time;
 /// Whether the receiver solved for height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
-    /// Latitude and longitude only: the height is held from before, or assumed.
+    /// Latitude and longitude only: the height is held or assumed.
     TwoD,
     /// Latitude, longitude and height.
     ThreeD,
 }
 
-/// What improved the solution beyond the satellites' own messages.
+/// Source of corrections beyond the satellites' own messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
-    /// Nothing: a plain fix.
+    /// No correction: a plain fix.
     None,
     /// Code corrections, from the ground or from satellites.
     Differential,
-    /// Carrier phase with ambiguities not yet settled.
+    /// Carrier phase with ambiguities not yet resolved.
     RtkFloat,
     /// Carrier phase with whole-number ambiguities.
     RtkFixed,
 }
 
-/// Dilutions of precision: how the satellites' places magnify the error of one measured range.
+/// Dilutions of precision: factors from the error of one measured range to the error of the solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DilutionOfPrecision {
-    /// Of position.
+    /// Dilution of position.
     pub position: Option<f64>,
-    /// Of horizontal position.
+    /// Dilution of horizontal position.
     pub horizontal: Option<f64>,
-    /// Of height.
+    /// Dilution of height.
     pub vertical: Option<f64>,
 }
 
-/// One epoch of a receiver, every value checked to be finite and possible; what the receiver did
-/// not send is `None`.
+/// One epoch of a receiver, with every value checked to be finite and possible. Values that the receiver did not send
+/// are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverFix {
-    /// When the first byte of the epoch's first message arrived, on our clock. It follows the moment
-    /// the fix is valid by the receiver's computing and the line's queue, which are steady; the
-    /// bytes after it depend on how many messages are switched on.
+    /// Arrival of the first byte of the epoch's first message, on the host's clock. Its delay after the time of
+    /// validity is steady: computation in the receiver and the queue of the line. The later bytes depend on the
+    /// number of messages.
     pub arrival: Time,
-    /// When the fix is valid, on the receiver's clock; `None` if it did not say.
+    /// Time of validity on the receiver's clock; `None` if it did not send one.
     pub time: Option<ReceiverTime>,
     /// Geodetic latitude, WGS-84, in [−π/2, π/2].
     pub latitude_rad: f64,
@@ -63,25 +63,25 @@ pub struct ReceiverFix {
     pub horizontal_velocity_mps: Option<[f64; 2]>,
     /// Velocity downwards, m/s.
     pub down_velocity_mps: Option<f64>,
-    /// Speed over ground, m/s; may be known where the direction is not (many receivers leave the
-    /// course empty when nearly at rest).
+    /// Speed over ground, m/s. It may be known without a direction: many receivers leave the course empty when nearly
+    /// at rest.
     pub ground_speed_mps: Option<f64>,
-    /// One-sigma of position, m; see the decoder for how it follows from what the receiver sends.
+    /// One-sigma of position, m; see the decoder for its derivation from the receiver's values.
     pub position_sigma_m: Option<Vector<Ned>>,
     /// One-sigma of velocity, m/s.
     pub velocity_sigma_mps: Option<Vector<Ned>>,
-    /// Satellites used.
+    /// Number of satellites used.
     pub satellites: Option<u8>,
     /// Dilutions of precision.
     pub dilution: DilutionOfPrecision,
     /// Whether height was solved for.
     pub dimension: Option<Dimension>,
-    /// What corrected the fix.
+    /// Source of corrections of the fix.
     pub correction: Option<Correction>,
 }
 
 impl ReceiverFix {
-    /// A position and nothing else.
+    /// A fix with only a position.
     pub(super) const fn new(arrival: Time, place: Horizontal) -> Self {
         Self {
             arrival,
@@ -102,10 +102,10 @@ impl ReceiverFix {
         }
     }
 
-    /// The fix as the filter takes it, valid at `time` on the inertial unit's clock.
+    /// The fix as an input of the filter, valid at `time` on the inertial unit's clock.
     ///
-    /// `None` while the height above the ellipsoid is unknown: a receiver that gives height above
-    /// mean sea level alone needs [`with_geoid_separation`](Self::with_geoid_separation).
+    /// `None` while the height above the ellipsoid is unknown. A receiver that only reports height above mean sea
+    /// level needs [`with_geoid_separation`](Self::with_geoid_separation).
     #[must_use]
     pub fn at(&self, time: Time) -> Option<Fix> {
         Some(Fix {
@@ -126,8 +126,8 @@ impl ReceiverFix {
         })
     }
 
-    /// Fills in the height that the receiver did not give, from the one it did: `separation_m` is
-    /// the geoid's height above the ellipsoid at the flying site (−107 to 86 m over the Earth).
+    /// Computes the missing height from the reported one: `separation_m` is the geoid's height above the ellipsoid at
+    /// the flying site (−107 to 86 m over the Earth).
     #[must_use]
     pub fn with_geoid_separation(mut self, separation_m: f64) -> Self {
         self.height_m =
@@ -152,25 +152,24 @@ pub(super) struct Horizontal {
 }
 
 impl Horizontal {
-    /// `None` when a value is not finite or no place on Earth.
+    /// `None` when a value is not finite or out of range.
     pub fn new(latitude_rad: f64, longitude_rad: f64) -> Option<Self> {
         let on_earth = libm::fabs(latitude_rad) <= FRAC_PI_2 && libm::fabs(longitude_rad) <= TAU;
         on_earth.then(|| Self { latitude_rad, longitude_rad: wrap_angle(longitude_rad) })
     }
 }
 
-/// The height, if it is finite and within 100 km of the ellipsoid, where receivers' numbers end.
+/// The height, if it is finite and within 100 km of the ellipsoid, the limit of receivers.
 pub(super) fn plausible_height(height_m: f64) -> Option<f64> {
     (libm::fabs(height_m) <= 1e5).then_some(height_m)
 }
 
-/// The velocity, if it is finite and no faster than 600 m/s: receivers for sale stop at 515 m/s.
+/// The velocity, if it is finite and at most 600 m/s: commercial receivers stop at 515 m/s.
 pub(super) fn plausible_velocity<const N: usize>(velocity_mps: [f64; N]) -> Option<[f64; N]> {
     velocity_mps.iter().all(|component| libm::fabs(*component) <= 600.0).then_some(velocity_mps)
 }
 
-/// The one-sigmas, if they are finite and none is zero: receivers send zeros for those they do not
-/// have.
+/// The one-sigmas, if all are finite and above zero: receivers send zeros for unknown ones.
 pub(super) fn known_sigma(sigma: Vector<Ned>) -> Option<Vector<Ned>> {
     sigma.to_array().iter().all(|sigma| *sigma > 0.0 && sigma.is_finite()).then_some(sigma)
 }

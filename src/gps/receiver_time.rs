@@ -1,4 +1,4 @@
-//! Time as receivers give it: GPS week and time of week, or UTC.
+//! Time of receivers: GPS week and time of week, or UTC.
 
 const NS_PER_S: i64 = 1_000_000_000;
 const DAY_NS: i64 = 86_400 * NS_PER_S;
@@ -7,17 +7,17 @@ const WEEK_MS: u32 = 604_800_000;
 /// The start of GPS time, 1980-01-06 00:00:00 UTC, after the start of 1970.
 const GPS_START_DAY: i32 = 3_657;
 const GPS_START_NS: i64 = GPS_START_DAY as i64 * DAY_NS;
-/// More leap seconds than there will be.
+/// Upper limit of future leap seconds.
 const MOST_LEAP_SECONDS: i64 = 60;
 
-/// The earliest GPS week that a receiver can mean: 4 January 2026, before this was written.
+/// The earliest GPS week of a live receiver: 4 January 2026, before this was written.
 pub const WEEK_FLOOR: u16 = 2_400;
 
 /// The true GPS week of a `week` that may have lost multiples of 1024: the first that is not before
 /// `floor`.
 ///
-/// The navigation message carries ten bits of the week; old firmware counts on from a week fixed
-/// when it was built, and falls back 1024 weeks (19.6 years) once that span is over.
+/// The navigation message carries ten bits of the week. Old firmware counts on from a week fixed when it was built,
+/// and falls back 1024 weeks (19.6 years) after that span.
 ///
 /// ```
 /// use hovernav::gps::{WEEK_FLOOR, unroll_week};
@@ -34,21 +34,21 @@ pub const fn unroll_week(week: u16, floor: u16) -> u16 {
     week.saturating_add(turns.saturating_mul(1_024))
 }
 
-/// When an epoch was, on the clock that the receiver keeps, as far as it is known.
+/// Time of an epoch on the receiver's clock, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReceiverTime {
     /// GPS time, which has no leap seconds.
     Gps {
-        /// Weeks since 6 January 1980, rollover undone; `None` before the receiver knows.
+        /// Weeks since 6 January 1980, rollover undone; `None` while the receiver does not know it.
         week: Option<u16>,
         /// Nanoseconds since the start of the week, below one week.
         time_of_week_ns: u64,
-        /// GPS time less UTC, s, where the receiver says.
+        /// GPS time minus UTC, s, if the receiver reports it.
         leap_seconds: Option<u8>,
     },
     /// Coordinated universal time.
     Utc {
-        /// Days since 1 January 1970; `None` where no message gave a date.
+        /// Days since 1 January 1970; `None` without a message with a date.
         day: Option<i32>,
         /// Nanoseconds since midnight, below one day.
         time_of_day_ns: u64,
@@ -58,8 +58,8 @@ pub enum ReceiverTime {
 impl ReceiverTime {
     /// Seconds from `earlier` to `self`.
     ///
-    /// Where either lacks its week or date, the two are taken to be less than half a week or half a
-    /// day apart. `None` between GPS time and UTC.
+    /// If either lacks its week or date, they are assumed to be less than half a week or half a day apart. `None`
+    /// between GPS time and UTC.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Option<f64> {
         let (whole, part_ns, period_ns) = match (*self, *earlier) {
@@ -88,8 +88,8 @@ impl ReceiverTime {
         Some(difference_ns as f64 * 1e-9)
     }
 
-    /// Nanoseconds of UTC since the start of 1970, leap seconds not counted (Unix time); `None`
-    /// where the week, the date or the leap seconds are not known.
+    /// Nanoseconds of UTC since the start of 1970 without leap seconds (Unix time); `None` where the week, the date
+    /// or the leap seconds are unknown.
     #[must_use]
     pub fn unix_ns(&self) -> Option<i64> {
         match *self {
@@ -108,11 +108,11 @@ impl ReceiverTime {
         }
     }
 
-    /// GPS time from a time of week, below one, and the UTC of the same moment, days since the start of 1970 and
-    /// nanoseconds since midnight, fewer than two days: the week and the leap seconds are those that make the two agree.
+    /// GPS time from a time of week, below one week, and the UTC of the same moment: days since the start of 1970 and
+    /// nanoseconds since midnight, below two days. The week and the leap seconds are those for which the two agree.
     ///
-    /// `None` where they disagree by more than 0 to 60 s, the span in which leap seconds stay.
-    // Counted in days, for a division of 64 bits is 1 kB of program on a microcontroller.
+    /// `None` where they disagree by more than 0 to 60 s, the range of leap seconds.
+    // Computed in days, because a 64-bit division takes 1 kB of program memory on a microcontroller.
     pub(crate) fn from_week_time_and_utc(
         time_of_week_ns: u64,
         day: i32,
@@ -130,13 +130,13 @@ impl ReceiverTime {
         if leap_ns >= (MOST_LEAP_SECONDS + 1) * NS_PER_S {
             return None;
         }
-        // The nearest number to a quotient of so few digits is on the right side of every whole one.
+        // The quotient has so few digits that rounding cannot carry it across a whole number.
         let leap_seconds = (leap_ns as f64 / NS_PER_S as f64) as u8;
         let week = u16::try_from(day.div_euclid(7) + turned).ok()?;
         Some(Self::Gps { week: Some(week), time_of_week_ns, leap_seconds: Some(leap_seconds) })
     }
 
-    /// GPS time from a time of week in milliseconds and what to add to it, ns; both may reach beyond the week's ends.
+    /// GPS time from a time of week in milliseconds and a fraction to add, ns; the sum may lie outside the week.
     pub(crate) fn of_gps(
         week: Option<i16>,
         time_of_week_ms: u32,
@@ -159,12 +159,12 @@ impl ReceiverTime {
     }
 }
 
-/// Days from 1 January 1970 to a day of the Gregorian calendar; `None` for one that it does not have,
-/// or before the year 1.
+/// Days from 1 January 1970 to a date of the Gregorian calendar; `None` for an invalid date, or one before the year
+/// 1.
 ///
 /// # Source
-/// H. Hinnant, *chrono-Compatible Low-Level Date Algorithms* (2013), `days_from_civil`: the year is
-/// begun in March, so that the leap day is its last.
+/// H. Hinnant, *chrono-Compatible Low-Level Date Algorithms* (2013), `days_from_civil`: the year begins in March, so
+/// that the leap day is its last.
 pub(crate) fn days_since_1970(year: u32, month: u32, day: u32) -> Option<i32> {
     let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let length = match month {
@@ -183,7 +183,7 @@ pub(crate) fn days_since_1970(year: u32, month: u32, day: u32) -> Option<i32> {
     i32::try_from(146_097 * era + day_of_era).ok()?.checked_sub(719_468)
 }
 
-/// A time of week in seconds as whole nanoseconds; `None` unless it lies within a week.
+/// A time of week in seconds as whole nanoseconds; `None` outside a week.
 pub(crate) fn time_of_week_ns(seconds: f64) -> Option<u64> {
     (0.0..604_800.0).contains(&seconds).then(|| libm::round(seconds * 1e9) as u64)
 }
@@ -192,7 +192,7 @@ fn difference_ns(later: u64, earlier: u64) -> i64 {
     later.cast_signed().saturating_sub(earlier.cast_signed())
 }
 
-/// `value` moved by whole periods into half a period around zero.
+/// `value` wrapped by whole periods into half a period around zero.
 fn wrap(value: i64, period: i64) -> i64 {
     (value.saturating_add(period / 2)).rem_euclid(period) - period / 2
 }

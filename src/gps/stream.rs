@@ -1,4 +1,4 @@
-//! One receiver, whichever protocol it speaks.
+//! One receiver of any protocol.
 
 #[cfg(feature = "nmea")]
 use super::nmea;
@@ -9,7 +9,7 @@ use super::ubx;
 use super::{MessageCounts, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
-/// The language of a receiver.
+/// Protocol of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
     /// Trimble Standard Interface Protocol.
@@ -23,8 +23,8 @@ pub enum Protocol {
     Ubx,
 }
 
-/// A decoder chosen at run time; where the protocol is known beforehand, take that protocol's own
-/// `Decoder`, which has the same three methods.
+/// A decoder chosen at run time. If the protocol is known in advance, use its own `Decoder`, which has the same three
+/// methods.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "one receiver exists per flight, and no heap does")]
 pub enum Receiver {
@@ -40,7 +40,7 @@ pub enum Receiver {
 }
 
 impl Receiver {
-    /// A decoder that has seen nothing yet.
+    /// A decoder without any input yet.
     #[must_use]
     pub fn new(protocol: Protocol) -> Self {
         match protocol {
@@ -53,8 +53,8 @@ impl Receiver {
         }
     }
 
-    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
-    /// they are used up. Call again until then.
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch. `None` when all bytes are
+    /// consumed; call again until then.
     pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
         match self {
             #[cfg(feature = "tsip")]
@@ -66,8 +66,7 @@ impl Receiver {
         }
     }
 
-    /// The epoch still being put together, as far as it came: for when the line has fallen silent
-    /// until the next epoch, or a log is at its end.
+    /// The fix of the incomplete epoch: for a line that is silent until the next epoch, or the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         match self {
             #[cfg(feature = "tsip")]
@@ -79,7 +78,7 @@ impl Receiver {
         }
     }
 
-    /// The last heading of two antennas, once; only u-blox receivers send one that is read.
+    /// Takes the last heading of two antennas, once; only read from u-blox receivers.
     pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
         match self {
             #[cfg(feature = "ubx")]
@@ -89,7 +88,7 @@ impl Receiver {
         }
     }
 
-    /// What became of all messages so far.
+    /// Counts of all messages since the start.
     #[must_use]
     pub fn counts(&self) -> MessageCounts {
         match self {

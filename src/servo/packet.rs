@@ -102,7 +102,7 @@ fn milliseconds(ticks: u16) -> f64 {
     f64::from(ticks) / TICKS_PER_MS
 }
 
-/// Counts of the stream so far.
+/// Counts of the stream since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCounts {
     /// Bytes received.
@@ -163,7 +163,7 @@ impl Decoder {
         Some(Received { packet, missing })
     }
 
-    /// Counts of the stream so far.
+    /// Counts of the stream since the start.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         &self.counts
@@ -196,7 +196,7 @@ impl PacketCapture {
         &self.pulses
     }
 
-    /// Counts of the stream so far.
+    /// Counts of the stream since the start.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         self.decoder.counts()

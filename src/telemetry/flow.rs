@@ -1,6 +1,6 @@
 //! Flow control by the ground: `#` starts frames, `$` pauses them.
 
-/// Whether frames flow. They do not until the ground asks.
+/// Whether frames are sent. They are not sent until the ground requests them.
 ///
 /// ```
 /// use hovernav::telemetry::Flow;
@@ -17,8 +17,7 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// Takes bytes from the ground; the last command among them counts, and other bytes are counted
-    /// and ignored.
+    /// Takes bytes from the ground. The last command among them counts; other bytes are counted and ignored.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             match byte {
@@ -35,7 +34,7 @@ impl Flow {
         self.on
     }
 
-    /// Bytes that were no command: noise on the line, or another protocol.
+    /// Number of bytes that were no command: noise on the line, or another protocol.
     #[must_use]
     pub const fn ignored(&self) -> u32 {
         self.ignored

@@ -1,10 +1,9 @@
-//! A snapshot as one frame of 145 bytes, a supplement as one of 56 and a text as one of 82, laid out in
+//! Frames of telemetry: a snapshot of 145 bytes, a supplement of 56 and a text of 82, documented in
 //! `docs/telemetry.md`.
 //!
-//! A frame ends with a zero byte and has no other (COBS: Cheshire and Baker, *Consistent overhead
-//! byte stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999), so whoever joins in the middle,
-//! or loses bytes, is back with the next frame. A CRC-32 over all of it decides whether it is
-//! believed.
+//! A frame ends with a zero byte and contains no other zero (COBS: Cheshire and Baker, *Consistent overhead byte
+//! stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999). A receiver that joins late or loses bytes is
+//! therefore synchronised again at the next frame. A frame is accepted only with a valid CRC-32 over all of it.
 
 use core::fmt;
 
@@ -21,33 +20,33 @@ use crate::earth::Geodetic;
 use crate::frames::EulerAngles;
 use crate::time::Time;
 
-/// The version of a snapshot's layout, in its frame's first byte.
+/// Version of a snapshot's layout, in its frame's first byte.
 pub const VERSION: u8 = 1;
-/// The same of a supplement's.
+/// Version of a supplement's layout.
 const SUPPLEMENT_VERSION: u8 = 2;
-/// The same of a text's.
+/// Version of a text's layout.
 const TEXT_VERSION: u8 = 3;
-/// Bytes of a snapshot's frame, the zero at its end included.
+/// Length of a snapshot's frame, bytes, including the zero at its end.
 pub const LENGTH: usize = BODY + OVERHEAD;
-/// The same of a supplement's.
+/// Length of a supplement's frame, bytes.
 pub const SUPPLEMENT_LENGTH: usize = SUPPLEMENT_BODY + OVERHEAD;
-/// The same of a text's.
+/// Length of a text's frame, bytes.
 pub const TEXT_LENGTH: usize = TEXT_BODY + OVERHEAD;
 
-/// Bytes before the checksum.
+/// Length of a snapshot's body, bytes, without the checksum.
 const BODY: usize = 139;
 const SUPPLEMENT_BODY: usize = 50;
 const TEXT_BODY: usize = 12 + TEXT;
 const CHECKSUM: usize = 4;
 /// Checksum, the byte of the stuffing, and the zero.
 const OVERHEAD: usize = CHECKSUM + 2;
-/// Bytes of a frame without the zero: the stuffing costs one byte up to 254.
+/// Length of a frame without the zero, bytes: the stuffing costs one byte for up to 254.
 const STUFFED: usize = LENGTH - 1;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-// Steps in one of the unit that the name ends with. Dividing by a whole number rounds correctly, so
-// that 31.5 comes back as 31.5.
+// Steps in one of the unit that the name ends with. Division by a whole number is correctly rounded, so that 31.5
+// comes back as 31.5.
 const RATE_RADPS: f64 = 2e3;
 const SPECIFIC_FORCE_MPS2: f64 = 200.0;
 const FIELD_GAUSS: f64 = 1e4;
@@ -64,18 +63,18 @@ const DILUTION: f64 = 10.0;
 const NORMALISED: f64 = 20.0;
 const DURATION_S: f64 = 1e5;
 
-/// A frame that has been received.
+/// A received frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Its number: one more than that of the frame sent before it, 255 is followed by 0.
+    /// Number of the frame: one more than that of the previous frame; 0 follows 255.
     pub sequence: u8,
-    /// What it holds.
+    /// The snapshot in the frame.
     pub snapshot: Snapshot,
 }
 
-/// What a frame holds.
+/// Content of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// All live on the stack, one at a time.
+// Only one lives on the stack at a time.
 #[allow(clippy::large_enum_variant)]
 #[non_exhaustive]
 pub enum Message {
@@ -83,33 +82,33 @@ pub enum Message {
     Snapshot(Frame),
     /// Flight control in detail, and biases.
     Supplement(Supplement),
-    /// What happened, in words.
+    /// A text message.
     Text(Text),
 }
 
-/// Why bytes between two zeros are no frame.
+/// Reason why the bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
-    /// The stuffing does not hold.
+    /// The stuffing is invalid.
     Stuffing,
-    /// It is not as long as a frame.
+    /// The length is not that of a frame.
     Length {
-        /// Bytes without stuffing and end.
+        /// Number of bytes without stuffing and end.
         found: usize,
     },
-    /// The checksum does not hold.
+    /// The checksum is invalid.
     Checksum {
-        /// What the bytes amount to.
+        /// Checksum computed from the bytes.
         expected: u32,
-        /// What the frame says.
+        /// Checksum in the frame.
         found: u32,
     },
-    /// The frame is whole and of another version than [`VERSION`].
+    /// The frame is complete, with another version than [`VERSION`].
     Version {
-        /// That version.
+        /// The version of the frame.
         found: u8,
     },
-    /// The frame is whole and has a code that no mode, kind of fix or severity has.
+    /// The frame is complete, with a code of no known mode, kind of fix or severity.
     Code {
         /// The code.
         found: u8,
@@ -119,7 +118,7 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Stuffing => f.write_str("a zero where none can be"),
+            Self::Stuffing => f.write_str("a zero byte inside the stuffed data"),
             Self::Length { found } => {
                 write!(f, "{found} bytes, expected {}", BODY + CHECKSUM)
             }
@@ -128,7 +127,7 @@ impl fmt::Display for FrameError {
             }
             Self::Version { found } => write!(f, "version {found}, expected {VERSION}"),
             Self::Code { found } => {
-                write!(f, "code {found} names no mode, kind of fix or severity")
+                write!(f, "code {found}: unknown mode, kind of fix or severity")
             }
         }
     }
@@ -136,8 +135,8 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// The frame numbered `sequence` that holds `snapshot`, to the nearest step of each field; what a
-/// field cannot hold becomes the nearest that it can, and what is no place on Earth becomes unknown.
+/// Packs `snapshot` into the frame numbered `sequence`. Each field is rounded to its nearest step; values out of
+/// range saturate. A position that is not valid on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
     let mut header = [VERSION, sequence, snapshot.mode.code(), snapshot.gps.fix.code()];
@@ -145,7 +144,7 @@ pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
     sealed(|codec| walk(codec, &mut header, &mut snapshot))
 }
 
-/// The frame numbered `sequence` that holds `supplement`, as [`pack`] does it.
+/// Packs `supplement` into the frame numbered `sequence`, as [`pack`] does.
 #[must_use]
 pub fn pack_supplement(supplement: &Supplement, sequence: u8) -> [u8; SUPPLEMENT_LENGTH] {
     let mut supplement = *supplement;
@@ -154,7 +153,7 @@ pub fn pack_supplement(supplement: &Supplement, sequence: u8) -> [u8; SUPPLEMENT
     })
 }
 
-/// The frame numbered `sequence` that holds `text`.
+/// Packs `text` into the frame numbered `sequence`.
 #[must_use]
 pub fn pack_text(text: &Text, sequence: u8) -> [u8; TEXT_LENGTH] {
     let mut text = *text;
@@ -163,7 +162,7 @@ pub fn pack_text(text: &Text, sequence: u8) -> [u8; TEXT_LENGTH] {
     })
 }
 
-/// A frame of what `fill` packs.
+/// The frame of the content that `fill` packs.
 fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
     let mut bytes = [0; N];
     if let [_, body @ .., c0, c1, c2, c3, _] = &mut bytes[..] {
@@ -176,7 +175,7 @@ fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
     bytes
 }
 
-/// The number and the content of the frame in the bytes between two zeros, which are used up as room.
+/// Number and content of the frame in the bytes between two zeros; the bytes are overwritten.
 fn unpack(stuffed: &mut [u8]) -> Result<(u8, Message), FrameError> {
     if !unstuff(stuffed) {
         return Err(FrameError::Stuffing);
@@ -224,7 +223,7 @@ fn unpack_snapshot(codec: &mut Codec<'_>) -> Result<Frame, FrameError> {
     Ok(Frame { sequence, snapshot })
 }
 
-/// Every field in its place: the layout, for both ways.
+/// The layout: all fields in their order, for packing and unpacking.
 fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.bytes(header);
     codec.time(&mut snapshot.time);
@@ -241,7 +240,7 @@ fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.scaled_all::<i16, 3>(&mut angles, ANGLE_RAD);
     snapshot.attitude =
         angles.map(|[roll_rad, pitch_rad, yaw_rad]| EulerAngles { roll_rad, pitch_rad, yaw_rad });
-    // The nearest number is no answer for what is no place on Earth.
+    // An invalid position must become unknown; saturation would give a wrong one.
     let position = snapshot.position.and_then(|position| {
         Geodetic::from_degrees(position.latitude_deg(), position.longitude_deg(), position.height_m)
     });
@@ -313,27 +312,27 @@ fn innovations(codec: &mut Codec<'_>, innovations: &mut Innovations) {
     codec.count(&mut innovations.rejected);
 }
 
-/// What became of the stream so far.
+/// Counts of the stream since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameCounts {
-    /// Bytes seen.
+    /// Bytes received.
     pub bytes: u64,
     /// Frames delivered.
     pub frames: u64,
-    /// Stretches between zeros that were no frame.
+    /// Stretches between zeros that were not a frame.
     pub damaged: u64,
-    /// Frames that the numbers of those delivered show to be missing, the damaged among them: [`Sequence`].
+    /// Missing frames according to the frame numbers, damaged frames included: [`Sequence`].
     pub missing: u64,
 }
 
-/// Finds the frames in a stream of bytes, whatever happened to it on its way.
+/// Finds the frames in a stream of bytes, also in a damaged one.
 ///
-/// A frame is delivered with its zero; after any damage the next whole frame is found. Memory is
-/// fixed, and so is the work for each byte but a zero, which has one frame's.
+/// A frame is delivered with its zero; after any damage the next complete frame is found. Memory is fixed. The work
+/// per byte is constant; a zero takes the work of one frame.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     stuffed: [u8; STUFFED],
-    /// Bytes since the last zero, those that `stuffed` has no room for included.
+    /// Number of bytes since the last zero, including those beyond the capacity of `stuffed`.
     length: usize,
     sequence: Sequence,
     counts: FrameCounts,
@@ -347,8 +346,8 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte; the snapshot that it ends, or why what it ends is no frame. Frames of other
-    /// content are passed over.
+    /// Takes one byte. Returns the snapshot that it completes, or the reason why the bytes are not a frame. Frames
+    /// with other content are skipped.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
         match self.push_message(byte)? {
             Ok(Message::Snapshot(frame)) => Some(Ok(frame)),
@@ -357,7 +356,8 @@ impl Decoder {
         }
     }
 
-    /// Takes one byte; what the frame holds that it ends, or why what it ends is none.
+    /// Takes one byte. Returns the content of the frame that it completes, or the reason why the bytes are not a
+    /// frame.
     pub fn push_message(&mut self, byte: u8) -> Option<Result<Message, FrameError>> {
         self.counts.bytes += 1;
         if byte != 0 {
@@ -387,7 +387,7 @@ impl Decoder {
         Some(result.map(|(_, message)| message))
     }
 
-    /// What became of the stream so far.
+    /// Counts of the stream since the start.
     #[must_use]
     pub const fn counts(&self) -> &FrameCounts {
         &self.counts

@@ -1,12 +1,12 @@
-//! Numbers that go from 0 to 255 and over again, and what they show to be missing.
+//! Missing frames from frame numbers that count from 0 to 255 and wrap.
 
-/// A frame that comes after at most so many of those sent later was only held up.
+/// Largest number of later frames that may overtake a delayed frame.
 const HELD_UP: u8 = 16;
 
-/// Counts what is missing among frames numbered from 0 to 255 over and over.
+/// Counts missing frames from frame numbers that count from 0 to 255 and wrap.
 ///
-/// Datagrams overtake each other: a frame that comes late was missing, and is no more. What a number cannot
-/// tell is a gap of a whole round.
+/// Datagrams can overtake each other: a late frame is first counted as missing, and then no more. A gap of 256 frames
+/// is not detectable from the numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sequence {
     before: Option<u8>,
@@ -14,7 +14,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Hears the frame of this number.
+    /// Takes the number of a received frame.
     pub fn hear(&mut self, number: u8) {
         let gap = self.before.map_or(0, |before| number.wrapping_sub(before).wrapping_sub(1));
         if gap > u8::MAX - HELD_UP {
@@ -25,7 +25,7 @@ impl Sequence {
         }
     }
 
-    /// How many did not come so far.
+    /// Number of missing frames since the start.
     #[must_use]
     pub const fn missing(&self) -> u64 {
         self.missing
@@ -47,7 +47,7 @@ mod tests {
         assert_eq!(missing([250, 251, 255, 0, 2]), 4);
         assert_eq!(missing([1, 2, 4, 3, 5, 7, 8, 6, 9]), 0);
         assert_eq!(missing((0..=255).chain(0..=255)), 0);
-        // A vehicle that begins anew.
+        // A vehicle that restarts.
         assert_eq!(missing([200, 201, 0, 1]), 54);
     }
 }

@@ -1,4 +1,4 @@
-//! What the ground wants to know less often than every cycle: flight control in detail, and biases.
+//! Supplement: flight control in detail and biases, at a lower rate than the snapshots.
 
 use super::wire::Codec;
 use crate::autopilot::Mode;
@@ -16,24 +16,24 @@ const GYRO_BIAS_RADPS: f64 = 1e5;
 const ACCEL_BIAS_MPS2: f64 = 1e3;
 const SHARE: f64 = 1e3;
 
-/// The code of [`Supplement::mode`] that stands for no autopilot.
+/// The code of [`Supplement::mode`] without an autopilot.
 const NO_AUTOPILOT: u8 = u8::MAX;
 
-/// Flight control at one moment, a yes or no each.
+/// Flags of flight control at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ControlFlags {
     /// The pilot's switch is closed.
     pub switch_on: bool,
     /// The autopilot flies.
     pub engaged: bool,
-    /// The switch is closed and the pilot flies: refused, or handed back. It must be opened before it
-    /// counts again.
+    /// The switch is closed and the pilot flies: refused, or handed back. The switch must be opened before it acts
+    /// again.
     pub refused: bool,
-    /// The pilot's signal is lost while the autopilot flies: it holds.
+    /// The pilot's signal is lost while the autopilot flies: the autopilot holds.
     pub pilot_lost: bool,
-    /// The pilot did not come back: it descends.
+    /// The pilot's signal did not return: the autopilot descends.
     pub descends: bool,
-    /// The fence was reached, and the vehicle is not yet well inside again.
+    /// The vehicle reached the fence, and is not yet well inside again.
     pub outside_fence: bool,
     /// A stick is at its end.
     pub at_end: bool,
@@ -76,39 +76,39 @@ impl ControlFlags {
     }
 }
 
-/// Flight control and biases at one moment; what is not known is `None`.
+/// Flight control and biases at one moment; unknown values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supplement {
     /// The moment, on the flight's clock.
     pub time: Time,
-    /// What the autopilot is doing; `None` where there is no autopilot.
+    /// The autopilot's mode; `None` without an autopilot.
     pub mode: Option<Mode>,
-    /// Flight control, a yes or no each.
+    /// Flags of flight control.
     pub flags: ControlFlags,
     /// The checks that keep the autopilot from taking over: see
     /// [`Readiness::failed_bits`](crate::autopilot::Readiness::failed_bits).
     pub failed_checks: u16,
     /// Width of the pulse on the aux channel, ms.
     pub aux_ms: Option<f64>,
-    /// Velocity that the loops were asked for, m/s; only while the autopilot holds one.
+    /// Commanded velocity of the loops, m/s; only while the autopilot holds one.
     pub asked_velocity_mps: Option<Vector<Ned>>,
-    /// Heading that the loops were asked for, rad; only while the autopilot flies.
+    /// Commanded heading of the loops, rad; only while the autopilot flies.
     pub asked_heading_rad: Option<f64>,
-    /// Gyro bias by the estimator, rad/s.
+    /// Gyro bias from the estimator, rad/s.
     pub gyro_bias_radps: Option<Vector<Body>>,
-    /// Accelerometer bias by the estimator, m/s².
+    /// Accelerometer bias from the estimator, m/s².
     pub accel_bias_mps2: Option<Vector<Body>>,
     /// One-sigma of the gyro bias, rad/s.
     pub gyro_bias_sigma_radps: Option<Vector<Body>>,
     /// One-sigma of the accelerometer bias, m/s².
     pub accel_bias_sigma_mps2: Option<Vector<Body>>,
-    /// Share of the way from the middle of the fence to its nearest side, 1 at the fence; `None`
-    /// without a fence or a position.
+    /// Share of the way from the centre of the fence to its nearest side, 1 at the fence; `None` without a fence or a
+    /// position.
     pub fence_share: Option<f64>,
 }
 
 impl Supplement {
-    /// A supplement of which only the time is known.
+    /// A supplement with only the time.
     #[must_use]
     pub const fn at(time: Time) -> Self {
         Self {
@@ -127,7 +127,7 @@ impl Supplement {
         }
     }
 
-    /// The same with what the estimator knows.
+    /// Adds the biases of the estimator.
     #[must_use]
     pub const fn with_solution(self, solution: &Solution) -> Self {
         Self {
@@ -139,7 +139,7 @@ impl Supplement {
         }
     }
 
-    /// The same with what a cycle of `control` came to.
+    /// Adds the outputs of a cycle of `control`.
     #[must_use]
     pub fn with_control<T: Scalar>(
         self,
@@ -167,14 +167,14 @@ impl Supplement {
         }
     }
 
-    /// Whether something that is a yes or no, or the mode, is otherwise than in `other`.
+    /// Whether a flag or the mode differs from `other`.
     #[must_use]
     pub fn differs_from(&self, other: &Self) -> bool {
         (self.mode, self.flags, self.failed_checks)
             != (other.mode, other.flags, other.failed_checks)
     }
 
-    /// Every field in its place, for both ways; `None` where the mode's code names none.
+    /// All fields in their order, for packing and unpacking; `None` for an unknown code of the mode.
     pub(super) fn walk(&mut self, codec: &mut Codec<'_>, header: &mut [u8; 2]) -> Option<()> {
         codec.bytes(header);
         let known = |mode| Mode::ALL.iter().position(|own| *own == mode);

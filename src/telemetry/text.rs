@@ -1,4 +1,4 @@
-//! What happens, in words.
+//! Text messages about events.
 
 use super::wire::Codec;
 use crate::time::Time;
@@ -6,15 +6,15 @@ use crate::time::Time;
 /// Bytes of text in one frame.
 pub const TEXT: usize = 64;
 
-/// How much a text matters.
+/// Severity of a text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// As it should be.
+    /// Normal operation.
     #[default]
     Info,
-    /// It flies on, less well.
+    /// The flight continues with reduced performance.
     Warning,
-    /// Something is lost.
+    /// A function is lost.
     Error,
 }
 
@@ -25,18 +25,18 @@ impl Severity {
 /// A line of text, or a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Text {
-    /// When, on the flight's clock.
+    /// Time of the event, on the flight's clock.
     pub time: Time,
-    /// How much it matters.
+    /// Severity of the event.
     pub severity: Severity,
-    /// Whether the next text goes on with the same line.
+    /// Whether the next text continues the same line.
     pub goes_on: bool,
-    /// Filled up with zeros.
+    /// Padded with zeros.
     pub(super) bytes: [u8; TEXT],
 }
 
 impl Text {
-    /// As much of `line` as fits, and what is left of it; nothing is cut within a character.
+    /// The beginning of `line` that fits, and the rest of it; the cut is between characters.
     #[must_use]
     pub fn first_of(time: Time, severity: Severity, line: &str) -> (Self, &str) {
         let end = (0..=TEXT).rev().find(|&end| line.is_char_boundary(end)).unwrap_or(0);
@@ -48,7 +48,7 @@ impl Text {
         (Self { time, severity, goes_on: !rest.is_empty(), bytes }, rest)
     }
 
-    /// The text; empty where it is not UTF-8.
+    /// The text; empty if it is not UTF-8.
     #[must_use]
     pub fn as_str(&self) -> &str {
         str::from_utf8(&self.bytes).map(|text| text.trim_end_matches('\0')).unwrap_or_default()
@@ -58,7 +58,7 @@ impl Text {
         Self { time: Time::ZERO, severity: Severity::Info, goes_on: false, bytes: [0; TEXT] }
     }
 
-    /// Every field in its place, for both ways; `None` where the code names no severity.
+    /// All fields in their order, for packing and unpacking; `None` for an unknown code of the severity.
     pub(super) fn walk(&mut self, codec: &mut Codec<'_>, header: &mut [u8; 2]) -> Option<()> {
         codec.bytes(header);
         let mut codes = [self.severity as u8, u8::from(self.goes_on)];

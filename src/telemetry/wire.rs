@@ -1,5 +1,5 @@
-//! Numbers as whole steps, one walk over the fields that both packs and unpacks, and the stuffing that
-//! keeps zeros out of what is sent.
+//! Numbers as whole steps, one function over the fields for packing and unpacking, and the stuffing that removes
+//! zeros from the sent bytes.
 //!
 //! # Source
 //! S. Cheshire and M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Transactions on Networking
@@ -8,8 +8,8 @@
 use crate::frames::Vector;
 use crate::time::Time;
 
-/// Removes the zeros of `bytes`, a zero and then at most 253 bytes of data: each becomes the distance
-/// to the next, the last one to the end.
+/// Removes the zeros of `bytes`, a zero and then at most 253 bytes of data. Each zero becomes the distance to the
+/// next, the last one the distance to the end.
 pub(super) fn stuff(bytes: &mut [u8]) {
     let mut distance = 1u8;
     for byte in bytes.iter_mut().rev() {
@@ -22,7 +22,7 @@ pub(super) fn stuff(bytes: &mut [u8]) {
     }
 }
 
-/// Undoes [`stuff`]; whether the distances lead from one to the next and the last one to the end.
+/// Undoes [`stuff`]. Returns whether each distance leads to the next, and the last one to the end.
 pub(super) fn unstuff(bytes: &mut [u8]) -> bool {
     let mut distance = 1u8;
     for byte in bytes {
@@ -37,22 +37,22 @@ pub(super) fn unstuff(bytes: &mut [u8]) -> bool {
     distance == 1
 }
 
-/// Bytes being filled or read, front to back.
+/// Bytes being packed or unpacked, front to back.
 pub(super) enum Codec<'a> {
-    /// Values go into what is left of these bytes.
+    /// Values are written to these remaining bytes.
     Pack(&'a mut [u8]),
-    /// Values come from what is left of these bytes.
+    /// Values are read from these remaining bytes.
     Unpack(&'a [u8]),
 }
 
 /// A whole number on the wire.
 pub(super) trait Word: Copy {
-    /// `steps` to the nearest number; what is beyond the ends becomes the nearest end, NaN and `None`
-    /// become the number that stands for unknown.
+    /// `steps` rounded to the nearest number. Values out of range saturate; NaN and `None` become the number for
+    /// unknown.
     fn of(steps: Option<f64>) -> Self;
     /// The number of steps, if it is known.
     fn steps(self) -> Option<f64>;
-    /// Packs or unpacks it.
+    /// Packs or unpacks the number.
     fn code(&mut self, codec: &mut Codec<'_>);
 }
 
@@ -85,8 +85,7 @@ word!(u8, MAX, 0, Self::MAX - 1);
 word!(u16, MAX, 0, Self::MAX - 1);
 
 impl Codec<'_> {
-    /// Packs or unpacks `N` bytes. Beyond the end nothing is written, and what is read stays as it
-    /// was.
+    /// Packs or unpacks `N` bytes. Beyond the end nothing is written, and a read value stays unchanged.
     pub fn bytes<const N: usize>(&mut self, value: &mut [u8; N]) {
         match self {
             Self::Pack(room) => {
@@ -104,15 +103,14 @@ impl Codec<'_> {
         }
     }
 
-    /// Packs or unpacks a value as a whole number of steps, `per_unit` of them in
-    /// one of its unit.
+    /// Packs or unpacks a value as a whole number of steps, `per_unit` of them in one unit.
     pub fn scaled<W: Word>(&mut self, value: &mut Option<f64>, per_unit: f64) {
         let mut word = W::of(value.map(|value| value * per_unit));
         word.code(self);
         *value = word.steps().map(|steps| steps / per_unit);
     }
 
-    /// The same for several at once, which are known all or not at all.
+    /// The same for several values, which are all known or all unknown.
     pub fn scaled_all<W: Word, const N: usize>(
         &mut self,
         values: &mut Option<[f64; N]>,
@@ -143,7 +141,7 @@ impl Codec<'_> {
         *time = Time::from_nanoseconds(i64::from_le_bytes(time_us).saturating_mul(1_000));
     }
 
-    /// Packs or unpacks a count; one beyond two bytes becomes the greatest that fits.
+    /// Packs or unpacks a count; it saturates at two bytes.
     pub fn count(&mut self, value: &mut u32) {
         let mut bytes = u16::try_from(*value).unwrap_or(u16::MAX).to_le_bytes();
         self.bytes(&mut bytes);
@@ -160,7 +158,7 @@ mod tests {
     proptest! {
         #[test]
         fn stuffing_is_that_of_the_cobs_crate(
-            // Zeros are rare in random bytes, and what stuffing is about.
+            // Zeros are rare in random bytes, so they are added here: stuffing is about them.
             data in prop::collection::vec(prop_oneof![any::<u8>(), Just(0)], 0..=253),
         ) {
             let mut bytes = [&[0][..], &data].concat();

@@ -1,4 +1,4 @@
-//! One fix an epoch from the sentences.
+//! From NMEA sentences to one fix per epoch.
 
 use super::framer::Framer;
 use super::sentence::{
@@ -11,8 +11,8 @@ use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// A line silent for longer than this is between two epochs: 10 Hz leaves 100 ms for both, and a
-/// loop at 33 Hz reads every 30 ms.
+/// Silence of a line that separates two epochs, s: 10 Hz leaves 100 ms for both, and a loop at 33 Hz reads every 30
+/// ms.
 const SILENCE_S: f64 = 0.05;
 
 const GGA: Kinds = 1;
@@ -24,27 +24,27 @@ const GST: Kinds = 32;
 
 /// Turns NMEA sentences into fixes.
 ///
-/// An epoch is all sentences with one time of day (GGA, GNS, RMC, GST), and those without a time
-/// that come with them (VTG, GSA). Its fix is handed on when the kinds of sentence are in that
-/// the last epochs had, or when the next epoch starts. The first two fixes therefore come an epoch
-/// late; [`flush`](Self::flush) on a silent line brings any fix at once.
+/// An epoch is all sentences with one time of day (GGA, GNS, RMC, GST), and the sentences without a time that arrive
+/// with them (VTG, GSA). Its fix is delivered once all kinds of sentence of the last epochs have arrived, or when the
+/// next epoch starts. The first two fixes are therefore late by an epoch; [`flush`](Self::flush) on a silent line
+/// delivers any fix at once.
 ///
-/// * Position is that of GGA, else GNS, else RMC (which has no height). It is no fix if *any*
-///   sentence of the epoch says so: GGA quality 0 or 6 to 8, RMC status V or mode N, E, M, S or U,
-///   GSA mode 1, GNS without a valid mode, RMC or GNS with the navigational status U.
-/// * Velocity is RMC's; VTG's where the receiver sends no RMC. Down velocity is unknown. At rest
+/// * Position is that of GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of
+///   its sentences reports none: GGA quality 0 or 6 to 8, RMC status V or mode N, E, M, S or U, GSA mode 1,
+///   GNS without a valid mode, RMC or GNS with the navigational status U.
+/// * Velocity is that of RMC; that of VTG where the receiver sends no RMC. Down velocity is unknown. At rest
 ///   many receivers leave the course empty: then only the ground speed is known.
-/// * Sigmas are GST's; else unknown.
-/// * The date is RMC's, taken at its word: a receiver past its week rollover sends a wrong one.
+/// * One-sigmas are those of GST; else unknown.
+/// * The date is that of RMC, unchecked: a receiver past its week rollover sends a wrong one.
 ///
-/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes
-/// them, else after; for this the line must be read at least every 50 ms. A log replayed without its
-/// arrival times reads right if they follow it.
+/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes them, else after.
+/// This requires reading the line at least every 50 ms. A log replayed without arrival times is read correctly if
+/// they follow the position.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     framer: Framer,
     epoch: Epoch,
-    /// Sentences without time that began a burst.
+    /// Sentences without time at the beginning of a burst.
     leading: Option<Epoch>,
     cycle: Cycle,
     last_arrival: Option<Time>,
@@ -52,7 +52,7 @@ pub struct Decoder {
     counts: MessageCounts,
 }
 
-/// What has come of one epoch.
+/// Data of an incomplete epoch.
 #[derive(Clone, Copy, Debug, Default)]
 struct Epoch {
     time_of_day_ns: Option<u64>,
@@ -68,13 +68,13 @@ struct Epoch {
 }
 
 impl Decoder {
-    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
-    /// they are used up. Call again until then.
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch. `None` when all bytes are
+    /// consumed; call again until then.
     pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one a byte: each takes a sentence from `bytes`.
+        // Turns: at most one per byte: each takes a sentence from `bytes`.
         loop {
             let line = self.framer.next(bytes, arrival)?;
             let started = line.arrival;
@@ -103,13 +103,13 @@ impl Decoder {
         }
     }
 
-    /// The epoch still being put together, if it has a position: for when the line has fallen silent
-    /// until the next, or a log is at its end.
+    /// The fix of the incomplete epoch, if it has a position: for a line that is silent until the next epoch, or the
+    /// end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }
 
-    /// What became of all sentences so far.
+    /// Counts of all sentences since the start.
     #[must_use]
     pub fn counts(&self) -> MessageCounts {
         MessageCounts {
@@ -118,7 +118,7 @@ impl Decoder {
         }
     }
 
-    /// Puts a sentence into its epoch; the fix of the epoch before, if that had not been handed on.
+    /// Adds a sentence to its epoch. Returns the fix of the previous epoch, if it is still undelivered.
     fn accept(
         &mut self,
         sentence: &Sentence,
@@ -128,7 +128,7 @@ impl Decoder {
         let mut before = None;
         if sentence.time_of_day_ns.is_none() {
             if !matches!(sentence.kind, Kind::Vtg | Kind::Gsa) {
-                // A receiver that does not know the time has no fix, and no epoch to put it in.
+                // A receiver that does not know the time has no fix, and its sentence belongs to no epoch.
                 self.counts.no_fix = self.counts.no_fix.saturating_add(1);
                 return None;
             }
@@ -149,7 +149,7 @@ impl Decoder {
             };
             self.leading = None;
         } else if let Some(leading) = self.leading.take() {
-            // Not the next burst after all, but the rest of this one.
+            // These sentences were not the start of the next burst, but the rest of this one.
             self.epoch.join(&leading);
         }
         self.epoch.add(sentence);
@@ -157,12 +157,12 @@ impl Decoder {
         before
     }
 
-    /// The fix of the present epoch, once all its sentences are in.
+    /// The fix of the current epoch, once all its sentences have arrived.
     fn complete(&mut self) -> Option<ReceiverFix> {
         if self.cycle.is_complete() { self.finish() } else { None }
     }
 
-    /// Ends the present epoch; its fix, if it is one and had not been handed on.
+    /// Ends the current epoch. Returns its fix, if there is one and it is still undelivered.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let time_of_day_ns = self.epoch.time_of_day_ns?;
         if core::mem::replace(&mut self.epoch.over, true) {
@@ -196,7 +196,7 @@ impl Decoder {
             fix.dimension = Some(dimension);
         }
         fix.position_sigma_m = epoch.sigma_m;
-        // A lost RMC is not made up for by a VTG, whose epoch is less certain.
+        // VTG does not replace a lost RMC, because the epoch of a VTG is less certain.
         let ground_velocity = epoch
             .minimum
             .map(|minimum| minimum.ground_velocity)
@@ -216,7 +216,7 @@ impl Decoder {
 }
 
 impl Epoch {
-    /// Takes over what sentences without time said.
+    /// Adds the data of sentences without time.
     fn join(&mut self, leading: &Self) {
         self.kinds |= leading.kinds;
         self.ground_velocity = self.ground_velocity.or(leading.ground_velocity);

@@ -1,24 +1,24 @@
-//! The fields between a sentence's commas, read one after the other.
+//! The comma-separated fields of a sentence, read in order.
 //!
-//! Receivers leave a field empty where they have no value. A number that is none, such as `0x9` or
-//! `nan`, is an empty field too: it costs no more than itself. A letter where a number should stand,
-//! or a field that is missing, means that this is not the sentence its name says.
+//! Receivers leave a field empty if they have no value. An invalid number, such as `0x9` or `nan`, counts as an empty
+//! field: only this field is lost. A letter in place of a number, or a missing field, means that the sentence does
+//! not match its name.
 
 use crate::gps::receiver_time::days_since_1970;
 
-/// The sentence is not what its name says.
+/// The sentence does not match its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Malformed;
 
-/// Latitude north and longitude east, degrees, not yet checked to be on Earth.
+/// Latitude north and longitude east, degrees, before the range check.
 pub(super) type Degrees = (f64, f64);
 
-/// The fields that have not been read yet.
+/// The fields that are still unread.
 #[derive(Clone, Debug)]
 pub(super) struct Fields<'a>(Option<&'a [u8]>);
 
 impl<'a> Fields<'a> {
-    /// The fields of `data`, which stands behind the first comma of a sentence.
+    /// The fields of `data`, the text after the first comma of a sentence.
     pub fn new(data: &'a [u8]) -> Self {
         Self(Some(data))
     }
@@ -28,7 +28,7 @@ impl<'a> Fields<'a> {
         self.0.is_none()
     }
 
-    /// The next field as it was sent.
+    /// The next field, as sent.
     pub fn text(&mut self) -> Result<&'a [u8], Malformed> {
         let rest = self.0.ok_or(Malformed)?;
         let (field, rest) = split_at(rest, b',').map_or((rest, None), |(a, b)| (a, Some(b)));
@@ -36,16 +36,16 @@ impl<'a> Fields<'a> {
         Ok(field)
     }
 
-    /// The next field, which may hold anything but a single letter.
+    /// The next field, with any content but a single letter.
     fn numeral(&mut self) -> Result<&'a [u8], Malformed> {
         let field = self.text()?;
         let is_letter = single(field).is_some_and(|byte| byte.is_ascii_alphabetic());
         if is_letter { Err(Malformed) } else { Ok(field) }
     }
 
-    /// Passes over `count` fields, which must be there.
+    /// Skips `count` fields, which must be present.
     pub fn skip(&mut self, count: usize) -> Result<(), Malformed> {
-        // Turns: at most one a field: past the last it is refused.
+        // Turns: at most one per field: a field after the last is an error.
         for _ in 0..count {
             self.text()?;
         }
@@ -130,8 +130,8 @@ impl<'a> Fields<'a> {
         days_since_1970(century + year, month, day).map(Some).ok_or(Malformed)
     }
 
-    /// Latitude `ddmm.mmm`, its letter, longitude `dddmm.mmm`, its letter; `None` where the digits
-    /// are not that many or the minutes 60 and more.
+    /// Latitude `ddmm.mmm`, its letter, longitude `dddmm.mmm`, its letter; `None` for another number of digits, or
+    /// for 60 minutes or more.
     pub fn place(&mut self) -> Result<Option<Degrees>, Malformed> {
         let (latitude, south) = (self.text()?, self.text()?);
         let (longitude, west) = (self.text()?, self.text()?);
@@ -151,7 +151,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What stands before and behind the first `separator`.
+/// The parts before and after the first `separator`.
 fn split_at(bytes: &[u8], separator: u8) -> Option<(&[u8], &[u8])> {
     let end = bytes.iter().position(|byte| *byte == separator)?;
     let (before, rest) = bytes.split_at_checked(end)?;
@@ -165,7 +165,7 @@ fn single(field: &[u8]) -> Option<u8> {
     }
 }
 
-/// Degrees from digits of which the last two before the point are minutes.
+/// Degrees from digits; the last two before the point are minutes.
 fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
     let whole_digits = split_at(field, b'.').map_or(field, |(before, _)| before);
     let (degrees, minutes) = field.split_at_checked(degree_digits)?;
@@ -175,7 +175,7 @@ fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
     Some(f64::from(whole(degrees)?) + decimal(minutes).filter(|minutes| *minutes >= 0.0)? / 60.0)
 }
 
-/// Digits alone, up to nine of them.
+/// Only digits, at most nine.
 fn whole(field: &[u8]) -> Option<u32> {
     if field.is_empty() || field.len() > 9 {
         return None;
@@ -186,7 +186,7 @@ fn whole(field: &[u8]) -> Option<u32> {
     })
 }
 
-/// The digits behind the point of a second; those beyond the ninth are left out.
+/// The digits after the point of a second; digits beyond the ninth are ignored.
 fn nanoseconds(fraction: &[u8]) -> Option<u64> {
     let mut unit_ns = 1_000_000_000;
     fraction.iter().try_fold(0u64, |value, byte| {
@@ -196,11 +196,11 @@ fn nanoseconds(fraction: &[u8]) -> Option<u64> {
     })
 }
 
-/// An optional minus, digits, and at most one point in or beside them.
+/// An optional minus, digits, and at most one point before, between or after them.
 ///
-/// Up to 15 digits come out correctly rounded: they and the power of ten that divides them are exact,
-/// and the division rounds once. Digits behind the point beyond those are left out, which costs less
-/// than a part in 10¹⁴; more than 15 digits before it are no number that a receiver sends.
+/// Numbers of up to 15 digits are correctly rounded: the digits and the power of ten that divides them are exact, and
+/// the division rounds once. Further digits after the point are ignored, an error below one part in 10¹⁴. More than
+/// 15 digits before the point are invalid: no receiver sends them.
 ///
 /// # Source
 /// W. D. Clinger, *How to read floating point numbers accurately*, PLDI 1990, section 3.

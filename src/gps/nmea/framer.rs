@@ -2,7 +2,7 @@
 
 use crate::time::Time;
 
-/// The longest body taken. The standard allows 82 characters in all; receivers send up to 100.
+/// The longest accepted body. The standard allows 82 characters in all; receivers send up to 100.
 const MAX_BODY: usize = 128;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,15 +15,15 @@ enum State {
     Checksum(Option<u8>),
 }
 
-/// What stands between `$` and `*`, with a checksum that holds.
+/// The text between `$` and `*`, with a valid checksum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line<'a> {
     pub body: &'a [u8],
-    /// When the `$` arrived.
+    /// Arrival of the `$`.
     pub arrival: Time,
 }
 
-/// Finds sentences in a stream cut into any pieces, with anything between them.
+/// Finds sentences in a stream that is cut into any pieces, with anything between them.
 #[derive(Clone, Debug)]
 pub(super) struct Framer {
     state: State,
@@ -48,9 +48,9 @@ impl Default for Framer {
 }
 
 impl Framer {
-    /// Consumes `bytes` up to the end of the next sentence; `None` when they are used up.
+    /// Consumes `bytes` up to the end of the next sentence; `None` when all bytes are consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Line<'a>> {
-        // Turns: one a byte.
+        // Turns: one per byte.
         loop {
             let (byte, rest) = bytes.split_first()?;
             *bytes = rest;
@@ -61,12 +61,12 @@ impl Framer {
         Some(Line { body: self.body.get(..self.length)?, arrival: self.arrival })
     }
 
-    /// Sentences that broke off or whose checksum is missing or wrong.
+    /// Number of sentences cut off, or with a missing or wrong checksum.
     pub fn broken(&self) -> u32 {
         self.broken
     }
 
-    /// Takes one byte in; whether it ends a sentence that holds.
+    /// Takes one byte; returns whether it completes a valid sentence.
     fn advance(&mut self, byte: u8, arrival: Time) -> bool {
         match (self.state, byte) {
             (State::Outside, b'$') => self.start(arrival),

@@ -1,9 +1,9 @@
 //! NMEA 0183 sentences, from any receiver that sends them.
 //!
-//! Read are GGA, GNS, GSA, GST, RMC and VTG of any talker; the checksum is required.
+//! GGA, GNS, GSA, GST, RMC and VTG of any talker are read; the checksum is required.
 //!
-//! Line: 4800 baud, 8-N-1 by the standard; modern receivers are faster. NMEA carries no vertical
-//! speed and, unless GST is switched on, no accuracy.
+//! Line: 4800 baud, 8-N-1 by the standard; modern receivers are faster. NMEA carries no vertical speed, and accuracy
+//! only if GST is switched on.
 
 mod decoder;
 mod fields;

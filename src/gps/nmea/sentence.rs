@@ -1,4 +1,4 @@
-//! What the sentences say, range-checked.
+//! Contents of the sentences, range-checked.
 //!
 //! # Source
 //! NMEA 0183, as u-blox documents it: *u-blox 8 / M8 Receiver Description*, UBX-13003221, section 31.
@@ -52,7 +52,7 @@ pub(super) enum Content {
     Gsa(Geometry),
     /// One-sigma, m.
     Gst(Option<Vector<Ned>>),
-    /// The receiver says that it has no fix, or none to be used.
+    /// The receiver reports that it has no fix, or no usable one.
     NoFix,
 }
 
@@ -77,11 +77,11 @@ pub(super) struct Sentence {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// Not a sentence that makes a fix.
+    /// A sentence that does not contribute to a fix.
     Unknown,
-    /// Its text is not what its name promises.
+    /// Its text does not match its name.
     Malformed,
-    /// A value that cannot be.
+    /// An impossible value.
     Impossible,
 }
 
@@ -92,11 +92,11 @@ impl From<Malformed> for Refusal {
 }
 
 impl Sentence {
-    /// Reads what stands between `$` and `*`.
+    /// Reads the text between `$` and `*`.
     pub fn read(body: &[u8]) -> Result<Self, Refusal> {
         let (kind, data) = match body {
             [] | [_] => return Err(Refusal::Malformed),
-            // A maker's own sentences begin with P: Garmin's PGRMC is no RMC.
+            // Names of proprietary sentences begin with P: Garmin's PGRMC is not an RMC.
             [b'P', ..] => return Err(Refusal::Unknown),
             [_, _, b'G', b'G', b'A', b',', data @ ..] => (Kind::Gga, data),
             [_, _, b'G', b'N', b'S', b',', data @ ..] => (Kind::Gns, data),
@@ -125,7 +125,7 @@ impl Sentence {
 
 type Reading = Result<Content, Refusal>;
 
-/// Place, quality, satellites, HDOP, altitude, `M`, separation, `M`.
+/// Position, quality, satellites, HDOP, altitude, `M`, separation, `M`.
 fn gga(mut fields: Fields<'_>) -> Reading {
     let place = fields.place()?;
     let quality = fields.digit()?.filter(|quality| *quality <= b'8').ok_or(Malformed)?;
@@ -138,11 +138,11 @@ fn gga(mut fields: Fields<'_>) -> Reading {
     let correction = match quality {
         b'1' => Some(Correction::None),
         b'2' => Some(Correction::Differential),
-        // The precise positioning service, which says nothing of corrections.
+        // The precise positioning service, which does not report corrections.
         b'3' => None,
         b'4' => Some(Correction::RtkFixed),
         b'5' => Some(Correction::RtkFloat),
-        // None, dead reckoning, typed in by hand, simulated.
+        // No fix, dead reckoning, manual input, simulation.
         _ => return Ok(Content::NoFix),
     };
     Ok(Content::Gga(Position {
@@ -155,8 +155,8 @@ fn gga(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// Place, a mode for each satellite system, satellites, HDOP, altitude, separation, age of the
-/// corrections, their station, status.
+/// Position, a mode for each satellite system, satellites, HDOP, altitude, separation, age of the corrections, their
+/// station, status.
 fn gns(mut fields: Fields<'_>) -> Reading {
     let place = fields.place()?;
     let mode = best_mode(fields.text()?).ok_or(Malformed)?;
@@ -173,7 +173,7 @@ fn gns(mut fields: Fields<'_>) -> Reading {
         b'F' => Correction::RtkFloat,
         _ => return Ok(Content::NoFix),
     };
-    // "V" is no verdict: it stands for a receiver that does not judge safety, as nearly all do.
+    // "V" is not a rejection: it marks a receiver without integrity monitoring, which is nearly every receiver.
     if status == Some(b'U') {
         return Ok(Content::NoFix);
     }
@@ -187,18 +187,18 @@ fn gns(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// Status, place, speed in knots, course, date, magnetic variation and its letter, mode (since version
-/// 2.3), navigational status (since version 4.1).
+/// Status, position, speed in knots, course, date, magnetic variation and its letter, mode (since version 2.3),
+/// navigational status (since version 4.1).
 fn rmc(mut fields: Fields<'_>) -> Reading {
     let status = fields.letter()?.filter(|status| b"ADV".contains(status)).ok_or(Malformed)?;
     let place = fields.place()?;
     let (speed_knots, direction_deg) = (fields.number()?, fields.number()?);
     let day = fields.day()?;
-    // Sent in too many forms to judge a sentence by, and not used.
+    // Sent in too many forms for a check of the sentence, and not used.
     fields.skip(2)?;
     let mode = fields.optional_letter()?;
     let is_unsafe = fields.optional_letter()? == Some(b'U');
-    // No data, dead reckoning, typed in by hand, simulated, unsafe.
+    // No data, dead reckoning, manual input, simulation, unsafe.
     if status == b'V' || is_unsafe || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
         return Ok(Content::NoFix);
     }
@@ -221,8 +221,8 @@ fn vtg(mut fields: Fields<'_>) -> Reading {
     Ok(Content::Vtg(ground_velocity(speed_knots, direction_deg)?))
 }
 
-/// How the dimension is chosen, dimension, twelve satellites, PDOP, HDOP, VDOP, satellite system (one
-/// digit, since version 4.1).
+/// Selection of the dimension, dimension, twelve satellites, PDOP, HDOP, VDOP, satellite system (one digit, since
+/// version 4.1).
 fn gsa(mut fields: Fields<'_>) -> Reading {
     fields.letter()?.filter(|choice| b"MA".contains(choice)).ok_or(Malformed)?;
     let dimension = match fields.digit()? {
@@ -231,7 +231,7 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
         Some(b'3') => Dimension::ThreeD,
         _ => return Err(Refusal::Malformed),
     };
-    // Some receivers send more satellites, or fewer: their numbers would be read as dilutions.
+    // Some receivers send more or fewer satellites: their numbers would be read as dilutions.
     for _ in 0..12 {
         fields.count()?;
     }
@@ -257,14 +257,14 @@ fn gst(mut fields: Fields<'_>) -> Reading {
     Ok(Content::Gst(known_sigma(Vector::new(north, east, down))))
 }
 
-/// The mode of the best satellite system; `None` unless every letter's place holds a letter.
+/// The mode of the best satellite system; `None` unless all characters are letters.
 fn best_mode(modes: &[u8]) -> Option<u8> {
     let known = modes.iter().all(u8::is_ascii_alphabetic);
     let best = b"RFPDA".iter().find(|good| modes.contains(good)).or(modes.first());
     best.copied().filter(|_| known)
 }
 
-/// The place of a sentence that claims to have one.
+/// The position of a sentence that claims to have one.
 fn on_earth(place: Option<Degrees>) -> Result<Horizontal, Refusal> {
     place
         .filter(|(_, longitude_deg)| libm::fabs(*longitude_deg) <= 180.0)
@@ -291,8 +291,8 @@ fn ground_velocity(
         .ok_or(Refusal::Impossible)
 }
 
-/// Receivers send 0, 50 or 99.9 for a dilution they do not have; the limit on use is for the quality
-/// checks, this one keeps out what is none.
+/// Receivers send 0, 50 or 99.9 for an unknown dilution. This check rejects these values; the limit for use belongs
+/// to the quality checks.
 fn dilution(value: Option<f64>) -> Option<f64> {
     value.filter(|value| *value > 0.0 && *value < 1e3)
 }

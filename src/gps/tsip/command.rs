@@ -1,10 +1,10 @@
-//! Commands to the receiver, and the exchange that starts it.
+//! Commands to the receiver, and its start-up sequence.
 
 use super::framer::{DLE, ETX};
 use super::{Decoder, IoOptions};
 use crate::time::Time;
 
-/// What can be asked of the receiver.
+/// A command to the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// 0x1F: answers 0x45.
@@ -19,7 +19,7 @@ pub enum Command {
     SoftReset,
     /// 0x35 without data: answers 0x55.
     AskIoOptions,
-    /// 0x35: sets what is sent, answers 0x55.
+    /// 0x35: sets the reports, answers 0x55.
     SetIoOptions(IoOptions),
     /// 0x37: answers 0x57 with position and velocity.
     AskLastFix,
@@ -30,7 +30,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The bytes for the wire.
+    /// The command in the format of the line.
     ///
     /// ```
     /// use hovernav::gps::tsip::{Command, IoOptions};
@@ -57,10 +57,10 @@ impl Command {
     }
 }
 
-/// A command as it goes on the wire, with its stuffing.
+/// A command in the format of the line, with its stuffing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The longest command has four bytes of data, each perhaps doubled.
+    /// The longest command has four bytes of data, each possibly doubled.
     bytes: [u8; 12],
     length: usize,
 }
@@ -95,10 +95,10 @@ impl Frame {
     }
 }
 
-/// Brings a receiver to the reports that are wanted, and back to them after it restarts.
+/// Configures a receiver for the required reports, also after a restart of the receiver.
 ///
-/// The receiver answers the 0x35 that sets its reports with a 0x55 that repeats them; until that
-/// echo is in, the command is sent again every [`Startup::RETRY_S`].
+/// The receiver answers the command 0x35, which sets its reports, with an echo 0x55. Until the echo arrives, the
+/// command is repeated every [`Startup::RETRY_S`].
 ///
 /// ```
 /// use hovernav::gps::tsip::{Decoder, Startup};
@@ -127,18 +127,16 @@ impl Default for Startup {
 }
 
 impl Startup {
-    /// Seconds before an unanswered command is sent again: the answer may wait behind a second's
-    /// worth of reports.
+    /// Time after which an unanswered command is repeated, s: the answer may be queued after the reports of a second.
     pub const RETRY_S: f64 = 2.0;
 
-    /// Aims at the reports of `wanted`.
+    /// A start-up sequence for the reports of `wanted`.
     #[must_use]
     pub const fn new(wanted: IoOptions) -> Self {
         Self { wanted, sent: None, attempts: 0 }
     }
 
-    /// What to write to the port at `now`, if anything. Call at least every second, for the whole
-    /// flight.
+    /// Bytes to write to the port at `now`, if any. Call it at least every second, for the whole flight.
     pub fn poll(&mut self, decoder: &Decoder, now: Time) -> Option<Frame> {
         let waiting = self.sent.is_some_and(|sent| (0.0..Self::RETRY_S).contains(&(now - sent)));
         if waiting || self.is_acknowledged(decoder) {
@@ -149,14 +147,14 @@ impl Startup {
         Some(Command::SetIoOptions(self.wanted).encode())
     }
 
-    /// Whether the receiver has said that it sends what is wanted.
+    /// Whether the receiver has confirmed the required reports.
     #[must_use]
     pub fn is_acknowledged(&self, decoder: &Decoder) -> bool {
         decoder.io_options() == Some(self.wanted)
     }
 
-    /// How often the command was sent; growing without an answer, it means a dead line, a wrong
-    /// baud rate or another protocol.
+    /// Number of transmissions of the command. A growing number without an answer means a dead line, a wrong baud
+    /// rate or another protocol.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         self.attempts
@@ -176,7 +174,7 @@ mod tests {
         assert!(startup.poll(&decoder, at(1.9)).is_none());
         assert!(startup.poll(&decoder, at(2.0)).is_some());
 
-        // Other options than those asked for are no acknowledgement.
+        // Options other than the requested ones are no acknowledgement.
         let mut other: &[u8] = &[0x10, 0x55, 0x02, 0x02, 0x00, 0x00, 0x10, 0x03];
         decoder.read(&mut other, at(2.1));
         assert!(!startup.is_acknowledged(&decoder));

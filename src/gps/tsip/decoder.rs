@@ -1,4 +1,4 @@
-//! One fix a second from the reports.
+//! From TSIP reports to one fix per second.
 
 use super::values::{CompleteFix, Position, Velocity, correction, in_week, leap_seconds};
 use super::{Framer, Health, IoOptions, Report, ReportError, SatelliteSelection};
@@ -9,23 +9,23 @@ use crate::gps::{
 };
 use crate::time::Time;
 
-/// Times of fix this close are one epoch: the receiver computes one a second, and the time in single
-/// precision has steps of 31 ms.
+/// Largest difference between times of fix in one epoch, s: the receiver computes one fix per second, and the time in
+/// single precision has steps of 31 ms.
 const SAME_EPOCH_S: f64 = 0.1;
-/// The geometry report comes every 1 to 5 s; older than this it does not describe a fix.
+/// Largest age of the geometry report, s, at which it still describes a fix; it arrives every 1 to 5 s.
 const SATELLITES_LAST_S: f64 = 10.0;
 
 /// Turns a TSIP stream into fixes.
 ///
-/// A fix is handed on as soon as position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one
-/// time of fix are in, or a superpacket (0x8F-20, 0x8F-23) by itself; a position without velocity
-/// when the second ends (0x82) or the next begins. 0x4A, whose steps are 2 m, makes no fix.
-/// Satellites and dilutions are those of the last 0x6D, which comes after the fix it describes.
+/// A fix is delivered as soon as position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix have
+/// arrived, or a superpacket (0x8F-20, 0x8F-23) alone. A position without velocity is delivered when the second ends
+/// (0x82) or the next begins. 0x4A, with steps of 2 m, gives no fix. Satellites and dilutions are those of the last
+/// 0x6D, which follows the fix that it describes.
 ///
-/// Heights are taken to be above the ellipsoid unless the last 0x55 said otherwise; [`Startup`]
-/// makes sure of it. The week comes from the last 0x41, its rollover undone with a floor.
+/// Heights are interpreted as above the ellipsoid unless the last 0x55 reported otherwise; [`Startup`] configures
+/// this. The week comes from the last 0x41; a floor resolves its rollover.
 ///
-/// TSIP says nothing of accuracy: the fix has no sigmas.
+/// TSIP reports no accuracy: the fix has no one-sigmas.
 ///
 /// [`Startup`]: super::Startup
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ pub struct Decoder {
     counts: MessageCounts,
 }
 
-/// The receiver's week, and the time of week when it was sent.
+/// The receiver's week, and the time of week at its transmission.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
     week: u16,
@@ -51,7 +51,7 @@ struct Clock {
     leap_seconds: Option<u8>,
 }
 
-/// What has come of the present time of fix.
+/// Data of the current, incomplete time of fix.
 #[derive(Clone, Copy, Debug)]
 struct Epoch {
     time_of_fix_s: f64,
@@ -67,8 +67,8 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// A decoder for a stream recorded no earlier than GPS week `floor`: for old logs. A live
-    /// receiver wants [`Decoder::default`].
+    /// A decoder for a stream recorded no earlier than GPS week `floor`: for old logs. For a live receiver use
+    /// [`Decoder::default`].
     #[must_use]
     pub fn with_week_floor(floor: u16) -> Self {
         Self {
@@ -86,13 +86,13 @@ impl Decoder {
         }
     }
 
-    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
-    /// they are used up. Call again until then.
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch. `None` when all bytes are
+    /// consumed; call again until then.
     pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one a byte: each takes the end of a packet from `bytes`.
+        // Turns: at most one per byte: each takes the end of a packet from `bytes`.
         loop {
             let packet = self.framer.next(bytes, arrival)?;
             let packet_arrival = packet.arrival;
@@ -119,25 +119,25 @@ impl Decoder {
         }
     }
 
-    /// The epoch still being put together, if it has a position: for when the line has fallen silent
-    /// until the next, or a log is at its end.
+    /// The fix of the incomplete epoch, if it has a position: for a line that is silent until the next epoch, or the
+    /// end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }
 
-    /// What the receiver last said it sends (0x55); `None` before it did, and after a restart.
+    /// Reports that the receiver last confirmed (0x55); `None` before the first 0x55, and after a restart.
     #[must_use]
     pub fn io_options(&self) -> Option<IoOptions> {
         self.options
     }
 
-    /// What the receiver last said of its health (0x46, every few seconds): why no fixes come.
+    /// The receiver's last reported health (0x46, every few seconds): the reason for missing fixes.
     #[must_use]
     pub fn health(&self) -> Option<Health> {
         self.health
     }
 
-    /// What became of all packets so far.
+    /// Counts of all packets since the start.
     #[must_use]
     pub fn counts(&self) -> MessageCounts {
         MessageCounts {
@@ -146,8 +146,8 @@ impl Decoder {
         }
     }
 
-    /// Takes in a report. A fix it returns is of the epoch before the report's; one that the report
-    /// completes is left in `ready`.
+    /// Processes a report. Returns the fix of the epoch before the report's, if any; a fix that the report completes
+    /// is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         match report {
             Report::GpsTime(time) => {
@@ -165,8 +165,8 @@ impl Decoder {
                 None
             }
             Report::Version(_) => {
-                // Sent on request, which Startup never makes, and after a restart: whatever the
-                // receiver had been set to is forgotten.
+                // Sent after a restart, or on a request that Startup never makes. The receiver has forgotten its
+                // settings.
                 self.options = None;
                 None
             }
@@ -217,7 +217,7 @@ impl Decoder {
         arrival: Time,
     ) -> Option<ReceiverFix> {
         if time_of_fix_s < 0.0 {
-            // The position that the receiver kept from its last flight.
+            // The position that the receiver stored in its last flight.
             self.counts.no_fix = self.counts.no_fix.saturating_add(1);
             return None;
         }
@@ -264,7 +264,7 @@ impl Decoder {
             return None;
         }
         let before = self.open(complete.time_of_week_s, arrival);
-        // A position that came first in another form gives way to the packet that has everything.
+        // The complete packet replaces a position that arrived earlier in another form.
         let Some(epoch) = self.epoch.take() else {
             return before;
         };
@@ -289,8 +289,8 @@ impl Decoder {
         None
     }
 
-    /// Makes the epoch of `time_of_fix_s` the present one, unless it is over already; the fix of
-    /// the epoch before, if that had not been handed on.
+    /// Opens the epoch of `time_of_fix_s`, unless it is already over. Returns the fix of the previous epoch, if it is
+    /// still undelivered.
     fn open(&mut self, time_of_fix_s: f64, arrival: Time) -> Option<ReceiverFix> {
         let is_this = |other_s: f64| libm::fabs(other_s - time_of_fix_s) < SAME_EPOCH_S;
         if self.epoch.is_some_and(|epoch| is_this(epoch.time_of_fix_s)) {
@@ -303,14 +303,14 @@ impl Decoder {
         before
     }
 
-    /// Hands the present epoch on if it has both position and velocity.
+    /// Delivers the current epoch if it has both position and velocity.
     fn complete(&mut self) {
         if self.epoch.is_some_and(|epoch| epoch.position.is_some() && epoch.velocity.is_some()) {
             self.ready = self.finish();
         }
     }
 
-    /// Ends the present epoch; its fix, if it has a position.
+    /// Ends the current epoch. Returns its fix, if it has a position.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let epoch = self.epoch.take()?;
         let position = epoch.position?;
@@ -363,7 +363,7 @@ impl Decoder {
             return Some(ReceiverTime::Utc { day: None, time_of_day_ns });
         }
         let week = self.clock.map(|clock| {
-            // The week was sent at another moment, perhaps on the other side of its end.
+            // The week was sent at another moment, possibly in a neighbouring week.
             match time_of_fix_s - clock.time_of_week_s {
                 ahead if ahead < -302_400.0 => clock.week.saturating_add(1),
                 ahead if ahead > 302_400.0 => clock.week.saturating_sub(1),

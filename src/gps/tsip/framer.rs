@@ -7,23 +7,23 @@ pub(super) const DLE: u8 = 0x10;
 /// Ends a packet after an odd number of [`DLE`].
 pub(super) const ETX: u8 = 0x03;
 
-/// The longest payload taken, bytes; the longest report read is 64.
+/// The longest accepted payload, bytes; the longest report read is 64.
 pub const MAX_PAYLOAD: usize = 255;
 
-/// A packet as it came, stuffing removed.
+/// A packet without its stuffing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Packet<'a> {
-    /// What kind of report.
+    /// Kind of the report.
     pub id: u8,
-    /// The data between the id and the end.
+    /// The data between id and end.
     pub payload: &'a [u8],
-    /// When the packet's first byte arrived.
+    /// Arrival of the packet's first byte.
     pub arrival: Time,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
-    /// Between packets, or lost.
+    /// Between packets, or without synchronisation.
     Outside,
     /// After a 0x10 outside a packet: an id is next.
     OutsideEscaped,
@@ -33,19 +33,19 @@ enum State {
     InsideEscaped,
 }
 
-/// Finds packets in a stream cut into any pieces.
+/// Finds packets in a stream that is cut into any pieces.
 ///
-/// Started in the middle of a packet, on the second byte of a doubled 0x10, it may take data for a
-/// packet's start: the first packet of a stream is to be trusted least.
+/// If it starts in the middle of a packet, on the second byte of a doubled 0x10, it may interpret data as the start
+/// of a packet. The first packet of a stream is therefore the least reliable.
 #[derive(Clone, Debug)]
 pub struct Framer {
     state: State,
     id: u8,
     payload: [u8; MAX_PAYLOAD],
-    /// Bytes of payload; beyond the buffer's end it only counts.
+    /// Bytes of payload; beyond the buffer's end they are only counted.
     length: usize,
     arrival: Time,
-    /// When the 0x10 outside a packet arrived.
+    /// Arrival of the 0x10 outside a packet.
     escape_arrival: Time,
     broken: u32,
 }
@@ -65,22 +65,22 @@ impl Default for Framer {
 }
 
 impl Framer {
-    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next packet; `None` when
-    /// they are used up.
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next packet; `None` when all bytes are
+    /// consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Packet<'a>> {
-        // Turns: at most one a byte: each takes one or more.
+        // Turns: at most one per byte: each takes one or more.
         while !self.advance(bytes, arrival)? {}
         let payload = self.payload.get(..self.length)?;
         Some(Packet { id: self.id, payload, arrival: self.arrival })
     }
 
-    /// Packets that broke off: cut short by the start of another, or longer than any known one.
+    /// Number of packets cut off by the start of another, or longer than any known one.
     #[must_use]
     pub fn broken(&self) -> u32 {
         self.broken
     }
 
-    /// Consumes a run of data or one byte of framing; whether a packet is now whole.
+    /// Consumes a run of data or one byte of framing. Returns whether a packet is complete.
     fn advance(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<bool> {
         let is_data = matches!(self.state, State::Outside | State::Inside);
         let run = if is_data { bytes.iter().position(|byte| *byte == DLE) } else { Some(0) };

@@ -1,14 +1,13 @@
-//! Trimble Standard Interface Protocol, as the Lassen family (SK II, SK8, iQ, Copernicus) speaks it.
+//! Trimble Standard Interface Protocol of the Lassen family (SK II, SK8, iQ, Copernicus).
 //!
-//! Line: 9600 baud, 8 data bits, **odd parity**, 1 stop bit. Packets are `10 id data… 10 03`, with
-//! every 0x10 in the data doubled; numbers are big-endian. There is no length and no checksum: the
-//! parity bit is the only guard on the wire. So a port is best opened to *drop* bytes whose parity
-//! fails (`INPCK | IGNPAR`): the packet then has the wrong length and is refused. (The `serial` module
-//! cannot ask for that: see there.) What parity misses
-//! is caught as far as lengths, ranges and [`quality`](super::quality) checks can.
+//! Line: 9600 baud, 8 data bits, **odd parity**, 1 stop bit. Packets are `10 id data… 10 03`, with every 0x10 in the
+//! data doubled; numbers are big-endian. There is no length and no checksum: the parity bit is the only protection on
+//! the line. Open a port so that it *drops* bytes with a parity error (`INPCK | IGNPAR`): the packet then has the
+//! wrong length and is rejected. (The `serial` module cannot request this: see there.) Lengths, ranges and
+//! [`quality`](super::quality) checks catch some of the errors that parity misses.
 //!
-//! [`Framer`] finds packets, [`Report`] reads them, [`Decoder`] puts together one fix a second, and
-//! [`Startup`] brings a receiver from any state to the reports that [`Decoder`] wants.
+//! [`Framer`] finds packets, [`Report`] reads them, and [`Decoder`] assembles one fix per second. [`Startup`] brings
+//! a receiver from any state to the reports that [`Decoder`] needs.
 //!
 //! # Source
 //! Trimble, *Lassen-SK8 System Designer Reference Manual*, 34149-01 (1997), appendix A; *Copernicus

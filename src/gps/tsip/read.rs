@@ -1,4 +1,4 @@
-//! The reports out of their bytes.
+//! Reads reports from the bytes of packets.
 
 use super::report::{
     Compact, Differential, GpsTime, Health, IoOptions, LastFix, MachineStatus, PositionLla,
@@ -7,15 +7,15 @@ use super::report::{
 };
 use crate::frames::Vector;
 
-/// Why a packet is no report.
+/// Reason why a packet is not a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReportError {
-    /// Not one of the reports read here.
+    /// A report that is not read here.
     Unknown {
         /// The packet's id.
         id: u8,
     },
-    /// A known report of a length it never has: bytes were lost or added.
+    /// A known report of an impossible length: bytes were lost or added.
     Length {
         /// The packet's id.
         id: u8,
@@ -25,11 +25,10 @@ pub enum ReportError {
 }
 
 impl Report {
-    /// Reads a packet whose length must be exactly that of its kind; values are as sent, and may be
-    /// anything.
+    /// Reads a packet whose length must be exactly that of its kind. Values are as sent, without a range check.
     ///
     /// # Errors
-    /// [`ReportError::Unknown`] for packets of no use here, [`ReportError::Length`] for damaged ones.
+    /// [`ReportError::Unknown`] for unused packets, [`ReportError::Length`] for damaged ones.
     pub fn read(id: u8, payload: &[u8]) -> Result<Self, ReportError> {
         Self::parse(id, payload).ok_or_else(|| match (id, payload.first()) {
             (0x8F, None | Some(0x20 | 0x23))
@@ -137,7 +136,7 @@ impl Report {
     }
 }
 
-/// Big-endian values off the front of a payload.
+/// Big-endian values from the front of a payload.
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
@@ -194,10 +193,10 @@ impl Reader<'_> {
         })
     }
 
-    /// 56 bytes with 8 slots for satellites, or 64 with 12, each ending in 8 on the ionosphere.
+    /// 56 bytes with 8 slots for satellites, or 64 with 12, each ending in 8 bytes on the ionosphere.
     ///
-    /// What navigation needs is in the first 32, but without a checksum the exact length is what
-    /// tells a whole packet from one that lost or gained bytes.
+    /// Navigation needs only the first 32 bytes. Without a checksum, however, the exact length is the only sign of
+    /// lost or added bytes.
     fn superpacket(&mut self) -> Option<Superpacket> {
         self.take::<2>()?;
         let velocity_counts = [self.i16()?, self.i16()?, self.i16()?];

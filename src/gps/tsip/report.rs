@@ -5,22 +5,22 @@ use crate::frames::{Ecef, Vector};
 /// 0x41: the time, every few seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GpsTime {
-    /// Seconds since the start of the week, GPS time; −1 while the receiver does not know.
+    /// Seconds since the start of the week, GPS time; −1 while unknown.
     pub time_of_week_s: f32,
     /// Weeks since 6 January 1980; old firmware drops multiples of 1024.
     pub week: i16,
-    /// GPS time less UTC, s; 0 while unknown.
+    /// GPS time minus UTC, s; 0 while unknown.
     pub utc_offset_s: f32,
 }
 
 /// 0x42 and 0x83: position in Earth-fixed coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionXyz {
-    /// Position, m. CompleteFix in double precision (0x83); in single (0x42) its step is 0.5 m.
+    /// Position, m. Complete in double precision (0x83); in single precision (0x42) its step is 0.5 m.
     pub position_m: Vector<Ecef>,
     /// Clock bias as a distance, m; 0x83 only.
     pub clock_bias_m: Option<f64>,
-    /// Seconds since the start of the week; negative for a stored position that is no fix.
+    /// Seconds since the start of the week; negative for a stored position, which is not a fix.
     pub time_of_fix_s: f32,
 }
 
@@ -38,7 +38,7 @@ pub struct VelocityXyz {
 /// 0x45: versions of the navigation and the signal processor, as sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version {
-    /// Navigation processor: major, minor, month, day, year less 1900.
+    /// Navigation processor: major, minor, month, day, year minus 1900.
     pub navigation: [u8; 5],
     /// Signal processor: the same; later units count the year from 2000.
     pub signal: [u8; 5],
@@ -61,18 +61,18 @@ pub struct PositionLla {
     pub latitude_rad: f64,
     /// Longitude, rad, east positive.
     pub longitude_rad: f64,
-    /// Height, m, above the ellipsoid or mean sea level as [`IoOptions`] say.
+    /// Height, m, above the ellipsoid or mean sea level according to [`IoOptions`].
     pub height_m: f64,
     /// Clock bias as a distance, m.
     pub clock_bias_m: f64,
-    /// Seconds since the start of the week; negative for a stored position that is no fix.
+    /// Seconds since the start of the week; negative for a stored position, which is not a fix.
     pub time_of_fix_s: f32,
 }
 
 /// 0x4B: the machine and its additional status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MachineStatus {
-    /// Which receiver.
+    /// Model of the receiver.
     pub machine: u8,
     /// Bit 1 no real-time clock at power-up, bit 3 almanac incomplete.
     pub status_1: u8,
@@ -80,7 +80,7 @@ pub struct MachineStatus {
     pub status_2: u8,
 }
 
-/// 0x55, and the data of command 0x35: which reports come by themselves, and in what form.
+/// 0x55, and the data of command 0x35: the automatic reports and their form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoOptions {
     /// Bit 0 XYZ, 1 LLA, 2 heights above mean sea level, 4 double precision, 5 superpackets.
@@ -94,8 +94,8 @@ pub struct IoOptions {
 }
 
 impl IoOptions {
-    /// What navigation wants: latitude, longitude and height above the ellipsoid in double
-    /// precision, velocity east, north, up, GPS time.
+    /// Settings for navigation: latitude, longitude and height above the ellipsoid in double precision, velocity
+    /// east, north, up, GPS time.
     pub const NAVIGATION: Self =
         Self { position: 0x12, velocity: 0x02, timing: 0x00, auxiliary: 0x08 };
 
@@ -127,7 +127,7 @@ pub struct VelocityEnu {
     pub time_of_fix_s: f32,
 }
 
-/// 0x57: where the last fix came from.
+/// 0x57: source of the last fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastFix {
     /// 0 none, 1 a regular fix.
@@ -151,7 +151,7 @@ pub struct Tracking {
     pub acquisition: u8,
     /// Ephemeris flags, as sent.
     pub ephemeris: u8,
-    /// Signal level, AMU or dB-Hz as [`IoOptions`] say.
+    /// Signal level, AMU or dB-Hz according to [`IoOptions`].
     pub signal: f32,
     /// Time of the last measurement, s of the week.
     pub time_of_week_s: f32,
@@ -190,7 +190,7 @@ impl SatelliteSelection {
 /// 0x82: differential mode, last in each second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Differential {
-    /// Bit 0 this fix is corrected, bit 1 corrections are used when there.
+    /// Bit 0 this fix is corrected, bit 1 corrections are used when available.
     pub mode: u8,
 }
 
@@ -203,7 +203,7 @@ pub struct SatelliteIssue {
     pub issue: u8,
 }
 
-/// 0x8F-20: a whole fix in one packet.
+/// 0x8F-20: a complete fix in one packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Superpacket {
     /// Velocity east, north, up, in counts of [`velocity_step_mps`](Self::velocity_step_mps);
@@ -225,7 +225,7 @@ pub struct Superpacket {
     pub fix: u8,
     /// Satellites used.
     pub satellites: u8,
-    /// GPS time less UTC, s.
+    /// GPS time minus UTC, s.
     pub leap_seconds: u8,
     /// Weeks since 6 January 1980, as sent.
     pub week: u16,
@@ -241,14 +241,14 @@ impl Superpacket {
     }
 }
 
-/// 0x8F-23: a whole fix in one short packet, of later units.
+/// 0x8F-23: a complete fix in one short packet, of later units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compact {
     /// Milliseconds since the start of the week, GPS time.
     pub time_of_week_ms: u32,
     /// Weeks since 6 January 1980, as sent.
     pub week: u16,
-    /// GPS time less UTC, s.
+    /// GPS time minus UTC, s.
     pub leap_seconds: u8,
     /// Bit 0 no fix, 1 differential, 2 2-D, 5 velocity in steps of 0.020 m/s.
     pub fix: u8,
@@ -274,7 +274,7 @@ pub(super) const fn velocity_step_mps(coarse: bool) -> f64 {
     if coarse { 0.020 } else { 0.005 }
 }
 
-/// What a packet says.
+/// Contents of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "each variant's type says it")]
 pub enum Report {

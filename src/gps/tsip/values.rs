@@ -1,4 +1,4 @@
-//! The reports' values, checked and turned into a fix's.
+//! Values of the reports, checked and converted to those of a fix.
 
 use core::f64::consts::PI;
 
@@ -64,7 +64,7 @@ impl Velocity {
     }
 }
 
-/// A whole fix in one packet: what 0x8F-20 and 0x8F-23 have in common.
+/// A complete fix in one packet: the common data of 0x8F-20 and 0x8F-23.
 pub(super) struct CompleteFix {
     pub time_of_week_s: f64,
     pub week: u16,
@@ -76,7 +76,7 @@ pub(super) struct CompleteFix {
 }
 
 impl CompleteFix {
-    /// `None` for what no fix can be, a datum other than WGS-84 among it (0 stands for none given).
+    /// `None` for impossible values and for a datum other than WGS-84 (0 means that no datum is given).
     pub fn from_superpacket(packet: &Superpacket) -> Option<Self> {
         let complete = Self {
             time_of_week_s: in_week(f64::from(packet.time_of_week_ms) * 1e-3)?,
@@ -111,7 +111,7 @@ impl CompleteFix {
     }
 }
 
-/// The time of week in s, if it lies within a week.
+/// The time of week in s, if it is within a week.
 pub(super) fn in_week(seconds: f64) -> Option<f64> {
     time_of_week_ns(seconds).map(|_| seconds)
 }
@@ -123,13 +123,13 @@ fn semicircles(latitude: i32, longitude: u32, height_mm: i32) -> Option<Position
     Some(Position { place, height_m, above_ellipsoid: true })
 }
 
-/// Velocity from counts; `None` when one of them says that it overflowed.
+/// Velocity from counts; `None` if one of them is the overflow value.
 fn counts(counts: [i16; 3], step_mps: f64) -> Option<Velocity> {
     (!counts.contains(&i16::MIN))
         .then(|| Velocity::EastNorthUp(counts.map(|count| f64::from(count) * step_mps)))
 }
 
-/// GPS time less UTC, if it is one: receivers send 0 before they know.
+/// GPS time minus UTC, if it is plausible: receivers send 0 while it is unknown.
 pub(super) fn leap_seconds(seconds: f64) -> Option<u8> {
     (1.0..=60.0).contains(&seconds).then(|| libm::round(seconds) as u8)
 }

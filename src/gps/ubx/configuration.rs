@@ -1,16 +1,16 @@
-//! Bringing a receiver to NAV-PVT at the wanted rate.
+//! Configures a receiver for NAV-PVT at the wanted rate.
 
 use super::framer::{SYNC, checksum};
 use super::message::NAV_PVT;
 use super::{Acknowledgement, Decoder};
 use crate::time::Time;
 
-/// A rate that cannot be had.
+/// An unsupported rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConfigurationError {
-    /// Fixes per second outside 1 to 10.
+    /// A rate outside 1 to 10 fixes per second.
     Rate {
-        /// What was asked for.
+        /// The requested rate, Hz.
         found_hz: u8,
     },
 }
@@ -24,7 +24,7 @@ impl core::fmt::Display for ConfigurationError {
 
 impl core::error::Error for ConfigurationError {}
 
-/// A configuration message as it goes on the wire.
+/// A configuration message in the format of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message {
     /// The longest, CFG-VALSET with three keys, has 28 bytes.
@@ -72,16 +72,15 @@ const RATE_MEAS: u32 = 0x3021_0001;
 const MSGOUT_UBX_NAV_PVT_UART1: u32 = 0x2091_0007;
 const UART1OUTPROT_NMEA: u32 = 0x1074_0002;
 
-/// The NMEA sentences that receivers send unasked: GGA, GLL, GSA, GSV, RMC, VTG. At 10 Hz they would
-/// fill the line.
+/// The NMEA sentences that receivers send by default: GGA, GLL, GSA, GSV, RMC, VTG. At 10 Hz they would fill the
+/// line.
 const NMEA_CLASS: u8 = 0xF0;
 const NMEA_SENTENCES: u8 = 6;
 
 /// Sets a receiver to NAV-PVT at a rate, with NMEA off, in its volatile memory.
 ///
-/// First by CFG-RATE and CFG-MSG, message by message, each awaiting its acknowledgement (up to the
-/// M9); a receiver that refuses CFG-RATE is set by one CFG-VALSET for its first UART (from the M9
-/// on).
+/// It first uses CFG-RATE and CFG-MSG, message by message, each with its acknowledgement (up to the M9). If the
+/// receiver rejects CFG-RATE, one CFG-VALSET sets its first UART (from the M9 on).
 ///
 /// ```
 /// use hovernav::gps::ubx::{Configuration, Decoder};
@@ -106,7 +105,7 @@ pub struct Configuration {
 enum Step {
     Rate,
     Pvt,
-    /// Switching off one NMEA sentence after the other.
+    /// Switching the NMEA sentences off one after another.
     Nmea(u8),
     Keys,
     Done,
@@ -114,10 +113,10 @@ enum Step {
 }
 
 impl Configuration {
-    /// Seconds before an unanswered message is sent again.
+    /// Time after which an unanswered message is repeated, s.
     pub const RETRY_S: f64 = 1.0;
 
-    /// Aims at `rate_hz` fixes a second.
+    /// A configuration for `rate_hz` fixes per second.
     ///
     /// # Errors
     /// [`ConfigurationError::Rate`] outside 1 to 10 Hz.
@@ -129,8 +128,8 @@ impl Configuration {
         }
     }
 
-    /// What to write to the port at `now`, if anything. Takes the answers out of `decoder`. Call
-    /// often until [`is_done`](Self::is_done) or [`is_refused`](Self::is_refused).
+    /// Message to write to the port at `now`, if any. Takes the answers from `decoder`. Call it often until
+    /// [`is_done`](Self::is_done) or [`is_refused`](Self::is_refused).
     pub fn poll(&mut self, decoder: &mut Decoder, now: Time) -> Option<Message> {
         if let Some((answer, asked)) = decoder.take_acknowledgement().zip(self.message())
             && asked.is_answered_by(answer)
@@ -154,14 +153,14 @@ impl Configuration {
         self.step == Step::Done
     }
 
-    /// Whether the receiver has refused both ways of being set.
+    /// Whether the receiver has rejected both methods.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.step == Step::Refused
     }
 
-    /// How many messages were sent; growing without end, it means a dead line, a wrong baud rate
-    /// or another protocol.
+    /// Number of messages sent. A growing number without an end means a dead line, a wrong baud rate or another
+    /// protocol.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         self.attempts

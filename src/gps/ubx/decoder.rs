@@ -1,4 +1,4 @@
-//! One fix an epoch from the messages.
+//! From UBX messages to one fix per epoch.
 
 use super::framer::Framer;
 use super::message::{
@@ -28,33 +28,31 @@ pub struct Acknowledgement {
     pub class: u8,
     /// Id of the message answered.
     pub id: u8,
-    /// Whether it was obeyed.
+    /// Whether the receiver accepted it.
     pub accepted: bool,
 }
 
 /// Turns UBX messages into fixes.
 ///
-/// NAV-PVT is a fix by itself and is handed on at once. Receivers older than 2012 do not have it:
-/// their NAV-SOL, NAV-POSLLH, NAV-VELNED, NAV-STATUS, NAV-DOP and NAV-TIMEGPS of one time of week
-/// are one epoch, handed on when the messages are in that the last epochs had, or when the next
-/// epoch starts.
+/// NAV-PVT is a complete fix and is delivered at once. Receivers older than 2012 do not have it: their NAV-SOL,
+/// NAV-POSLLH, NAV-VELNED, NAV-STATUS, NAV-DOP and NAV-TIMEGPS of one time of week form an epoch. It is delivered
+/// once all kinds of message of the last epochs have arrived, or when the next epoch starts.
 ///
-/// * It is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS came, and all that came say that
-///   it is good (`gnssFixOK`) and measured with satellites: 2-D, 3-D, or combined with dead
-///   reckoning; not dead reckoning alone, not time alone.
-/// * Position is NAV-PVT's, else NAV-POSLLH's, else NAV-SOL's (Earth-fixed, in cm); velocity
-///   NAV-PVT's, else NAV-VELNED's, else NAV-SOL's.
-/// * Sigmas are the receiver's accuracy estimates. It gives one figure for the horizontal error,
-///   which stands for north and for east each, and one for speed, which stands for all three axes;
-///   NAV-SOL has but one for position in space, which stands for all three. Each is thus no smaller
-///   than the axis's own.
+/// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived, and all that arrived report
+///   it as good (`gnssFixOK`) and measured with satellites: 2-D, 3-D, or combined with dead reckoning. Dead
+///   reckoning alone and time alone are no fix.
+/// * Position is that of NAV-PVT, else NAV-POSLLH, else NAV-SOL (Earth-fixed, in cm); velocity that of NAV-PVT,
+///   else NAV-VELNED, else NAV-SOL.
+/// * One-sigmas are the receiver's accuracy estimates. Its one figure for the horizontal error is used for north
+///   and for east, its one figure for speed for all three axes. NAV-SOL has only one figure for position in
+///   space, which is used for all three axes. Each is thus no smaller than the axis's own.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     framer: Framer,
     epoch: Option<Epoch>,
     cycle: Cycle,
     finished_ms: Option<u32>,
-    /// From NAV-TIMEGPS; changes once in years.
+    /// From NAV-TIMEGPS; changes once in several years.
     leap_seconds: Option<i8>,
     answer: Option<Acknowledgement>,
     ready: Option<ReceiverFix>,
@@ -62,12 +60,12 @@ pub struct Decoder {
     counts: MessageCounts,
 }
 
-/// What has come of one epoch of an older receiver.
+/// Data of an incomplete epoch of an older receiver.
 #[derive(Clone, Copy, Debug)]
 struct Epoch {
     time_of_week_ms: u32,
     fix: ReceiverFix,
-    /// The kind of message that gave the position, and the velocity: the finer one stays.
+    /// The kinds of message that gave the position and the velocity: the more accurate one is kept.
     position: Kinds,
     velocity: Kinds,
     has_status: bool,
@@ -75,13 +73,13 @@ struct Epoch {
 }
 
 impl Decoder {
-    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch; `None` when
-    /// they are used up. Call again until then.
+    /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next epoch. `None` when all bytes are
+    /// consumed; call again until then.
     pub fn read(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<ReceiverFix> {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one for each byte held or handed in: each takes a message.
+        // Turns: at most one for each buffered or new byte: each takes a message.
         loop {
             let message = self.framer.next(bytes, arrival)?;
             let started = message.arrival;
@@ -107,24 +105,24 @@ impl Decoder {
         }
     }
 
-    /// The epoch still being put together, if it is a fix so far: for when the line has fallen
-    /// silent until the next, or a log is at its end.
+    /// The fix of the incomplete epoch, if it is a fix already: for a line that is silent until the next epoch, or the
+    /// end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }
 
-    /// The last heading of two antennas, once: NAV-RELPOSNED, where it has a valid heading with ambiguities
-    /// that are whole numbers.
+    /// Takes the last heading of two antennas, once: that of a NAV-RELPOSNED with a valid heading and whole-number
+    /// ambiguities.
     pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
         self.heading.take()
     }
 
-    /// The last answer to a configuration message, once.
+    /// Takes the last answer to a configuration message, once.
     pub fn take_acknowledgement(&mut self) -> Option<Acknowledgement> {
         self.answer.take()
     }
 
-    /// What became of all messages so far. Messages that are not read are passed over unseen.
+    /// Counts of all messages since the start. Messages of other kinds are skipped without a count.
     #[must_use]
     pub fn counts(&self) -> MessageCounts {
         MessageCounts {
@@ -133,8 +131,8 @@ impl Decoder {
         }
     }
 
-    /// Takes in a message. A fix it returns is of the epoch before the message's; one that the
-    /// message completes is left in `ready`.
+    /// Processes a message. Returns the fix of the epoch before the message's, if any; a fix that the message
+    /// completes is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         let (time_of_week_ms, content) = match report {
             Report::Pvt(pvt) => return self.accept_pvt(pvt, arrival),
@@ -187,8 +185,8 @@ impl Decoder {
         before
     }
 
-    /// Makes the epoch of `time_of_week_ms` the present one, unless it is over already; the fix of
-    /// the epoch before, if that had not been handed on.
+    /// Opens the epoch of `time_of_week_ms`, unless it is already over. Returns the fix of the previous epoch, if it
+    /// is still undelivered.
     fn open(&mut self, time_of_week_ms: u32, arrival: Time) -> Option<ReceiverFix> {
         if self.epoch.is_some_and(|epoch| epoch.time_of_week_ms == time_of_week_ms) {
             return None;
@@ -209,7 +207,7 @@ impl Decoder {
         before
     }
 
-    /// Ends the present epoch; its fix, if it is one.
+    /// Ends the current epoch. Returns its fix, if it is one.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let epoch = self.epoch.take()?;
         self.finished_ms = Some(epoch.time_of_week_ms);

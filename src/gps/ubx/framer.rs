@@ -6,10 +6,10 @@ use crate::time::Time;
 /// Starts every message.
 pub(super) const SYNC: [u8; 2] = [0xB5, 0x62];
 const HEADER: usize = 6;
-/// The longest message taken: NAV-PVT, 92 bytes of payload.
+/// The longest accepted message: NAV-PVT, 92 bytes of payload.
 const MAX_MESSAGE: usize = HEADER + 92 + 2;
 
-/// The messages that are read: class, id and the lengths they can have.
+/// The messages read: class, id and possible lengths.
 const KNOWN: [(u8, u8, &[u16]); 10] = [
     (0x01, 0x02, &[28]),
     (0x01, 0x03, &[16]),
@@ -23,30 +23,30 @@ const KNOWN: [(u8, u8, &[u16]); 10] = [
     (0x05, 0x01, &[2]),
 ];
 
-/// A message whose checksum holds.
+/// A message with a valid checksum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Message<'a> {
     pub class: u8,
     pub id: u8,
     pub payload: &'a [u8],
-    /// When its first byte arrived.
+    /// Arrival of its first byte.
     pub arrival: Time,
 }
 
-/// Finds the messages that are read, in a stream cut into any pieces, with anything between them.
+/// Finds the known messages in a stream that is cut into any pieces, with anything between them.
 ///
-/// It knows a start by the whole header, and takes no other message's length for true: whatever
-/// stands between known messages is passed over byte by byte. After a checksum that does not hold
-/// the search goes on one byte further, so a message that starts inside a damaged one is found.
+/// It recognises a start by the complete header, and ignores the length of unknown messages: the bytes between known
+/// messages are skipped one by one. After an invalid checksum the search continues one byte later, so that a message
+/// that starts inside a damaged one is found.
 #[derive(Clone, Debug)]
 pub(super) struct Framer {
-    /// The bytes of the message so far, and when each arrived.
+    /// The buffered bytes of the message, and the arrival of each.
     bytes: [u8; MAX_MESSAGE],
     arrivals: [Time; MAX_MESSAGE],
     length: usize,
-    /// The message's length once its header is known to be one; 0 before.
+    /// Length of the message once its header is recognised; 0 before.
     end: usize,
-    /// Bytes at the front that have been handed out and go before the next search.
+    /// Bytes at the front that have been delivered and are removed before the next search.
     spent: usize,
     broken: u32,
 }
@@ -65,11 +65,11 @@ impl Default for Framer {
 }
 
 impl Framer {
-    /// Consumes `bytes` up to the end of the next message; `None` when they are used up.
+    /// Consumes `bytes` up to the end of the next message; `None` when all bytes are consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
         let spent = core::mem::take(&mut self.spent);
         self.discard(spent);
-        // Turns: at most two for each byte held or handed in: each takes one in or discards one.
+        // Turns: at most two for each buffered or new byte: each takes in or discards a byte.
         loop {
             if !self.may_start_a_message() {
                 self.discard(1);
@@ -88,12 +88,12 @@ impl Framer {
         Some(Message { class, id, payload, arrival: self.arrivals[0] })
     }
 
-    /// Messages whose checksum did not hold.
+    /// Number of messages with an invalid checksum.
     pub fn broken(&self) -> u32 {
         self.broken
     }
 
-    /// Takes what the message lacks, or of a header one byte; `None` when there are no more.
+    /// Takes the missing bytes of the message, or one byte of a header; `None` when there are no more.
     fn fill(&mut self, bytes: &mut &[u8], arrival: Time) -> Option<()> {
         if self.length == 0 {
             let start = bytes.iter().position(|byte| *byte == SYNC[0]);
@@ -111,7 +111,7 @@ impl Framer {
         Some(())
     }
 
-    /// Whether the bytes so far begin as a known message does; finds its end with its header.
+    /// Whether the buffered bytes begin like a known message; sets its end once the header is complete.
     fn may_start_a_message(&mut self) -> bool {
         if self.end != 0 {
             return true;
@@ -138,7 +138,7 @@ impl Framer {
         checksum(message) == *sum
     }
 
-    /// Drops bytes off the front and looks for a message anew.
+    /// Drops bytes from the front and searches for a message again.
     fn discard(&mut self, count: usize) {
         let count = count.min(self.length);
         if let Some(bytes) = self.bytes.get_mut(..self.length) {

@@ -1,4 +1,4 @@
-//! The messages out of their payloads, in SI units and degrees.
+//! Reads messages from their payloads, in SI units and degrees.
 //!
 //! # Source
 //! u-blox, *u-blox 8 / M8 Receiver Description Including Protocol Specification*, UBX-13003221,
@@ -11,7 +11,7 @@ use crate::gps::{DilutionOfPrecision, Dimension};
 /// Class and id of NAV-PVT.
 pub(super) const NAV_PVT: (u8, u8) = (0x01, 0x07);
 
-/// How a fix was made and whether it is good, in NAV-PVT, NAV-SOL and NAV-STATUS.
+/// Type and validity of a fix, in NAV-PVT, NAV-SOL and NAV-STATUS.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FixStatus {
     fix_type: u8,
@@ -19,8 +19,7 @@ pub(super) struct FixStatus {
 }
 
 impl FixStatus {
-    /// What was solved for with satellites; `None` for dead reckoning alone, for time alone, and for
-    /// nothing.
+    /// The dimension solved with satellites; `None` for dead reckoning alone, for time alone, and without a fix.
     pub fn dimension(self) -> Option<Dimension> {
         match self.fix_type {
             2 => Some(Dimension::TwoD),
@@ -30,7 +29,7 @@ impl FixStatus {
         }
     }
 
-    /// `gnssFixOK`, and satellites in it.
+    /// Whether `gnssFixOK` is set and satellites contributed.
     pub fn is_usable(self) -> bool {
         self.flags & 0x01 != 0 && self.dimension().is_some()
     }
@@ -39,28 +38,28 @@ impl FixStatus {
         self.flags & 0x02 != 0
     }
 
-    /// NAV-SOL's and NAV-STATUS's alone.
+    /// Only in NAV-SOL and NAV-STATUS.
     pub fn week_is_known(self) -> bool {
         self.flags & 0x04 != 0
     }
 
-    /// NAV-SOL's and NAV-STATUS's alone.
+    /// Only in NAV-SOL and NAV-STATUS.
     pub fn time_of_week_is_known(self) -> bool {
         self.flags & 0x08 != 0
     }
 
-    /// Carrier phase with ambiguities not yet settled: NAV-PVT's alone.
+    /// Carrier phase with ambiguities not yet resolved: only in NAV-PVT.
     pub fn is_rtk_float(self) -> bool {
         self.flags & 0x40 != 0
     }
 
-    /// Carrier phase with whole-number ambiguities: NAV-PVT's alone.
+    /// Carrier phase with whole-number ambiguities: only in NAV-PVT.
     pub fn is_rtk_fixed(self) -> bool {
         self.flags & 0x80 != 0
     }
 }
 
-/// NAV-PVT without what is not used.
+/// The used fields of NAV-PVT.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pvt {
     pub time_of_week_ms: u32,
@@ -70,11 +69,11 @@ pub(super) struct Pvt {
     pub velocity: Velocity,
     pub satellites: u8,
     pub position_dilution: f64,
-    /// The position is not to be used, whatever the status says.
+    /// Whether the position must not be used, for any status.
     pub position_is_invalid: bool,
 }
 
-/// UTC as NAV-PVT gives it, not yet checked.
+/// UTC of NAV-PVT, before the range check.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CalendarTime {
     pub year: u16,
@@ -85,11 +84,11 @@ pub(super) struct CalendarTime {
     pub second: u8,
     /// May be negative: the second is rounded.
     pub nanosecond: i32,
-    /// Whether the receiver vouches for date and time.
+    /// Whether the receiver marks date and time as valid.
     pub is_valid: bool,
 }
 
-/// NAV-POSLLH, and NAV-PVT's part like it.
+/// NAV-POSLLH, and the equal part of NAV-PVT.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
     pub longitude_deg: f64,
@@ -100,7 +99,7 @@ pub(super) struct Position {
     pub vertical_sigma_m: f64,
 }
 
-/// NAV-VELNED, and NAV-PVT's part like it.
+/// NAV-VELNED, and the equal part of NAV-PVT.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Velocity {
     pub ned_mps: [f64; 3],
@@ -121,16 +120,16 @@ pub(super) struct Solution {
     pub satellites: u8,
 }
 
-/// NAV-TIMEGPS; what is not valid is `None`.
+/// NAV-TIMEGPS; invalid fields are `None`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GpsTime {
-    /// To be added to the time of week, where that is valid.
+    /// To be added to the time of week, if valid.
     pub fraction_ns: Option<i32>,
     pub week: Option<i16>,
     pub leap_seconds: Option<i8>,
 }
 
-/// What a message of an epoch says beside its time of week.
+/// Contents of a message of an epoch, besides its time of week.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Content {
     Position(Position),
@@ -141,7 +140,7 @@ pub(super) enum Content {
     Time(GpsTime),
 }
 
-/// What a message says.
+/// Contents of a message.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Report {
     Pvt(Pvt),
@@ -150,7 +149,7 @@ pub(super) enum Report {
 }
 
 impl Report {
-    /// Reads a message; `None` for one that is not read here or too short.
+    /// Reads a message; `None` for an unknown or too short one.
     pub fn read(class: u8, id: u8, payload: &[u8]) -> Option<Self> {
         let mut data = Reader(payload);
         if class == 0x05 {
@@ -172,12 +171,12 @@ impl Report {
     }
 }
 
-/// A dilution; 99.99 stands for none.
+/// A dilution; 99.99 means unknown.
 pub(super) fn known_dilution(value: f64) -> Option<f64> {
     Some(value).filter(|value| *value > 0.0 && *value < 99.9)
 }
 
-/// Little-endian values off the front of a payload.
+/// Little-endian values from the front of a payload.
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {

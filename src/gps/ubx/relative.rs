@@ -1,4 +1,4 @@
-//! Where the second antenna is from the first: NAV-RELPOSNED.
+//! Position of the second antenna relative to the first: NAV-RELPOSNED.
 //!
 //! # Source
 //! u-blox, *F9 HPG 1.32 Interface Description*, UBX-22008968, section 3.15.14 (version 1 of the message).
@@ -14,8 +14,8 @@ pub(super) const NAV_RELPOSNED: (u8, u8) = (0x01, 0x3C);
 const WANTED: u32 = 1 | 1 << 2 | 3 << 3 | 1 << 8;
 const FIXED: u32 = 1 | 1 << 2 | 2 << 3 | 1 << 8;
 
-/// Reads a message; the heading is `None` where the receiver does not vouch for it, or its ambiguities are not
-/// whole numbers. `None` for a message of another version or too short.
+/// Reads a message. The heading is `None` where the receiver marks it as invalid, or its ambiguities are not whole
+/// numbers. `None` for a message of another version or a too short one.
 pub(super) fn read(payload: &[u8], arrival: Time) -> Option<Option<ReceiverHeading>> {
     let i32_at = |at: usize| payload.get(at..)?.first_chunk().map(|b| i32::from_le_bytes(*b));
     let u32_at = |at: usize| payload.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b));

@@ -1,4 +1,4 @@
-//! The messages' values, checked and turned into a fix's.
+//! Values of the messages, checked and converted to those of a fix.
 
 use super::message::{CalendarTime, Position, Pvt, known_dilution};
 use crate::frames::{Ned, Vector};
@@ -7,7 +7,7 @@ use crate::gps::receiver_time::days_since_1970;
 use crate::gps::{Correction, ReceiverFix, ReceiverTime};
 use crate::time::Time;
 
-/// A value that cannot be.
+/// An impossible value.
 pub(super) struct Impossible;
 
 /// The fix of a NAV-PVT that claims to be one.
@@ -51,8 +51,8 @@ fn pvt_time(pvt: &Pvt) -> Option<ReceiverTime> {
         .or_else(|| gps_time(None, pvt.time_of_week_ms, 0, None))
 }
 
-/// Day since the start of 1970 and nanoseconds since its midnight, in UTC; `None` where the receiver does not vouch for
-/// it or it cannot be.
+/// Day since the start of 1970 and nanoseconds since its midnight, in UTC; `None` where the receiver marks it as
+/// invalid or it is impossible.
 fn day_and_time_ns(utc: &CalendarTime) -> Option<(i32, i64)> {
     let CalendarTime { year, month, day, hour, minute, second, nanosecond, is_valid } = *utc;
     if !is_valid || hour >= 24 || minute >= 60 || second >= 60 {

@@ -3,28 +3,28 @@
 use crate::gps::{Correction, Dimension, ReceiverFix};
 use crate::time::Time;
 
-/// What kind of fix the receiver has.
+/// Kind of the receiver's fix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FixKind {
-    /// Nothing has been heard of the receiver.
+    /// No data from the receiver yet.
     #[default]
     NoReceiver,
-    /// The receiver is there and has no fix.
+    /// The receiver sends data but has no fix.
     NoFix,
     /// Latitude and longitude only.
     TwoD,
     /// Latitude, longitude and height.
     ThreeD,
-    /// The same with code corrections.
+    /// As `ThreeD`, with code corrections.
     Differential,
-    /// Carrier phase, ambiguities not settled.
+    /// Carrier phase, ambiguities not resolved.
     RtkFloat,
-    /// Carrier phase, ambiguities settled.
+    /// Carrier phase, ambiguities resolved.
     RtkFixed,
 }
 
 impl FixKind {
-    /// All of them, each at the place of its code.
+    /// All kinds, in the order of their codes.
     const ALL: [Self; 7] = [
         Self::NoReceiver,
         Self::NoFix,
@@ -35,25 +35,25 @@ impl FixKind {
         Self::RtkFixed,
     ];
 
-    /// Its number on the wire, which is also MAVLink's.
+    /// Code of the kind in a frame, equal to MAVLink's.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// The kind of a number on the wire.
+    /// The kind of a code in a frame.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.get(usize::from(code)).copied()
     }
 }
 
-/// The receiver's last fix, as it came.
+/// The receiver's last fix, as received.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpsSummary {
-    /// What kind of fix it is.
+    /// Kind of the fix.
     pub fix: FixKind,
-    /// Satellites used.
+    /// Number of satellites used.
     pub satellites: Option<u8>,
     /// Time since the fix arrived, s.
     pub age_s: Option<f64>,
@@ -74,7 +74,7 @@ pub struct GpsSummary {
 }
 
 impl GpsSummary {
-    /// What the receiver said in `fix`, seen at `now` on the clock of its arrival.
+    /// Summary of `fix` at `now`, on the clock of its arrival.
     #[must_use]
     pub fn of(fix: &ReceiverFix, now: Time) -> Self {
         let kind = match (fix.correction, fix.dimension) {

@@ -1,27 +1,27 @@
-//! How well sensors and estimator agree.
+//! Consistency of sensors and estimator.
 
 use crate::ekf::{Channel, Innovation, Verdict};
 
-/// The largest innovation of each kind since the last snapshot, in units of its own predicted
-/// one-sigma; `None` where there was none.
+/// The largest innovation of each kind since the last snapshot, in units of its predicted one-sigma; `None` without
+/// an innovation of this kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovations {
     /// GPS position.
     pub position: Option<f64>,
     /// GPS velocity.
     pub velocity: Option<f64>,
-    /// Roll and pitch of the unit's own attitude.
+    /// Roll and pitch of the inertial unit's own attitude.
     pub attitude: Option<f64>,
     /// Heading.
     pub heading: Option<f64>,
     /// Barometric height.
     pub baro: Option<f64>,
-    /// Updates refused since the start.
+    /// Number of rejected updates since the start.
     pub rejected: u32,
 }
 
 impl Innovations {
-    /// Takes one more into account; one that is no number is passed over.
+    /// Takes one more innovation into account; an innovation that is not a number is skipped.
     pub fn note(&mut self, innovation: &Innovation) {
         let size = libm::fabs(innovation.normalised());
         let largest = match innovation.channel {
@@ -34,7 +34,7 @@ impl Innovations {
             Channel::Roll | Channel::Pitch => &mut self.attitude,
             Channel::Yaw | Channel::BaselineHeading => &mut self.heading,
             Channel::BaroHeight => &mut self.baro,
-            // The frame has no place for it.
+            // The frame has no field for it.
             Channel::Range => return,
             Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => return,
             Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
@@ -49,7 +49,7 @@ impl Innovations {
             self.rejected.saturating_add(u32::from(innovation.verdict == Verdict::Rejected));
     }
 
-    /// Starts over for the next snapshot; what is counted from the start stays.
+    /// Resets the innovations for the next snapshot; the count since the start stays.
     pub fn clear(&mut self) {
         *self = Self { rejected: self.rejected, ..Self::default() };
     }

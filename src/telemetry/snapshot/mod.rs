@@ -16,7 +16,7 @@ use crate::imu::ImuSample;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// How sure the estimator is, one-sigma; `None` before it runs.
+/// One-sigmas of the estimator; `None` before it runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sigmas {
     /// Horizontal position, north and east together, m.
@@ -33,42 +33,42 @@ pub struct Sigmas {
     pub heading_rad: Option<f64>,
 }
 
-/// How the loop keeps its time.
+/// Timing of the loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoopTiming {
-    /// From the start of the last cycle to the start of this, s.
+    /// Time from the start of the previous cycle to the start of this one, s.
     pub period_s: Option<f64>,
-    /// What the last cycle's work took, s.
+    /// Work time of the last cycle, s.
     pub work_s: Option<f64>,
-    /// What the longest cycle's work took since the start, s.
+    /// Longest work time of a cycle since the start, s.
     pub longest_work_s: Option<f64>,
-    /// Cycles since the start that did not end in time.
+    /// Number of cycles since the start that did not end in time.
     pub overruns: u32,
 }
 
-/// What was lost since the start.
+/// Numbers of lost items since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
     /// Packets of the inertial unit.
     pub imu_packets: u32,
     /// Messages of the receiver.
     pub gps_messages: u32,
-    /// Pulses of the pilot, the most of any channel.
+    /// Pulses of the pilot, the largest number of any channel.
     pub pilot_pulses: u32,
-    /// Telemetry frames that the line had no room for.
+    /// Telemetry frames dropped because the line was full.
     pub telemetry_frames: u32,
 }
 
-/// The state of a flight at one moment; what is not known is `None`.
+/// The state of a flight at one moment; unknown values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
     /// The moment, on the flight's clock.
     pub time: Time,
-    /// Who flies.
+    /// Mode of the system.
     pub mode: SystemMode,
-    /// What works.
+    /// Flags of working parts.
     pub status: StatusFlags,
-    /// Angular rate, rad/s: less bias where the estimator runs, else as measured.
+    /// Angular rate, rad/s: corrected for bias while the estimator runs, else as measured.
     pub angular_rate_radps: Option<Vector<Body>>,
     /// Specific force as measured, m/s²; level and at rest its z is −9.81.
     pub specific_force_mps2: Option<Vector<Body>>,
@@ -76,30 +76,30 @@ pub struct Snapshot {
     pub magnetic_field_gauss: Option<Vector<Body>>,
     /// Temperature of the inertial unit, °C.
     pub temperature_degc: Option<f64>,
-    /// Attitude by the estimator.
+    /// Attitude from the estimator.
     pub attitude: Option<EulerAngles>,
-    /// Position by the estimator.
+    /// Position from the estimator.
     pub position: Option<Geodetic>,
-    /// Velocity by the estimator, m/s.
+    /// Velocity from the estimator, m/s.
     pub velocity_mps: Option<Vector<Ned>>,
-    /// How sure the estimator is.
+    /// One-sigmas of the estimator.
     pub sigmas: Sigmas,
-    /// Widths that the servos are sent, ms.
+    /// Widths commanded to the servos, ms.
     pub commanded_ms: Channels<Option<f64>>,
-    /// Widths that the pilot's receiver sends, ms.
+    /// Widths from the pilot's receiver, ms.
     pub pilot_ms: Channels<Option<f64>>,
     /// The receiver's last fix.
     pub gps: GpsSummary,
-    /// How well sensors and estimator agree.
+    /// Consistency of sensors and estimator.
     pub innovations: Innovations,
-    /// How the loop keeps its time.
+    /// Timing of the loop.
     pub timing: LoopTiming,
-    /// What was lost.
+    /// Numbers of lost items.
     pub drops: Drops,
 }
 
 impl Snapshot {
-    /// A snapshot of which only the time is known.
+    /// A snapshot with only the time.
     #[must_use]
     pub fn at(time: Time) -> Self {
         Self {
@@ -123,9 +123,9 @@ impl Snapshot {
         }
     }
 
-    /// The same with what the inertial unit measured; `interval_s`, from the sample before, turns increments
-    /// into rates, and is not looked at for rates. Call it before [`Snapshot::with_solution`]: its
-    /// rates are the better ones.
+    /// Adds a measurement of the inertial unit. `interval_s`, the time since the previous sample, converts increments
+    /// into rates; it is ignored for rates. Call it before [`Snapshot::with_solution`], whose rates are more
+    /// accurate.
     #[must_use]
     pub fn with_imu(mut self, sample: &ImuSample, interval_s: f64) -> Self {
         let mean = sample.motion.mean_rates(interval_s);
@@ -136,7 +136,7 @@ impl Snapshot {
         self
     }
 
-    /// The same with what the estimator knows.
+    /// Adds the solution of the estimator.
     #[must_use]
     pub fn with_solution(mut self, solution: &Solution) -> Self {
         let horizontal = |sigma: Vector<Ned>| Some(Scalar::hypot(sigma.x(), sigma.y()));

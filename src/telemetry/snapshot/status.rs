@@ -1,27 +1,27 @@
-//! What state the vehicle is in, and what of it works.
+//! Mode of the system, and flags of working parts.
 
 use crate::autopilot::Health;
 
-/// Who flies, and how far the navigation has come.
+/// Mode of the system: who flies, and the progress of the navigation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SystemMode {
     /// Waiting for sensors.
     #[default]
     Starting,
-    /// Sensors are there; attitude, position and biases are being found.
+    /// Sensors are present; attitude, position and biases are being determined.
     Aligning,
-    /// Navigating with the heading still to be found.
+    /// Navigating; the heading is still unknown.
     SearchingHeading,
     /// Navigating; the pilot flies.
     Pilot,
     /// Navigating; the autopilot flies.
     Autopilot,
-    /// Something that flying needs is gone; the safe state holds.
+    /// A function required for flight is lost; the safe state is active.
     Failsafe,
 }
 
 impl SystemMode {
-    /// All of them, each at the place of its code.
+    /// All modes, in the order of their codes.
     const ALL: [Self; 6] = [
         Self::Starting,
         Self::Aligning,
@@ -31,48 +31,48 @@ impl SystemMode {
         Self::Failsafe,
     ];
 
-    /// Its number on the wire.
+    /// Code of the mode in a frame.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
-    /// The mode of a number on the wire.
+    /// The mode of a code in a frame.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.get(usize::from(code)).copied()
     }
 }
 
-/// What works and what does not, each a yes or no of this moment.
+/// Flags of working parts at this moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StatusFlags {
-    /// Inertial samples come and are believed.
+    /// Inertial samples arrive and are accepted.
     pub imu: bool,
-    /// Fixes come and are believed.
+    /// Fixes arrive and are accepted.
     pub gps: bool,
-    /// Roll and pitch are good enough to fly by, as the autopilot judges them: see [`Health`].
+    /// Roll and pitch are good enough to fly on, by the autopilot's limits: see [`Health`].
     pub attitude: bool,
-    /// The heading is good enough to fly by.
+    /// The heading is good enough to fly on.
     pub heading: bool,
-    /// The velocity, horizontal and vertical, is good enough to fly by.
+    /// The velocity, horizontal and vertical, is good enough to fly on.
     pub velocity: bool,
-    /// The position is good enough to fly by.
+    /// The position is good enough to fly on.
     pub position: bool,
     /// The pilot's pulses are fresh on every channel.
     pub pilot_signal: bool,
-    /// The receiver says that it has lost the transmitter.
+    /// The receiver reports the loss of the transmitter.
     pub receiver_failsafe: bool,
-    /// The servos take what they are sent.
+    /// The servos receive their commands.
     pub servos: bool,
     /// The flight is being recorded.
     pub recorder: bool,
-    /// The loop kept its time since the last snapshot.
+    /// The loop has been on time since the last snapshot.
     pub on_time: bool,
 }
 
 impl StatusFlags {
-    /// Every one set.
+    /// All flags set.
     pub const ALL: Self = Self::from_bits(u16::MAX);
 
     /// One bit each, in the order of the fields, the first lowest.
@@ -96,7 +96,7 @@ impl StatusFlags {
         .fold(0, |bits, flag| bits << 1 | u16::from(flag))
     }
 
-    /// The same with what of the estimate is good enough to fly by.
+    /// Adds the flags of the estimate's health.
     #[must_use]
     pub const fn with_estimate(self, health: &Health) -> Self {
         Self {
