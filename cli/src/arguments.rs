@@ -1,4 +1,4 @@
-//! Values of arguments that several verbs take.
+//! Arguments that several subcommands share.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -24,7 +24,7 @@ impl From<AxesArgument> for LocalAxes {
     }
 }
 
-/// The trajectory in a file, in the `solution.csv` of a directory, or in the files that a mapping names.
+/// Reads the trajectory in a file, in the `solution.csv` of a directory, or in the files that a mapping names.
 pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
     ensure!(
         path.exists(),
@@ -41,14 +41,14 @@ pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajector
     }
     ensure!(
         file.exists(),
-        "{}: found neither a solution.csv nor a mapping.toml in it, expected an output directory of estimate or \
-         one that init made",
+        "{}: found neither solution.csv nor mapping.toml, expected a directory written by estimate or \
+         by init",
         path.display()
     );
     Ok(Trajectory::open(&file, axes)?)
 }
 
-/// The trajectory in the files that the mapping in the directory `path` names.
+/// The trajectory in the files that the mapping in directory `path` names.
 #[cfg(feature = "formats")]
 fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
     Ok(hovernav_formats::trajectory(path)?)
@@ -59,28 +59,28 @@ fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
     Err(crate::memory::left_out(path, "text in columns"))
 }
 
-/// Which of several sensors to read, where a log has more than one.
+/// Selects one sensor of a kind, in a log with several.
 #[derive(clap::Args)]
 pub struct Sensors {
-    /// Which inertial unit of the log to read, counted from 0
+    /// Index of the IMU to read, counted from 0
     #[arg(long, value_name = "N")]
     imu: Option<usize>,
-    /// Which GPS receiver of the log to read, counted from 0
+    /// Index of the GPS receiver to read, counted from 0
     #[arg(long, value_name = "N")]
     gps: Option<usize>,
-    /// Which magnetometer of the log to read, counted from 0
+    /// Index of the magnetometer to read, counted from 0
     #[arg(long, value_name = "N")]
     mag: Option<usize>,
-    /// Which barometer of the log to read, counted from 0
+    /// Index of the barometer to read, counted from 0
     #[arg(long, value_name = "N")]
     baro: Option<usize>,
-    /// Which topic of a ROS 2 log has the receiver's velocity, or "none"
+    /// Topic with the receiver's velocity, in a ROS 2 log, or "none"
     #[arg(long, value_name = "TOPIC")]
     velocity: Option<String>,
 }
 
 impl Sensors {
-    /// The same as options of the readers.
+    /// The selection, as options of the log readers.
     pub fn options(&self) -> Options {
         let mut options = Options::default();
         (options.imu, options.gps) = (self.imu, self.gps);
@@ -95,7 +95,7 @@ impl Sensors {
 pub struct OutageWindow(Outage);
 
 impl OutageWindow {
-    /// The same as an outage.
+    /// The window as an outage.
     pub fn outage(self) -> Outage {
         self.0
     }
@@ -114,12 +114,12 @@ impl FromStr for OutageWindow {
     }
 }
 
-/// A finite number; `None` of anything else.
+/// A finite number; `None` for any other text.
 pub fn finite(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite())
 }
 
-/// Takes numbers from `low` to `high`, of which `unit` is said to be if they have one.
+/// Parses numbers from `low` to `high`. The error message names the `unit`, unless it is empty.
 #[cfg(any(feature = "fly", feature = "lab"))]
 pub fn within(
     low: f64,
@@ -133,25 +133,25 @@ pub fn within(
     }
 }
 
-/// How long a command goes on by itself, s.
+/// The duration, s, after which a command ends by itself.
 #[cfg(any(feature = "fly", feature = "ground"))]
 pub fn duration(text: &str) -> Result<f64, String> {
     let found = finite(text).filter(|seconds| (0.1..=1e6).contains(seconds));
     found.ok_or_else(|| format!("found \"{text}\", expected seconds, 0.1 to 1000000"))
 }
 
-/// A moment of a flight of up to a day, s from its start; `None` of anything else.
+/// A time of a flight of up to one day, s from its start; `None` for any other text.
 #[cfg(feature = "lab")]
 pub fn second(text: &str) -> Option<f64> {
     finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
 }
 
-/// What helps those who fly an autopilot that is designed on the way.
+/// Remedy for a user whose autopilot is designed during the run.
 #[cfg(feature = "lab")]
 pub const FORCED: &str =
-    "an autopilot that `hovernav design --force` makes of it is flown by --autopilot";
+    "design an autopilot for it with `hovernav design --force` and pass that with --autopilot";
 
-/// Refuses a `model` that is not to be flown by. `name` is how it was given, `remedy` what helps all the same.
+/// Rejects a `model` that must not be flown on. `name` is the name the user gave; `remedy` is a way to proceed.
 #[cfg(feature = "lab")]
 pub fn refuse_unflyable(
     model: &hovernav_model::StateSpace,
@@ -164,18 +164,18 @@ pub fn refuse_unflyable(
     }
 }
 
-/// What to warn of where the `model` that the autopilot is designed for is not that of the simulated helicopter.
+/// The warning for an autopilot that is designed for a `model` other than the simulated helicopter.
 #[cfg(feature = "lab")]
 pub fn designed_for_another(model: &hovernav_model::StateSpace) -> Option<String> {
     let name = model.name();
     (name != "raptor60-hover").then(|| {
         format!(
-            "the autopilot is designed for {name}, what flies is the nonlinear 60-class helicopter"
+            "the autopilot is designed for {name}, but the simulated aircraft is the nonlinear 60-class helicopter"
         )
     })
 }
 
-/// The configuration of a flight computer; an error names the file.
+/// The configuration of a flight computer. An error names the file.
 #[cfg(any(feature = "fly", feature = "ground"))]
 pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_log::FlyConfig> {
     use hovernav_log::{FlyConfig, FlyConfigError};
@@ -183,7 +183,7 @@ pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_log::FlyConfig> {
         FlyConfigError::Value { .. } => {
             anyhow::Error::new(error).context(path.display().to_string())
         }
-        // These name it.
+        // These errors already name the file.
         other => other.into(),
     })
 }

@@ -1,4 +1,4 @@
-//! `hovernav compare`: solutions over each other.
+//! `hovernav compare`: differences between solutions.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,34 +16,33 @@ use crate::page::{
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Files of solutions, output directories of estimate, or directories that init made for other
-    /// files; the first is what the others are laid over
+    /// Solution files, output directories of estimate, or directories that init made for other files; the others are
+    /// compared with the first
     #[arg(required = true, num_args = 2..=4)]
     solution: Vec<PathBuf>,
-    /// Where to write
+    /// Directory to write
     #[arg(long, value_name = "DIR", default_value = "out/compare")]
     out: PathBuf,
-    /// Lay the others over the first, turned about the vertical and moved by least squares
+    /// Align the others with the first: rotate about the vertical and translate, by least squares
     #[arg(long)]
     align: bool,
-    /// The axes of trajectories in local metres: enu with a body of forward, left, up; ned with one of
-    /// forward, right, down
+    /// Axes of trajectories in local metres: enu with a forward-left-up body, ned with a forward-right-down body
     #[arg(long, value_enum, default_value_t = AxesArgument::Enu)]
     axes: AxesArgument,
 }
 
-/// Where local metres of all have their zero, if nobody says: any place does.
+/// Origin of local coordinates where no solution has a geographic position. Any origin gives the same differences.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 const NED: [&str; 3] = ["North", "East", "Down"];
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
-/// One of the solutions by its name.
+/// A solution and its name.
 struct Named {
     name: String,
     trajectory: Trajectory,
 }
 
-/// How far a later solution is from an earlier one.
+/// The difference between a later solution and an earlier one.
 struct Difference<'a> {
     of: &'a Named,
     from: &'a Named,
@@ -63,7 +62,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let score = score(moments, &reference, first.time);
             ensure!(
                 !score.axes.is_empty(),
-                "{}: found no moment that {} covers too, expected solutions of one clock",
+                "{}: found no time in common with {}, expected solutions that overlap in time. Do they use the same clock?",
                 of.name,
                 from.name
             );
@@ -102,16 +101,16 @@ fn solutions(arguments: &Arguments) -> anyhow::Result<Vec<Named>> {
         let is_local = trajectory.is_local();
         ensure!(
             arguments.align || is_local == *first_is_local.get_or_insert(is_local),
-            "{}: found {}, where the first is not: expected --align",
+            "{}: found {}, unlike the first solution: expected --align",
             path.display(),
-            if is_local { "metres from a point that it does not name" } else { "places on Earth" }
+            if is_local { "local metres without an origin" } else { "geographic positions" }
         );
         match solutions.first() {
             Some(first) if arguments.align => {
                 let reference = Reference::of_trajectory(&first.trajectory);
                 ensure!(
                     trajectory.align(&reference).is_some(),
-                    "{}: found no moment that {} covers too, expected solutions of one clock",
+                    "{}: found no time in common with {}, expected solutions that overlap in time. Do they use the same clock?",
                     path.display(),
                     first.name
                 );
@@ -126,7 +125,7 @@ fn solutions(arguments: &Arguments) -> anyhow::Result<Vec<Named>> {
     Ok(solutions)
 }
 
-/// What a solution is called: its file or, where that is what every estimate writes, its directory.
+/// The name of a solution: its file name, or the directory name if the file is called `solution`.
 fn called(path: &Path) -> String {
     let name = output::name_of(path);
     let directory = path.canonicalize().ok().and_then(|full| full.parent().map(output::name_of));
@@ -160,14 +159,14 @@ fn warnings(solutions: &[Named]) -> Vec<String> {
     solutions.iter().flat_map(|one| one.trajectory.warnings.clone()).collect()
 }
 
-/// First and last second of all.
+/// First and last time of all solutions, s.
 fn span(solutions: &[Named]) -> (f64, f64) {
     let times = solutions.iter().flat_map(|one| &one.trajectory.solutions);
     let times = times.map(|solution| solution.time.seconds());
     times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)))
 }
 
-/// One solution as columns: seconds from the start, metres, metres a second and degrees.
+/// One solution as columns: s from the start, m, m/s and degrees.
 struct Columns {
     name: String,
     role: Role,
@@ -227,12 +226,12 @@ fn write_page(
         map = map.with(Series::track(one.role, &one.time, [north, east]).named(&*one.name));
     }
     let tables = differences.iter().fold(
-        Section::new("differences", "Differences", "The later solution less the earlier."),
+        Section::new("differences", "Differences", "Later solution minus earlier solution."),
         |section, difference| section.with(table(difference)),
     );
     let facts: Vec<Fact> = columns
         .iter()
-        .map(|one| Fact::new(&one.name, format!("{} moments", one.time.len())))
+        .map(|one| Fact::new(&one.name, format!("{} samples", one.time.len())))
         .collect();
     let title: Vec<&str> = solutions.iter().map(|one| &*one.name).collect();
     let page = Page {
@@ -247,13 +246,21 @@ fn write_page(
             Section::new(
                 "map",
                 "Map",
-                "All from above, in metres from the first point of the first.",
+                "Top view of all solutions, in metres from the first point of the first solution.",
             )
             .with(Figure::new(Abscissa::EastM, [map])),
-            Section::new("position", "Position", "Metres from the first point of the first.")
-                .with(rows(0, NED, "m")),
-            Section::new("velocity", "Velocity", "Over ground, where a file gives it.")
-                .with(rows(1, NED, "m/s")),
+            Section::new(
+                "position",
+                "Position",
+                "Metres from the first point of the first solution.",
+            )
+            .with(rows(0, NED, "m")),
+            Section::new(
+                "velocity",
+                "Velocity",
+                "Velocity over ground, for the files that contain it.",
+            )
+            .with(rows(1, NED, "m/s")),
             Section::new("attitude", "Attitude", "Roll, pitch and yaw.").with(rows(
                 2,
                 ["Roll", "Pitch", "Yaw"],

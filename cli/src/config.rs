@@ -2,14 +2,13 @@
 
 use anyhow::bail;
 
-/// The page that the types make: docs/configuration.md.
+/// The page that is generated from the configuration types: docs/configuration.md.
 pub const PAGE: &str = include_str!("../assets/configuration.md");
 
 #[derive(clap::Args)]
 #[command(after_long_help = PAGE)]
 pub struct Arguments {
-    /// A file, such as fly.toml or imu.csv, or a word that keys or their descriptions hold; everything
-    /// unless given
+    /// A file, such as fly.toml or imu.csv, or a word in a key or its description [default: the whole page]
     about: Option<String>,
 }
 
@@ -21,14 +20,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if text.is_empty() {
         let about = arguments.about.as_deref().unwrap_or_default();
         bail!(
-            "config: nothing is called \"{about}\" and no key says it, expected a file or a word"
+            "config: found no file \"{about}\" and no key with that word, expected a file or a word of a key"
         );
     }
     crate::output::print(text);
     Ok(())
 }
 
-/// The part of the page under the heading `name`, of a file; `columns` is one too.
+/// The section of the page with the heading `name`: a file, or `columns`.
 fn section(name: &str) -> Option<String> {
     let parts = PAGE.split("\n## ").skip(1);
     let mut parts = parts
@@ -36,7 +35,7 @@ fn section(name: &str) -> Option<String> {
     parts.next().map(|part| format!("## {}\n", part.trim_end()))
 }
 
-/// The rows that hold `word`, under the section that each stands in.
+/// The rows that contain `word`, each under the heading of its section.
 fn lines(word: &str) -> Option<String> {
     let word = word.to_lowercase();
     let mut found = String::new();

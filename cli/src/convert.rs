@@ -1,4 +1,4 @@
-//! `hovernav convert`: any log to a dataset directory, or a damaged record to a whole one.
+//! `hovernav convert`: converts any log to a dataset directory, or repairs a damaged flight record.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::arguments::Sensors;
 use crate::memory;
 use crate::output::{self, Working};
 
-/// The reference, which is copied unread: only a scorer may look into it.
+/// The reference file is copied unread: only a scorer may read its contents.
 const REFERENCE: &str = "reference.csv";
 
 #[derive(clap::Args)]
@@ -18,11 +18,10 @@ pub struct Arguments {
     log: PathBuf,
     #[command(flatten)]
     sensors: Sensors,
-    /// Write what is whole of a flight record that was cut off or damaged as a new record, which other
-    /// programs open
+    /// Repair a truncated or damaged flight record: write its intact part as a new record that other programs can open
     #[arg(long, conflicts_with_all = ["imu", "gps", "mag", "baro"])]
     repair: bool,
-    /// The directory to write, or with --repair the record, a new file
+    /// The directory to write, or with --repair the new record file
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
 }
@@ -36,7 +35,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let dataset = memory::open(log, &sensors.options(), 1)?.dataset;
     output::create(out)?;
     let same = matches!((log.canonicalize(), out.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    ensure!(!same, "{}: the log itself, expected another directory", out.display());
+    ensure!(!same, "{}: found the log itself, expected another directory for --out", out.display());
     dataset.write(out, &[])?;
     let reference = log.join(REFERENCE);
     if reference.exists() {

@@ -1,4 +1,4 @@
-//! `hovernav fly`: the real-time loop, until it is told to end.
+//! `hovernav fly`: the real-time loop, until a signal or `--duration` ends it.
 
 use std::io::{Write as _, stderr};
 use std::path::{Path, PathBuf};
@@ -24,11 +24,10 @@ use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The flight's configuration: ports, mounting, servos, telemetry
+    /// The flight configuration: ports, mounting, servos, telemetry
     #[arg(long, value_name = "FILE")]
     config: PathBuf,
-    /// Where to write the record; a file named after the time in the configured directory unless
-    /// given
+    /// The record to write [default: a file named after the time, in the configured directory]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends the flight
@@ -36,19 +35,19 @@ pub struct Arguments {
     duration: Option<f64>,
 }
 
-/// Signals that end or stop a program unless it says otherwise.
+/// Signals whose default action ends or stops a program.
 const SURVIVED: [i32; 12] = [
     SIGHUP, SIGUSR1, SIGUSR2, SIGXFSZ, SIGXCPU, SIGTSTP, SIGTTIN, SIGTTOU, SIGALRM, SIGVTALRM,
     SIGPROF, SIGIO,
 ];
-/// Lines that may wait for a terminal that is stuck.
+/// Number of lines that are queued while a terminal is stuck.
 const LINES: usize = 256;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut config = read_fly_config(&arguments.config)?;
     let unix_s = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs().cast_signed();
     let remark = config.settle(unix_s).with_context(|| arguments.config.display().to_string())?;
-    // Nobody may be there to read it.
+    // A write error is ignored: the terminal may be gone.
     if let Some(remark) = remark {
         let _ = writeln!(stderr(), "{remark}");
     }
@@ -61,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .with_context(|| format!("cannot create {}", directory.display()))?;
     }
 
-    // A terminal that is gone or says stop, a stray signal, a limit of file or processor do not end a flight.
+    // A closed or stopped terminal, a stray signal, or a limit of file size or processor time must not end a flight.
     for signal in SURVIVED {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))?;
     }
@@ -72,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _ = writeln!(stderr(), "recording to {}", record.display());
     let report = fly(&config, &record, &Clock::start(), &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
-    // The last lines before the report; a terminal that is stuck keeps neither.
+    // Wait for the last lines before the report, at most 1 s: a stuck terminal must not block the end.
     for _ in 0..100 {
         if printer.is_finished() {
             break;
@@ -91,15 +90,15 @@ fn print(notifications: &Receiver<Notification>) {
             Level::Error => "error: ",
             Level::Critical => "CRITICAL: ",
         };
-        // Whose fault it is; what is as it should be is nobody's.
+        // The part that caused the message; information has no such part.
         let whose = if level.is_empty() { String::new() } else { format!(" [{}]", part.name()) };
-        // Nobody may be there to read it.
+        // A write error is ignored: the terminal may be gone.
         let _ = writeln!(stderr(), "{:9.3}  {level}{text}{whose}", time.seconds());
     }
 }
 
-/// Closes the loops of the autopilot around the model that the configuration names, and refuses those that are
-/// unstable in a mode.
+/// Closes the loops of the autopilot around the model that the configuration names. Rejects gains that are unstable in
+/// any mode.
 #[cfg(feature = "lab")]
 fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
     let section = config.autopilot.as_ref();
@@ -117,7 +116,7 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
     crate::arguments::refuse_unflyable(
         &model,
         &format!("[autopilot] model: {}", name.display()),
-        "without `model` gains that `hovernav design --force` made of it are flown untried",
+        "to fly gains of `hovernav design --force` without this check, remove `model`",
     )?;
     let design = HoverDesign {
         period_s: flown.period_s,
@@ -128,7 +127,7 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
         let closed = design.close_in(&model, &flown.gains, mode, Cut::Actuators)?;
         anyhow::ensure!(
             closed.is_stable()?,
-            "[autopilot] file: found gains that are unstable on {} holding {}, expected a stable loop",
+            "[autopilot] file: found gains that are unstable with {} in the mode {}, expected a stable loop",
             name.display(),
             mode.name()
         );
@@ -136,12 +135,12 @@ fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Gains cannot be tried without the part that designs them.
+/// Checking gains needs the design crate, which this build lacks.
 #[cfg(not(feature = "lab"))]
 fn try_gains(config: &FlyConfig, _beside: &Path) -> anyhow::Result<()> {
     anyhow::ensure!(
         config.autopilot.as_ref().is_none_or(|section| section.model.is_none()),
-        "[autopilot] model: found one, but this build lacks the feature `lab`, which tries gains on it"
+        "[autopilot] model: found a model, but this build lacks the feature `lab`, which checks gains on a model"
     );
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `hovernav ground`: the ground station, until it is told to end.
+//! `hovernav ground`: the ground station, until a signal or `--duration` ends it.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -18,39 +18,39 @@ use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Where the vehicle is heard: a serial port with or without its speed, /dev/ttyUSB0:57600 say, or
-    /// udp:PORT; without, records can be looked at
+    /// The link to the vehicle: a serial port with an optional speed, such as /dev/ttyUSB0:57600, or udp:PORT; without
+    /// a link, recorded flights can be viewed
     #[arg(value_name = "LINK")]
     link: Option<Source>,
-    /// What the vehicle speaks; found out unless given
+    /// The protocol of the vehicle [default: detected]
     #[arg(long, value_enum)]
     protocol: Option<ProtocolArgument>,
-    /// The vehicle's fly.toml: trim and travel of its channels, mounting of its sensors
+    /// The vehicle's fly.toml, for the trim and travel of its channels and the mounting of its sensors
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The folder of the records
+    /// The directory of the records
     #[arg(long, value_name = "DIR", default_value = "records")]
     folder: PathBuf,
-    /// Record from the start, under this name
+    /// Start a recording at once, under this name
     #[arg(long, value_name = "NAME")]
     record: Option<String>,
-    /// The address to serve the page at; any but a loopback address asks for a token
+    /// The address to serve the page at; any address except loopback requires a token
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     address: IpAddr,
-    /// The port to serve the page at; 0 takes any that is free
+    /// The port to serve the page at; 0 selects a free port
     #[arg(long, value_name = "PORT", default_value_t = 8033)]
     port: u16,
-    /// The token that the page asks for, 16 characters or more; drawn unless given, where one is needed
+    /// The token that the page requires, 16 to 128 characters [default: random, where one is needed]
     #[arg(long, value_name = "TOKEN", value_parser = token)]
     token: Option<String>,
-    /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends it
+    /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends the program
     #[arg(long, value_name = "SECONDS", value_parser = crate::arguments::duration)]
     duration: Option<f64>,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum ProtocolArgument {
-    /// This project's packed frames
+    /// The packed telemetry frames of hovernav
     Frames,
     /// MAVLink, 1 or 2
     Mavlink,
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => (Rigging::default(), Manifest::default()),
     };
     let mut manifest = manifest;
-    // Telemetry carries the estimator's attitude, not the unit's.
+    // Telemetry carries the attitude of the estimator, not of the inertial unit.
     manifest.imu.heading_reference = HeadingReference::True;
     let folder = Folder::open(&arguments.folder)
         .with_context(|| format!("cannot create {}", arguments.folder.display()))?;
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(name) = &arguments.record {
         station.record(&folder.record(name)?, name)?;
     }
-    // Without a link nobody is asked, and silence is no alarm.
+    // Without a link no frames are requested, and missing telemetry raises no alarm.
     station.want_frames(arguments.link.is_some());
     let station = Arc::new(Mutex::new(station));
     let access = Access::new(arguments.address.is_loopback(), arguments.token.clone())
@@ -108,14 +108,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         && !Path::new(path).exists()
     {
         crate::output::complain(format_args!(
-            "warning: {path}: no such port, expected one as /dev/ttyUSB0 or udp:PORT; it is opened when it comes"
+            "warning: {path}: no such port, expected one such as /dev/ttyUSB0 or udp:PORT; the station opens it as soon as it appears"
         ));
     }
     let stop = crate::stop::when_asked(&[SIGINT, SIGTERM])?;
     let page = bound.address();
     crate::output::say(format_args!("ready: {name}, page at http://{page}/{page_token}"));
     crate::stop::after(arguments.duration, &stop);
-    bound.run(&stop).context("cannot go on serving")?;
+    bound.run(&stop).context("cannot continue to serve the page")?;
     if let Some(recording) = hovernav_ground::link::lock(&station).stop_recording() {
         crate::output::say(format_args!("recorded {} frames", recording.frames));
     }

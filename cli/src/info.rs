@@ -1,4 +1,4 @@
-//! `hovernav info`: what is in a log.
+//! `hovernav info`: the contents of a log.
 
 use std::path::PathBuf;
 

@@ -9,13 +9,13 @@ use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Text files in columns, of one flight: one with everything, or one for each sensor
+    /// Text files in columns, of one flight: one file with all sensors, or one per sensor
     #[arg(required = true)]
     file: Vec<PathBuf>,
-    /// The directory to write mapping.toml and dataset.toml to; named after the first file unless given
+    /// The directory for mapping.toml and dataset.toml [default: named after the first file]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Replace a mapping.toml that is there
+    /// Replace an existing mapping.toml
     #[arg(long)]
     force: bool,
 }
@@ -26,7 +26,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let proposal = Proposal::of(file)?;
     drop(looking);
     let out = out.clone().unwrap_or_else(|| default_directory(&file[0]));
-    ensure!(!out.is_file(), "{}: is a file, expected a directory for --out", out.display());
+    ensure!(!out.is_file(), "{}: found a file, expected a directory for --out", out.display());
     output::say_text(&proposal);
     proposal.write(&out, *force)?;
     let shown = out.display();
@@ -38,8 +38,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// `flight` of `logs/flight.csv`, in the directory where the command runs; of a file without an ending
-/// its name with one.
+/// The default directory, relative to the working directory: `flight` for `logs/flight.csv`. A file without an
+/// extension gives its name with `-mapped`.
 fn default_directory(file: &Path) -> PathBuf {
     let stem = file.file_stem().unwrap_or_default();
     let is_bare = file.extension().is_none();

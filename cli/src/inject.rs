@@ -1,4 +1,4 @@
-//! `hovernav inject`: faulty copies of a dataset, and what many of them do to the estimator.
+//! `hovernav inject`: copies of a dataset with faults, and the estimator's errors under many such faults.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -19,30 +19,30 @@ use crate::memory;
 pub struct Arguments {
     /// A dataset directory or a flight record; with --campaign, any number of dataset directories
     log: Vec<PathBuf>,
-    /// A fault, NAME[=VALUE][@[START][:DURATION]]: times in seconds of the log's clock, drawn by the
-    /// seed where not given; may be repeated; `list` prints them all
+    /// A fault, NAME[=VALUE][@[START][:DURATION]], with times in seconds of the log's clock; omitted times are drawn
+    /// from the seed; may be repeated; `list` prints all faults
     #[arg(long, value_name = "FAULT", required_unless_present = "campaign")]
     fault: Vec<Asked>,
-    /// What draws times, directions and noise
+    /// Seed of the random times, directions and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The directory to write
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Estimate many faulty copies, each fault by itself and all that there are unless some are named,
-    /// and tell what each did: writes table.md, runs.svg, results.csv and summary.json to out/injection or --out
+    /// Run the estimator on many faulty copies, one fault at a time: all faults, or those of --fault; writes table.md,
+    /// runs.svg, results.csv and summary.json to out/injection or --out
     #[arg(long)]
     campaign: bool,
-    /// With --campaign: seeds, where anything is drawn
+    /// With --campaign: number of seeds for faults with random parts
     #[arg(long, value_name = "N", default_value_t = 5, requires = "campaign",
           value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
-    /// With --campaign: simulated flights too, one a seed; without a LOG, they alone
+    /// With --campaign: include simulated flights, one per seed; without a LOG, only simulated flights run
     #[arg(long, requires = "campaign")]
     simulated: bool,
 }
 
-/// A fault, or the list of them all.
+/// A fault, or the request to list all faults.
 #[derive(Clone, Copy)]
 enum Asked {
     Fault(Fault),
@@ -85,8 +85,9 @@ fn usage(message: &str) -> ! {
 }
 
 fn copy(log: &Path, asked: &[Fault], seed: u64, out: &Path) -> anyhow::Result<()> {
-    // A flight record is written as a dataset first, which the faults then change.
-    let scratch = tempfile::tempdir().context("cannot make a directory to convert in")?;
+    // A flight record is first converted to a dataset; the faults then change that dataset.
+    let scratch =
+        tempfile::tempdir().context("cannot create a temporary directory for the conversion")?;
     let dir = if log.is_dir() { log } else { scratch.path() };
     if !log.is_dir() {
         memory::open(log, &Options::default(), 1)?.dataset.write(dir, &[])?;

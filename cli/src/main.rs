@@ -1,8 +1,8 @@
-//! The command `hovernav`: one verb a job. It reads arguments, shows progress and writes files; what
-//! is computed, the library computes.
+//! The command `hovernav`, with one subcommand per task. This crate reads arguments, shows progress and writes files.
+//! The library does the computation.
 //!
-//! A verb is a module with `Arguments` and `run`, and a line in each of [`Verb`], [`Verb::run`] and,
-//! where a feature brings it, [`LEFT_OUT`]. Verbs do not use each other: what several need stands in
+//! A subcommand ("verb" in the code) is a module with `Arguments` and `run`, and a line in [`Verb`] and [`Verb::run`].
+//! If a cargo feature brings it, it also has a line in [`LEFT_OUT`]. Verbs do not use each other. Shared code is in
 //! [`arguments`], [`emit`], [`memory`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
 
 mod arguments;
@@ -10,7 +10,10 @@ mod emit;
 mod flight_page;
 mod memory;
 mod output;
-#[cfg_attr(not(feature = "lab"), allow(dead_code, unused_imports, reason = "the lab draws more"))]
+#[cfg_attr(
+    not(feature = "lab"),
+    allow(dead_code, unused_imports, reason = "only the lab uses every part")
+)]
 mod page;
 #[cfg(any(feature = "fly", feature = "ground"))]
 mod stop;
@@ -53,14 +56,14 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
-/// Navigation for small helicopters and drones: from a recorded log to position, velocity and
-/// attitude with honest uncertainties.
+/// Navigation for small helicopters and drones: computes position, velocity and attitude, with their uncertainties,
+/// from a recorded log
 #[derive(Parser)]
 #[command(version, arg_required_else_help = true)]
 struct Arguments {
     #[command(subcommand)]
     verb: Verb,
-    /// Write nothing but what was asked for, and errors
+    /// Print only the requested output and errors
     #[arg(long, short, global = true)]
     quiet: bool,
 }
@@ -69,59 +72,58 @@ struct Arguments {
 enum Verb {
     /// Run the filter over a log; writes solution.csv, summary.json and report.html
     Estimate(estimate::Arguments),
-    /// Identify a model of the helicopter from a flight, and validate it; writes model.toml,
-    /// summary.json and report.html
+    /// Identify a model of the helicopter from a flight and validate it; writes model.toml, summary.json and
+    /// report.html
     #[cfg(feature = "lab")]
     Identify(identify::Arguments),
-    /// Say what is in a log: sensors, rates, spans, gaps
+    /// Show the contents of a log: sensors, sample rates, time spans, gaps
     Info(info::Arguments),
-    /// A flight on a page, from its record: modes, set-points, sticks, health, timing; writes report.html
-    /// and summary.json
+    /// Show a recorded flight on a page: modes, set-points, sticks, health, timing; writes report.html and summary.json
     Report(report::Arguments),
-    /// Fly: the real-time loop on the flight computer, recorded
+    /// Run the real-time flight loop on the flight computer and record the flight
     #[cfg(all(feature = "fly", target_os = "linux"))]
     Fly(fly::Arguments),
-    /// Play a log as the sensors sent it, over pseudo-terminals, for `hovernav fly` to fly on
+    /// Replay a log over pseudo-terminals, as the sensors sent it, as input for `hovernav fly`
     #[cfg(feature = "fly")]
     Play(play::Arguments),
-    /// The ground station: a page with live plots, records and flight control of a vehicle that is heard on
-    /// a serial port or by UDP
+    /// Run the ground station: a page with live plots, records and flight control of a vehicle connected by serial port
+    /// or UDP
     #[cfg(feature = "ground")]
     Ground(ground::Arguments),
-    /// Write any log as a dataset directory
+    /// Convert any log to a dataset directory
     Convert(convert::Arguments),
-    /// Every file, column and key of the settings, with defaults and units: also `help config`
+    /// List every file, column and key of the settings, with defaults and units; same text as `help config`
     Config(config::Arguments),
-    /// Say what the columns of foreign text files are, names, units and axes; writes a mapping and a
-    /// commented dataset.toml for estimate, info and convert to take
+    /// Map the columns of foreign text files to quantities, units and axes; writes a mapping and a commented
+    /// dataset.toml that estimate, info and convert read
     #[cfg(feature = "formats")]
     Init(init::Arguments),
-    /// Make a copy of a log with faults in it: vibration, gaps, GPS glitches and many more
+    /// Copy a log and add faults to it: vibration, gaps, GPS glitches and many more
     #[cfg(feature = "lab")]
     Inject(inject::Arguments),
-    /// Design the hover autopilot for a model and check it at the loop's own rate; writes
+    /// Design the hover autopilot for a model and check it at the sample rate of the flight loop; writes
     /// autopilot.toml, summary.json and report.html
     #[cfg(feature = "lab")]
     Design(design::Arguments),
-    /// Fly in simulation, the closed loop with sensors, estimator and servos inside, or with --flight
-    /// along a path, and record it as a dataset
+    /// Simulate a flight and record it as a dataset: the closed loop with sensors, estimator and servos, or a
+    /// prescribed path with --flight
     #[cfg(feature = "lab")]
     Simulate(simulate::Arguments),
-    /// Fly the closed loop many times over, airframe, wind, sensors and GPS drawn anew for each; writes
-    /// results.csv, percentiles.csv, summary.json and report.html
+    /// Simulate many closed-loop flights, each with random airframe, wind, sensors and GPS; writes results.csv,
+    /// percentiles.csv, summary.json and report.html
     #[cfg(feature = "lab")]
     Campaign(campaign::Arguments),
-    /// Lay solutions over each other: solution.csv, TUM or EuRoC; writes summary.json and report.html
+    /// Compare solutions (solution.csv, TUM or EuRoC) with each other; writes summary.json and report.html
     Compare(compare::Arguments),
-    /// Time the filter and the flight loop on this machine, against the loop's period
+    /// Time the filter and the flight loop on this machine and compare with the period of the loop
     #[cfg(feature = "bench")]
     Bench(bench::Arguments),
-    /// Score a trajectory of anybody's against a reference: solution.csv, TUM or EuRoC
+    /// Score a trajectory of any program (solution.csv, TUM or EuRoC) against a reference
     Score(score::Arguments),
-    /// Print a script that completes this command's arguments in a shell
+    /// Print a shell script that completes the arguments of this command
     #[cfg(feature = "manual")]
     Completions(manual::Completions),
-    /// Write a manual page for each verb
+    /// Write a manual page for each subcommand
     #[cfg(feature = "manual")]
     Man(manual::Man),
 }
@@ -168,7 +170,7 @@ impl Verb {
     }
 }
 
-/// The verbs that this build lacks, and what would bring each.
+/// The subcommands that this build lacks, and the feature that adds each.
 const LEFT_OUT: &[(&str, &str)] = &[
     #[cfg(not(all(feature = "fly", target_os = "linux")))]
     ("fly", "feature `fly` on Linux"),
@@ -202,7 +204,7 @@ fn main() -> ExitCode {
         Err(error) => {
             let Some((verb, feature)) = left_out(&error) else { error.exit() };
             output::complain(format_args!(
-                "hovernav: {verb} is not in this build, which lacks the {feature}"
+                "hovernav: `{verb}` is not in this build, which lacks the {feature}"
             ));
             return ExitCode::FAILURE;
         }
@@ -223,7 +225,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// The arguments. A number below zero is a value like any other, which its own range accepts or refuses.
+/// Parses the arguments. A negative number is accepted as a value; the range of the argument then checks it.
 fn parsed() -> Result<Arguments, clap::Error> {
     let command = Arguments::command().mut_subcommands(|verb| {
         verb.mut_args(|argument| {
@@ -238,7 +240,7 @@ fn parsed() -> Result<Arguments, clap::Error> {
     Arguments::from_arg_matches(&command.try_get_matches()?)
 }
 
-/// The verb of [`LEFT_OUT`] that was asked for, if that is the error.
+/// The entry of [`LEFT_OUT`] that the user asked for, if that is the cause of the error.
 fn left_out(error: &clap::Error) -> Option<&'static (&'static str, &'static str)> {
     match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(asked)) => LEFT_OUT.iter().find(|(verb, _)| verb == asked),
@@ -246,7 +248,7 @@ fn left_out(error: &clap::Error) -> Option<&'static (&'static str, &'static str)
     }
 }
 
-/// The error and its causes, less those that the message before already ends with.
+/// The error and its causes, without a cause that the preceding message already ends with.
 fn in_one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |message, cause| {
         let cause = cause.to_string();

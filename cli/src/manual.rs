@@ -1,4 +1,4 @@
-//! `hovernav completions` and `hovernav man`: what shells and `man` know of the command.
+//! `hovernav completions` and `hovernav man`: shell completions and manual pages.
 
 use std::path::{Path, PathBuf};
 
@@ -10,13 +10,13 @@ use crate::output;
 
 #[derive(clap::Args)]
 pub struct Completions {
-    /// The shell
+    /// The shell to complete for
     shell: Shell,
 }
 
 #[derive(clap::Args)]
 pub struct Man {
-    /// The directory to write hovernav.1 and a page for each verb to
+    /// The directory for hovernav.1 and one page per subcommand
     dir: PathBuf,
 }
 
@@ -37,7 +37,7 @@ pub fn man(arguments: &Man, command: Command) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the page of a verb, or of the command, and of all below it.
+/// Writes the page of a command and of all its subcommands.
 fn write_pages(command: &Command, dir: &Path) -> anyhow::Result<()> {
     for verb in command.get_subcommands().filter(|verb| !verb.is_hide_set()) {
         write_pages(verb, dir)?;

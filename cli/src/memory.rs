@@ -1,4 +1,4 @@
-//! Whether there is memory for what is asked.
+//! Checks that the free memory is sufficient.
 
 use std::path::Path;
 
@@ -6,10 +6,11 @@ use anyhow::{anyhow, ensure};
 use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, LogError};
 
-/// What a page and files take beside the log.
+/// Memory for a page and files, in addition to the log, bytes.
 const BESIDE: u64 = 64 << 20;
 
-/// Opens `log`, unless that and what is made of it take more memory than is free: so many times the log's own.
+/// Opens `log`, unless the estimated memory is more than is free. The estimate is `times` the size of the log in
+/// memory.
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     check(log, options, times)?;
     hovernav_formats::open(log, options).map_err(|error| match error {
@@ -18,7 +19,7 @@ pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     })
 }
 
-/// Why the file at `path` cannot be read, which is of a `format` of another program.
+/// The error for a file at `path` in a `format` of another program, which this build cannot read.
 pub fn left_out(path: &Path, format: &str) -> anyhow::Error {
     anyhow!(
         "{}: found {format}, which this build cannot read: it lacks the feature `formats`",
@@ -26,12 +27,12 @@ pub fn left_out(path: &Path, format: &str) -> anyhow::Error {
     )
 }
 
-/// Refuses `log` where to read it and what is made of it take more memory than is free.
+/// Rejects `log` if `times` its size in memory exceeds the free memory.
 pub fn check(log: &Path, options: &Options, times: u64) -> anyhow::Result<()> {
     let (needed, free) = (times * hovernav_formats::bytes_of(log, options)?, free_bytes());
     ensure!(
         needed <= free,
-        "{}: to read it takes about {:.2} GB of memory, found {:.2} GB free: expected more memory or a shorter \
+        "{}: reading takes about {:.2} GB of memory, found {:.2} GB free: expected more memory or a shorter \
          log",
         log.display(),
         needed as f64 / 1e9,
@@ -40,13 +41,13 @@ pub fn check(log: &Path, options: &Options, times: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Refuses to smooth what the memory that is free will not hold, before it is begun.
+/// Rejects a log that is too long to smooth in the free memory, before smoothing starts.
 pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
     let needed = dataset.smoothing_bytes() + BESIDE;
     let free = free_bytes();
     ensure!(
         needed <= free,
-        "{}: smoothing {} samples takes {:.2} GB of memory beside the log, found {:.2} GB free: \
+        "{}: smoothing {} samples takes {:.2} GB of memory in addition to the log, found {:.2} GB free: \
          expected more memory, a shorter log, or no --smooth",
         log.display(),
         dataset.sample_count(),
@@ -56,22 +57,23 @@ pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Memory that this process may still take: the least of what the machine has, what its control group
-/// has left and what its own limit leaves. Where the system does not say, it is tried.
+/// Memory, bytes, that this process may still allocate: the least of the machine's free memory, the memory left in the
+/// control group, and the process's own limit. `u64::MAX` where the system reports no value; the allocation is then
+/// attempted.
 fn free_bytes() -> u64 {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
     let known = [machine, left_in_group(), left_below_limit()].into_iter().flatten();
     known.min().unwrap_or(u64::MAX)
 }
 
-/// The number of kB behind `key` in a file of such lines.
+/// The value of `key`, in bytes, in a file of lines with kB values.
 fn kilobytes(path: &str, key: &str) -> Option<u64> {
     let text = std::fs::read_to_string(path).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
     Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
 }
 
-/// What version 2 of control groups leaves.
+/// Memory left in the control group (version 2), bytes.
 fn left_in_group() -> Option<u64> {
     let group = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let place = group.lines().find_map(|line| line.strip_prefix("0::"))?;
@@ -81,7 +83,7 @@ fn left_in_group() -> Option<u64> {
     Some(number("memory.max")?.saturating_sub(number("memory.current")?))
 }
 
-/// What `ulimit -v` leaves.
+/// Memory left below the limit of `ulimit -v`, bytes.
 fn left_below_limit() -> Option<u64> {
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;

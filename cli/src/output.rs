@@ -1,4 +1,4 @@
-//! Where results go, and how they are written.
+//! Output: standard output, standard error, result files and progress.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
@@ -15,7 +15,7 @@ use serde::Serialize;
 /// Whether `--quiet` was given.
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// From now on only what was asked for and errors are written.
+/// Sets `--quiet`: from now on only the requested output and errors are written.
 pub fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
@@ -24,41 +24,41 @@ fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Why standard output did not take all that was written to it.
+/// The first error of standard output, except a closed pipe.
 static UNWRITTEN: OnceLock<io::Error> = OnceLock::new();
 
-/// Writes what was asked for to standard output. A reader that has gone, as `head` does, misses it; any other
-/// failure is told by [`unwritten`].
+/// Writes requested output to standard output. A closed pipe, as from `head`, is ignored. [`unwritten`] reports any
+/// other failure.
 pub fn print(text: impl Display) {
     let mut out = io::stdout().lock();
     match write!(out, "{text}").and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            // The first failure tells the cause.
+            // Only the first failure is kept.
             let _ = UNWRITTEN.set(error);
         }
         _ => {}
     }
 }
 
-/// Writes an error or a warning to standard error. Where nobody reads it any more there is nobody to tell; the exit
-/// status still does.
+/// Writes an error or a warning to standard error. A failure to write is ignored; the exit status still reports the
+/// error.
 pub fn complain(line: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// Why something of what was written to standard output is lost, if it is: a full disk, say.
+/// The error, such as a full disk, if some text could not be written to standard output.
 pub fn unwritten() -> Option<&'static io::Error> {
     UNWRITTEN.get()
 }
 
-/// Writes what was done to standard output, unless `--quiet`.
+/// Writes progress or results to standard output, unless `--quiet`.
 pub fn say_text(text: impl Display) {
     if !is_quiet() {
         print(text);
     }
 }
 
-/// A line of what was done, unless `--quiet`.
+/// Writes one line of progress or results, unless `--quiet`.
 pub fn say(line: impl Display) {
     say_text(format_args!("{line}\n"));
 }
@@ -69,68 +69,72 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What a log's results are called after.
+/// The name for the results of a log: its file name without the extension.
 pub fn name_of(log: &Path) -> String {
     let full = log.canonicalize().unwrap_or_else(|_| log.to_path_buf());
     full.file_stem().map_or_else(|| "log".into(), |name| name.to_string_lossy().into_owned())
 }
 
-/// Makes the directory that results go to.
+/// Creates the directory for results.
 pub fn create(directory: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(directory)
         .with_context(|| format!("cannot create {}", directory.display()))
 }
 
-/// Writes a file, whole or not at all.
+/// Writes a file completely or not at all.
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_whole(path, bytes).with_context(|| cannot_write(path))
 }
 
-/// The page of a run.
+/// The file name of the page of a run.
 pub const REPORT: &str = "report.html";
 
-/// Whether an earlier run of this program left its `summary.json` in `out`.
+/// Whether `out` contains the `summary.json` of an earlier run of this program.
 fn holds_earlier_run(out: &Path) -> bool {
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap_or_default();
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     summary["tool"] == "hovernav"
 }
 
-/// Removes from `out` those of the files `names` that an earlier run left there and this one, which calls for them no
-/// more, would have written over: they would pass for its own. What stands there without the summary of an earlier
-/// run may be anybody's, and is only named.
+/// Removes files of an earlier run from `out` that the present run does not write, so that they are not mistaken for
+/// its results. `names` are these files. Without the summary of an earlier run, a file may be the user's own: the
+/// function then only warns.
 pub fn remove_stale(out: &Path, names: impl IntoIterator<Item = impl AsRef<Path>>) {
     let is_ours = holds_earlier_run(out);
     let paths = names.into_iter().map(|name| out.join(name));
     for path in paths.filter(|path| path.is_file()) {
         match is_ours.then(|| std::fs::remove_file(&path)) {
             Some(Ok(())) if is_quiet() => {}
-            Some(Ok(())) => complain(format_args!("removed {}: of an earlier run", path.display())),
+            Some(Ok(())) => {
+                complain(format_args!("removed {}, a file of an earlier run", path.display()))
+            }
             Some(Err(error)) => complain(format_args!(
-                "warning: {}: of an earlier run, cannot be removed: {error}",
+                "warning: cannot remove {}, a file of an earlier run: {error}",
                 path.display()
             )),
-            None => complain(format_args!("warning: {}: not of this run", path.display())),
+            None => {
+                complain(format_args!("warning: {} was not written by this run", path.display()))
+            }
         }
     }
 }
 
-/// What could not be done, before the cause.
+/// The error message for a file that cannot be written; the cause follows it.
 pub fn cannot_write(path: &Path) -> String {
     format!("cannot write {}", path.display())
 }
 
-/// Writes a summary as JSON that people can read, too.
+/// Writes a summary as indented JSON.
 pub fn write_json(summary: &impl Serialize, path: &Path) -> anyhow::Result<()> {
     write(path, serde_json::to_string_pretty(summary)? + "\n")
 }
 
-/// Whether somebody is there to see progress.
+/// Whether progress is shown: standard error is a terminal and `--quiet` is absent.
 fn is_watched() -> bool {
     io::stderr().is_terminal() && !is_quiet()
 }
 
-/// A bar of `count` steps on the terminal; hidden where none is watching.
+/// A progress bar of `count` steps on the terminal; hidden if progress is not shown.
 pub fn bar(count: usize) -> ProgressBar {
     if !is_watched() {
         return ProgressBar::hidden();
@@ -140,11 +144,11 @@ pub fn bar(count: usize) -> ProgressBar {
     ProgressBar::new(count as u64).with_style(style)
 }
 
-/// What is being done, and for how long, on the terminal until it is dropped.
+/// A progress line with the current task and the elapsed time, on the terminal until dropped.
 pub struct Working(ProgressBar);
 
 impl Working {
-    /// Says `what`; nothing where none is watching.
+    /// Shows the task `what`, if progress is shown.
     pub fn on(what: &'static str) -> Self {
         if !is_watched() {
             return Self(ProgressBar::hidden());

@@ -1,4 +1,4 @@
-//! `hovernav play`: a log as its sensors sent it, over pseudo-terminals.
+//! `hovernav play`: replays a log over pseudo-terminals, as its sensors sent it.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -12,28 +12,27 @@ use crate::arguments::{finite, within};
 pub struct Arguments {
     /// A dataset directory or a flight record
     log: PathBuf,
-    /// Where the inertial unit's port is to be found
+    /// Path of the port to create for the inertial unit
     #[arg(long, value_name = "PATH", required_unless_present = "gps")]
     dmu: Option<PathBuf>,
-    /// Where the GPS receiver's port is to be found
+    /// Path of the port to create for the GPS receiver
     #[arg(long, value_name = "PATH")]
     gps: Option<PathBuf>,
-    /// What the GPS receiver speaks
+    /// Protocol of the GPS receiver
     #[arg(long, value_enum, default_value_t = ProtocolArgument::Ubx)]
     gps_protocol: ProtocolArgument,
-    /// How many times as fast as it was
+    /// Speed of the replay, as a factor of real time
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = within(0.001, 1000.0, ""))]
     speed: f64,
-    /// Cut the wire of `dmu` or `gps` from START for DURATION seconds of the log's clock; may be
-    /// repeated
+    /// Cut the wire of `dmu` or `gps` for DURATION seconds, START seconds of the log's clock on; may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     cut: Vec<SensorWindow>,
-    /// Pull out the port of `dmu` or `gps` from START for DURATION seconds of the log's clock, and put
-    /// it back; may be repeated
+    /// Unplug the port of `dmu` or `gps` for DURATION seconds, START seconds of the log's clock on, then plug it in
+    /// again; may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     pull: Vec<SensorWindow>,
-    /// Begin this many seconds after the ports are there, instead of when they have been opened and
-    /// the inertial unit was asked for packets
+    /// Start this many seconds after the ports exist, instead of waiting until they are opened and packets are
+    /// requested from the inertial unit
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     start_delay: Option<f64>,
 }
@@ -57,7 +56,7 @@ impl From<ProtocolArgument> for Protocol {
 
 /// `WHAT=START:DURATION`.
 #[derive(Clone, Copy)]
-#[cfg_attr(not(unix), expect(dead_code, reason = "there is nothing to cut"))]
+#[cfg_attr(not(unix), expect(dead_code, reason = "only Unix systems can replay a log"))]
 struct SensorWindow {
     sensor: Sensor,
     start: Time,
@@ -156,14 +155,14 @@ mod unix {
         crate::output::say(format_args!("played {elapsed_s:.1} s"));
         for ((name, _), counts) in names.iter().zip(counts) {
             crate::output::say(format_args!(
-                "{name}: {} bytes sent, {} lost, {} heard",
+                "{name}: {} bytes sent, {} lost, {} received",
                 counts.sent, counts.lost, counts.received
             ));
         }
         Ok(())
     }
 
-    /// The ranges, which the flight computer needs and the packets do not carry.
+    /// Prints the ranges of the inertial unit. The flight computer needs them, and the packets do not contain them.
     fn print_ranges(dataset: &Dataset) {
         let imu = &dataset.manifest.imu;
         let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;

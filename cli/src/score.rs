@@ -1,4 +1,4 @@
-//! `hovernav score`: anybody's trajectory against a reference.
+//! `hovernav score`: errors of a trajectory against a reference.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -17,16 +17,16 @@ use crate::output::{self, Working};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A solution.csv, an output directory of estimate, a TUM or a EuRoC trajectory, or a directory that
-    /// init made for other files
+    /// A solution.csv, an output directory of estimate, a TUM or EuRoC trajectory, or a directory that init made for
+    /// other files
     solution: PathBuf,
-    /// A reference.csv, a dataset directory that has one, or a trajectory as above
+    /// A reference.csv, a dataset directory with a reference.csv, or a trajectory as above
     reference: PathBuf,
-    /// Lay the solution over the reference, turned about the vertical and moved by least squares
+    /// Align the solution with the reference: rotate about the vertical and translate, by least squares
     #[arg(long)]
     align: bool,
-    /// Where a trajectory in local metres has its zero: degrees, degrees, metres above the ellipsoid; where
-    /// the first line of a TUM file of hovernav's own says unless given
+    /// Origin of a trajectory in local metres: degrees, degrees, metres above the ellipsoid [default: from the first
+    /// line of a TUM file that hovernav wrote]
     #[arg(
         long,
         value_name = "LAT,LON,HEIGHT",
@@ -34,12 +34,11 @@ pub struct Arguments {
         conflicts_with = "align"
     )]
     origin: Option<Place>,
-    /// The axes of a trajectory in local metres: enu with a body of forward, left, up; ned with one of
-    /// forward, right, down
+    /// Axes of trajectories in local metres: enu with a forward-left-up body, ned with a forward-right-down body
     #[arg(long, value_enum, default_value_t = AxesArgument::Enu)]
     axes: AxesArgument,
-    /// Leave out this many seconds after the solution's first moment; unless given, nothing, or what
-    /// `[reference] skip_s` of a dataset directory says, from its first inertial sample on
+    /// Ignore this many seconds after the first solution [default: 0, or `[reference] skip_s` of a dataset directory,
+    /// counted from its first inertial sample]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     skip: Option<f64>,
     /// Print one JSON object
@@ -47,7 +46,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// A place on Earth.
+/// A position on Earth.
 #[derive(Clone, Copy)]
 pub struct Place(Geodetic);
 
@@ -100,9 +99,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         };
         ensure!(
             solution.is_local() == is_local,
-            "{}: found {}, where the other is not: expected --align, or --origin LAT,LON,HEIGHT",
+            "{}: found {}, unlike the reference: expected --align, or --origin LAT,LON,HEIGHT",
             arguments.solution.display(),
-            if is_local { "places on Earth" } else { "metres from a point that it does not name" }
+            if is_local { "geographic positions" } else { "local metres without an origin" }
         );
         solution.place(&NOWHERE);
         if let Comparison::Trajectory(trajectory) = &mut reference {
@@ -137,19 +136,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn no_overlap(arguments: &Arguments) -> String {
     format!(
-        "{}: found no moment that {} covers too, expected two of one clock",
+        "{}: found no time in common with {}. Do they use the same clock?",
         arguments.solution.display(),
         arguments.reference.display()
     )
 }
 
-/// Where local metres of both sides have their zero, if nobody says: any place does.
+/// Origin of local coordinates where both sides are local and have no origin. Any origin gives the same errors.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 
-/// What a solution is compared with.
-#[allow(clippy::large_enum_variant, reason = "there is one in a run")]
+/// The reference side of a comparison.
+#[allow(clippy::large_enum_variant, reason = "a run has only one")]
 enum Comparison {
-    /// A reference, and from when on its dataset counts what to leave out.
+    /// A reference, and the start of its dataset, from which `skip_s` is counted.
     Dataset(Reference, Option<Time>),
     Trajectory(Trajectory),
 }
@@ -160,7 +159,7 @@ impl Comparison {
         if !path.is_dir() || !file.exists() {
             return open_trajectory(path, axes).map(Self::Trajectory);
         }
-        // The lever arms of its dataset.toml say whose motion the reference is.
+        // The lever arms in dataset.toml identify the point whose motion the reference describes.
         let (manifest, _) = Dataset::manifest_of(path)?;
         let reference = Reference::open(path, &manifest)?;
         let reference = reference.with_context(|| format!("{}: not there", file.display()))?;
@@ -213,14 +212,14 @@ fn in_words(found: &Score, aligned: Option<Alignment>) -> String {
     if let Some(Alignment { yaw_rad, moments, rms_m }) = aligned {
         let _ = writeln!(
             text,
-            "laid over the reference: turned by {:.3}°, {rms_m:.3} m rms left over {moments} moments",
+            "aligned with the reference: rotated by {:.3}°, residual {rms_m:.3} m rms over {moments} samples",
             yaw_rad.to_degrees()
         );
     }
     if let Some(known) = found.heading_known {
         let _ = writeln!(
             text,
-            "the heading is known from {:.1} s on, {:.1} s later than the rest: attitude is scored from there",
+            "heading becomes known at {:.1} s, {:.1} s after the start: attitude is scored from then on",
             known.seconds(),
             known - found.from
         );

@@ -1,4 +1,4 @@
-//! Until when a command that has no end of its own goes on.
+//! The end of commands that run until they are stopped.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 
-/// Signals closer together than this are one request: a terminal, a service manager and `timeout` send theirs
-/// to a process and to its group.
+/// Signals within this time count as one request: terminals, service managers and `timeout` signal both a process and
+/// its group.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// A flag that the first of `signals` sets, so that the command ends in order. Asked once more, it ends at once,
-/// whatever hangs.
+/// A flag that the first of `signals` sets, so that the command ends in order. A second request ends the process at
+/// once, even if a thread hangs.
 ///
 /// # Errors
-/// Where the system lets nobody listen for one of `signals`.
+/// If a handler for one of `signals` cannot be installed.
 pub fn when_asked(signals: &[i32]) -> anyhow::Result<Arc<AtomicBool>> {
     let (stop, insisted) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
     for &signal in signals {
@@ -35,7 +35,7 @@ pub fn when_asked(signals: &[i32]) -> anyhow::Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Sets `stop` after so many seconds, if any.
+/// Sets `stop` after `seconds`, if given.
 pub fn after(seconds: Option<f64>, stop: &Arc<AtomicBool>) {
     if let Some(seconds) = seconds {
         let stop = Arc::clone(stop);

@@ -1,5 +1,4 @@
-//! The ground station beside a flight computer and the simulated helicopter: three programs, as in the
-//! field.
+//! The ground station with a flight computer and the simulated helicopter: three programs, as in the field.
 #![cfg(all(feature = "ground", feature = "lines", target_os = "linux"))]
 
 #[path = "../../ground/tests/common/browser.rs"]
@@ -31,7 +30,7 @@ impl Running {
         Self(child)
     }
 
-    /// Its first line of output.
+    /// The first line of output.
     fn first_line(&mut self) -> String {
         let mut line = String::new();
         BufReader::new(self.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
@@ -60,7 +59,7 @@ fn config(directory: &Path, port: u16) -> String {
     path
 }
 
-/// A port that is free now.
+/// A free port.
 fn free() -> u16 {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
@@ -70,7 +69,7 @@ struct Field<'a> {
     directory: &'a Path,
     config: String,
     station: Running,
-    /// The page's address.
+    /// The address of the page.
     page: String,
 }
 
@@ -90,7 +89,7 @@ impl<'a> Field<'a> {
         Self { directory, config, station, page }
     }
 
-    /// Simulated helicopter and flight computer.
+    /// Starts the simulated helicopter and the flight computer.
     fn take_off(&self, seconds: &str, acts: &[String]) -> [Running; 2] {
         let at = |name: &str| self.directory.join(name).display().to_string();
         let (truth, aboard, config) = (at("truth"), at("aboard.mcap"), self.config.as_str());
@@ -109,7 +108,7 @@ fn what_a_flight_tells_by_udp_is_recorded_and_identified_from() {
     let mut field = Field::new(&directory, &["--record", "hover"]);
     let [mut helicopter, _computer] = field.take_off("16", &[]);
     helicopter.0.wait().unwrap();
-    // As Ctrl-C does.
+    // Ctrl-C sends SIGINT.
     let station = field.station.0.id().to_string();
     assert!(Command::new("kill").args(["-INT", &station]).status().unwrap().success());
     assert!(field.station.0.wait().unwrap().success());
@@ -120,7 +119,7 @@ fn what_a_flight_tells_by_udp_is_recorded_and_identified_from() {
     println!("{:.1} s recorded", to_s - from_s);
     assert!(!is_cut && to_s - from_s > 12.0 && told);
 
-    // What telemetry carries is enough to navigate by.
+    // The telemetry is sufficient for navigation.
     let manifest = hovernav_log::Manifest::default();
     let dataset = hovernav_ground::evaluate::dataset(&store, &manifest);
     assert!(dataset.fixes.len() >= 8, "{} fixes", dataset.fixes.len());
@@ -152,7 +151,7 @@ fn a_station_that_cannot_be_is_refused_with_what_was_expected() {
     }
 }
 
-/// The mission of the pictures in `docs/ground.md`. With `SCREENSHOTS=DIR` it keeps them there.
+/// The mission of the pictures in `docs/ground.md`. `SCREENSHOTS=DIR` saves the pictures in DIR.
 #[test]
 #[ignore = "three minutes in real time, on a machine with nothing else to do"]
 fn a_mission_from_connecting_to_identifying() {
@@ -164,7 +163,7 @@ fn a_mission_from_connecting_to_identifying() {
         for time in 0..3 {
             let (at, sign) = (18 + 21 * place + 7 * time, if time == 1 { "-" } else { "" });
             acts.push(format!("stick-{stick}={sign}0.125@{at}:1.5"));
-            // Whoever flies a test point answers nothing meanwhile.
+            // The pilot does not respond to gusts during a test point.
             acts.push(format!("still@{}.7:2", at - 1));
         }
     }
@@ -200,7 +199,7 @@ fn a_mission_from_connecting_to_identifying() {
     thread::sleep(Duration::from_secs(10));
     page.keep("ground-3-engaged");
 
-    // Lose GPS, and have it back.
+    // Lose GPS and regain it.
     patiently(&mut page, 40, "document.getElementById('alarms').textContent.includes('GPS')");
     page.key("m");
     page.write("GPS lost");
@@ -223,7 +222,7 @@ fn a_mission_from_connecting_to_identifying() {
     page.key("r");
     page.wait("document.getElementById('recording').hidden");
 
-    // Retrieve it, and identify.
+    // Retrieve the record and identify from it.
     page.key("4");
     page.wait("document.querySelector('#list button')");
     page.click("#list button");
@@ -241,7 +240,7 @@ fn a_mission_from_connecting_to_identifying() {
     assert!(page.said.is_empty(), "{:?}", page.said);
 }
 
-/// Waits for what takes its time.
+/// Waits for a slow condition, up to `seconds`.
 fn patiently(page: &mut Browser, seconds: u64, script: &str) {
     for _ in 0..5 * seconds {
         if page.eval(&format!("Boolean({script})")) == true {
@@ -250,5 +249,5 @@ fn patiently(page: &mut Browser, seconds: u64, script: &str) {
         thread::sleep(Duration::from_millis(200));
     }
     page.keep("ground-failed");
-    panic!("not so within {seconds} s: {script}");
+    panic!("timeout after {seconds} s: {script}");
 }

@@ -1,5 +1,5 @@
-//! The flight computer and the simulated helicopter as two programs on one configuration, and what is
-//! made of the record.
+//! The flight computer and the simulated helicopter as two programs with one configuration, and the evaluation of the
+//! record.
 #![cfg(all(feature = "lines", unix))]
 
 mod common;
@@ -19,12 +19,13 @@ use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, Scene};
 use hovernav_log::FlyConfig;
 use hovernav_sim::FlightConfig;
 
-/// What a program wrote.
+/// The output of a program as text.
 fn said(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// What the command refuses with, at exit status 1, after what it may have said of the magnetic model.
+/// The last line on standard error of a command that fails with exit status 1. Earlier lines may concern the magnetic
+/// model.
 fn last_line(arguments: &[&str]) -> String {
     let run = hovernav(arguments);
     let told = said(&run.stderr);
@@ -32,7 +33,7 @@ fn last_line(arguments: &[&str]) -> String {
     told.lines().last().unwrap_or_default().to_owned()
 }
 
-/// `examples/loop.toml` with every path in `directory`, in which a designed autopilot lies.
+/// `examples/loop.toml` with every path in `directory`, which contains a designed autopilot.
 fn example(directory: &Path) -> String {
     let at = |name: &str| directory.join(name).display().to_string();
     fs::create_dir(directory.join("design")).unwrap();
@@ -43,13 +44,13 @@ fn example(directory: &Path) -> String {
         .replace("\"out/records\"", &format!("\"{}\"", at("records")))
 }
 
-/// Asks a program to end.
+/// Sends SIGINT to a program.
 fn interrupt(program: &Child) {
     let asked = Command::new("kill").args(["-INT", &program.id().to_string()]).status();
     assert!(asked.unwrap().success());
 }
 
-/// Whatever the machine's load: the two fly until ten seconds of flight are over, however long that takes.
+/// Independent of the machine's load: the test waits for ten seconds of flight, however long that takes.
 #[test]
 fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     let directory = place("two-commands");
@@ -91,7 +92,7 @@ fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     assert!(refusal(&["report", &at("truth")]).contains("expected a flight record"));
 }
 
-/// Flies the configuration over lines by emulated time, the autopilot from second 8 to 17 of 20.
+/// Flies the configuration over lines in emulated time, with the autopilot engaged from 8 to 17 s of 20 s.
 fn hovered(path: &Path, record: &Path) {
     let mut config = FlyConfig::read(path).unwrap();
     config.settle(1_774_000_000).unwrap();
@@ -137,13 +138,13 @@ fn the_record_of_a_hover_over_the_lines_tells_how_it_went() {
     fs::write(at("loop.toml"), example(&directory)).unwrap();
     hovered(at("loop.toml").as_ref(), at("flight.mcap").as_ref());
     let reported = succeeds(&["report", &at("flight.mcap"), "--out", &at("report")]);
-    assert!(reported.contains("the same to the bit, sticks of"), "{reported}");
-    // First of all what it came to.
+    assert!(reported.contains("identical to the bit, and so are the sticks of"), "{reported}");
+    // The verdict comes first.
     assert!(reported.starts_with("Good: the autopilot was engaged once and flew"), "{reported}");
     let page = fs::read_to_string(at("report/report.html")).unwrap();
     assert!(page.contains("class=\"verdict good\""));
     assert_eq!(summary(&directory.join("report"))["verdict"]["level"], "good");
-    for section in ["Modes", "Place", "Sticks", "Readiness", "Events"] {
+    for section in ["Modes", "Position", "Sticks", "Readiness", "Events"] {
         assert!(page.contains(section), "{section}");
     }
 }
@@ -156,7 +157,7 @@ fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
     let config = config.display().to_string();
     let message = last_line(&["simulate", "--lines", "--config", &config, "--duration", "1"]);
     assert!(message.contains("no flight computer opened all lines within 1 s"), "{message}");
-    // Where nothing can be written is found before anything is flown.
+    // An unwritable output is found before the flight.
     let under_a_file = format!("{config}/truth");
     let asked = ["simulate", "--lines", "--config", &config, "--out", &under_a_file];
     let message = last_line(&asked);
@@ -212,8 +213,7 @@ fn gains_that_are_unstable_on_the_vehicles_model_are_refused() {
     fs::write(at("loop.toml"), &good).unwrap();
     let fly = ["fly", "--config", &at("loop.toml"), "--duration", "1"];
     let message = last_line(&fly);
-    let expected =
-        "loop.toml: [autopilot] file: found gains that are unstable on raptor60 holding velocity";
+    let expected = "loop.toml: [autopilot] file: found gains that are unstable with raptor60 in the mode velocity";
     assert!(message.contains(expected), "{message}");
     fs::write(at("loop.toml"), good.replace("model = \"raptor60\"", "model = \"nowhere.toml\""))
         .unwrap();

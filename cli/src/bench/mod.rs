@@ -1,4 +1,4 @@
-//! `hovernav bench`: how long the filter and the flight loop take on this machine.
+//! `hovernav bench`: execution times of the filter and the flight loop on this machine.
 
 mod page;
 
@@ -11,7 +11,7 @@ use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Cycles of the loop to fly
+    /// Number of loop cycles to time
     #[arg(long, value_name = "N", default_value_t = 1_000_000,
           value_parser = clap::value_parser!(u64).range(1_000..=100_000_000))]
     cycles: u64,
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// Write bench.html, a page with the distributions, into this directory
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What runs under valgrind: which work, how often, whether it works
+    /// The work to run under valgrind: its index, its repetitions, and 1 to run it or 0 for the empty loop
     #[arg(long, num_args = 3, hide = true)]
     perform: Option<Vec<u64>>,
 }
@@ -34,9 +34,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return perform(which);
     }
     if cfg!(debug_assertions) {
-        output::say("this build is not optimised: its times say nothing of one that is");
+        output::say("this build is not optimised: its times do not apply to a release build");
     }
-    // Before the minutes that it takes, not after them.
+    // The directory is created first, so that an error does not follow minutes of timing.
     if let Some(directory) = &arguments.out {
         output::create(directory)?;
     }
@@ -54,20 +54,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     print(&report);
     if let Some(why) = &report.uncounted {
-        output::say(format_args!("\ninstructions are not counted: {why}"));
+        output::say(format_args!("\ninstructions not counted: {why}"));
     }
     Ok(())
 }
 
-/// The work that [`count`] counts, in a process of its own.
+/// Runs one work for [`count`], in a process of its own.
 fn perform(which: &[u64]) -> anyhow::Result<()> {
     let [place, times, works] = *which else { bail!("expected three numbers") };
     let work = usize::try_from(place).ok().and_then(|place| Work::ALL.get(place));
-    let work = work.ok_or_else(|| anyhow!("there are {} works", Work::ALL.len()))?;
+    let work = work.ok_or_else(|| {
+        anyhow!("found an unknown work, expected a number below {}", Work::ALL.len())
+    })?;
     work.perform(times, works == 1).map_err(|text| anyhow!(text))
 }
 
-/// Puts instructions beside the times.
+/// Adds instruction counts to the times of the report.
 fn count(report: &mut Report) -> Result<(), String> {
     let program = std::env::current_exe().map_err(|error| error.to_string())?;
     let _working = output::Working::on("counting instructions");
@@ -90,7 +92,7 @@ fn print(report: &Report) {
     output::print(format_args!("{processor}, {count} processors; {}\n", machine.system));
     output::print(format_args!("{}; memory {}\n", machine.priority, machine.memory));
     output::print(format_args!(
-        "reading the clock takes {:.0} ns, which is taken off each time\n\n",
+        "reading the clock takes {:.0} ns; this is subtracted from each time\n\n",
         report.clock_ns
     ));
     output::print(format_args!(
@@ -108,12 +110,12 @@ fn print(report: &Report) {
     ));
     if let Some(p99_9_ns) = report.cycle.time.p99_9_ns {
         let share = 100.0 * p99_9_ns * 1e-9 / report.period_s;
-        output::print(format_args!(", 999 of 1000 no more than {share:.3} %"));
+        output::print(format_args!(", 99.9 % of them at most {share:.3} %"));
     }
     output::print("\n");
     let worst = &report.worst;
     output::print(format_args!(
-        "worst of {} combinations of inputs to the estimator: {:.1} µs ({:.1} for a sample alone):\n{}\n",
+        "worst of {} combinations of inputs to the estimator: {:.1} µs ({:.1} for an inertial sample alone):\n{}\n",
         worst.tried,
         1e-3 * worst.time_ns,
         1e-3 * worst.ordinary_ns,
@@ -131,7 +133,7 @@ fn line(timed: &Timed) -> String {
     )
 }
 
-/// What few calls take longer than, ns; nothing where there were too few of them.
+/// A high percentile of the time, ns; empty if there were too few calls.
 fn rare(ns: Option<f64>) -> String {
     ns.map_or_else(String::new, |ns| format!("{ns:.0}"))
 }

@@ -15,7 +15,7 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         Fact::new("system", &machine.system),
         Fact::new("priority", &machine.priority),
         Fact::new("memory", &machine.memory),
-        Fact::new("clock", format!("{} ns, taken off", digits(report.clock_ns))),
+        Fact::new("clock", format!("{} ns, subtracted", digits(report.clock_ns))),
         Fact::new("cycles", report.cycles),
         Fact::new("worst inputs", &report.worst.inputs),
     ];
@@ -57,13 +57,13 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
             section(
                 "cycle",
                 "The flight loop",
-                "How many of a million cycles took longer: decode, estimate, control, servos, telemetry, record.",
+                "Cycles per million that took longer than a given time: decode, estimate, control, servos, telemetry, record.",
                 [&report.cycle],
             ),
             section(
                 "steps",
                 "The filter's steps, 26 states",
-                "How many of a million calls took longer.",
+                "Calls per million that took longer than a given time.",
                 report.steps.iter().filter(|timed| {
                     timed.states == 26
                         && ["inertial step", "fix: position and velocity", "attitude"]
@@ -76,12 +76,12 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
     .write(path)
 }
 
-/// A time that few calls exceed, where there were enough of them.
+/// A high percentile of the time, µs, if there were enough calls.
 fn rare_us(ns: Option<f64>) -> String {
     ns.map_or_else(|| "too few cycles".to_owned(), |ns| format!("{:.2} µs", 1e-3 * ns))
 }
 
-/// A section with the tails of distributions.
+/// A section with the tails of time distributions.
 fn section<'a>(
     anchor: &'static str,
     title: &'static str,
@@ -97,8 +97,8 @@ fn section<'a>(
         .into_iter()
         .zip(roles)
         .map(curve)
-        // Short enough for one line beside numbers of six digits.
-        .fold(Row { logarithmic: true, ..Row::new("of a million", "") }, Row::with);
+        // A label that fits one line next to numbers of six digits.
+        .fold(Row { logarithmic: true, ..Row::new("per million", "") }, Row::with);
     Section::new(anchor, title, explanation)
         .with(Figure::against(Axis::logarithmic("time", "µs"), [row]))
 }

@@ -1,4 +1,4 @@
-//! `hovernav campaign`: the closed loop flown many times over.
+//! `hovernav campaign`: many simulated closed-loop flights with random conditions.
 
 mod page;
 mod table;
@@ -21,51 +21,51 @@ use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// How many flights, over all shards
+    /// Number of flights, over all shards
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     flights: u64,
-    /// Seed of the first flight, each further has the next: the same seed gives the same flights, and one past those
-    /// flown gives more
+    /// Seed of the first flight; each further flight increments it. The same seed gives the same flights
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(0..=u64::MAX / 2))]
     seed: u64,
-    /// How long each takes, s
+    /// Duration of each flight, s
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = within(30.0, 3600.0, "s"))]
     duration: f64,
-    /// Fly the kth of N shares of the flights: results.csv of all shares together are those of all
-    /// flights
+    /// Fly only the Kth of N shards of the flights; the results.csv of all shards together equal those of an unsharded
+    /// run
     #[arg(long, value_name = "K/N", default_value = "1/1")]
     shard: Shard,
-    /// Model to design the autopilot for and, where it has a covariance, to draw the airframe from:
-    /// a model.toml or raptor60
+    /// Model to design the autopilot for: a model.toml or raptor60; if the model has a covariance, airframes are drawn
+    /// from it
     #[arg(long, default_value = "raptor60")]
     model: String,
-    /// The autopilot.toml to fly with, instead of one designed for the model
+    /// The autopilot.toml to fly with, instead of a design for the model
     #[arg(long, value_name = "FILE")]
     autopilot: Option<PathBuf>,
-    /// Strongest steady wind, m/s; gusts are a quarter of the wind
+    /// Largest steady wind, m/s; gusts are a quarter of the wind
     #[arg(long, value_name = "MPS", default_value_t = 5.0, value_parser = within(0.0, 20.0, "m/s"))]
     wind: f64,
-    /// Share of the flights that lose GPS once, for 5 to 20 s
+    /// Fraction of flights with one GPS outage of 5 to 20 s
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = within(0.0, 1.0, ""))]
     outages: f64,
-    /// Share of the flights whose engine stops once, with the autopilot none the wiser
+    /// Fraction of flights with one engine stop, not reported to the autopilot
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = within(0.0, 1.0, ""))]
     power_loss: f64,
-    /// Share of the flights in which the servo of a stick jams once, with the autopilot none the wiser
+    /// Fraction of flights in which the servo of one stick jams, not reported to the autopilot
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = within(0.0, 1.0, ""))]
     jams: f64,
-    /// Fuel in a full tank, kg: flights begin with anything from what they burn to all of it; 0 for what burns none
+    /// Fuel in a full tank, kg: each flight starts with a random amount between its consumption and a full tank; 0 for
+    /// an aircraft without fuel
     #[arg(long, value_name = "KG", default_value_t = 0.4, value_parser = within(0.0, 2.0, "kg"))]
     fuel: f64,
-    /// Where to write
+    /// Directory to write
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
-    /// Write no report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
 }
 
-/// Which share of the flights this machine flies.
+/// The share of the flights that this machine flies.
 #[derive(Clone, Copy)]
 struct Shard {
     own: u64,
@@ -92,7 +92,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::create(&arguments.out)?;
 
     let seeds: Vec<u64> = Campaign::seeds(arguments.seed, arguments.flights, own, of).collect();
-    ensure!(!seeds.is_empty(), "shard {own}/{of}: found no flight of {} in it", arguments.flights);
+    ensure!(
+        !seeds.is_empty(),
+        "shard {own}/{of}: found none of the {} flights in it",
+        arguments.flights
+    );
     let bar = output::bar(seeds.len());
     let flown = seeds
         .par_iter()

@@ -1,4 +1,4 @@
-//! The page of a campaign: how flights ended, how well they hovered, and what it depended on.
+//! The page of a campaign: outcomes of the flights, accuracy of the hover, and their causes.
 
 use std::path::Path;
 
@@ -30,8 +30,8 @@ pub fn write(
     let (first, last) = (seeds().min().unwrap_or_default(), seeds().max().unwrap_or_default());
     let facts = [
         Fact::new("seeds", format!("{first} to {last}")),
-        Fact::new("judged", format!("from {:.0} s on", campaign.judged_from_s)),
-        Fact::new("wind", format!("0 to {} m/s from any side", campaign.most_wind_mps)),
+        Fact::new("evaluated", format!("from {:.0} s on", campaign.judged_from_s)),
+        Fact::new("wind", format!("0 to {} m/s from any direction", campaign.most_wind_mps)),
         Fact::new(
             "gusts",
             format!(
@@ -60,8 +60,8 @@ pub fn write(
         Fact::new(
             "fuel",
             format!(
-                "a tank of {} kg, half of it in the nominal mass; at the start anything from what the flight \
-                 burns to all of it",
+                "a tank of {} kg, half of it in the nominal mass; the start amount is random, from the \
+                 consumption of the flight to a full tank",
                 campaign.fuel_kg
             ),
         ),
@@ -76,7 +76,7 @@ pub fn write(
     ];
     let mut warnings = warnings.to_vec();
     if results.len() < 100 {
-        warnings.push("fewer than 100 flights: the outer percentiles mean little".into());
+        warnings.push("fewer than 100 flights: the outer percentiles are unreliable".into());
     }
     let page = Page {
         verdict: Some(verdict(campaign, results)),
@@ -91,7 +91,7 @@ pub fn write(
     page.write(path)
 }
 
-/// How many of the flights ended in a hover, and what counts as one.
+/// The number of flights that ended in a hover, and the criteria for a hover.
 fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
     let of = |outcome| count(results, outcome, None);
     let (crashed, hovered) = (of(Outcome::Crashed), of(Outcome::Hovered));
@@ -100,15 +100,15 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
     } else if hovered < results.len() {
         (
             Level::Care,
-            format!("No flight crashed; {hovered} of {} hover at the end.", results.len()),
+            format!("No flight crashed; {hovered} of {} hovered at the end.", results.len()),
         )
     } else {
-        (Level::Good, "Every flight hovers at the end.".into())
+        (Level::Good, "Every flight hovered at the end.".into())
     };
     let HoverBounds { lasts_s, speed_mps, tilt_rad, distance_m, turned_rad } = campaign.hover;
     let bounds = format!(
-        "A hover holds a position and stays for its last {lasts_s:.0} s below {speed_mps} m/s and {:.0}° of \
-         tilt, within {distance_m:.0} m and {:.0}° of where it was at {:.0} s.",
+        "A flight counts as a hover if it ends in position mode and its last {lasts_s:.0} s stay below \
+         {speed_mps} m/s and {:.0}° of tilt, within {distance_m:.0} m and {:.0}° of heading of its state at {:.0} s.",
         tilt_rad.to_degrees(),
         turned_rad.to_degrees(),
         campaign.judged_from_s
@@ -124,13 +124,13 @@ fn percentiles(results: &[CampaignResult]) -> Table {
         )
     };
     Table {
-        caption: "Percentiles over all flights that lasted to be judged".into(),
+        caption: "Percentiles over all flights that lasted until the evaluation".into(),
         heads: [String::new()].into_iter().chain(PERCENTILES.map(|p| format!("{p} %"))).collect(),
         rows: Measure::ALL.iter().map(row).collect(),
     }
 }
 
-/// The name of a column for readers: `vn_error_rms_mps` is "north velocity, error, RMS, m/s".
+/// A column name in words: `vn_error_rms_mps` becomes "north velocity, error, RMS, m/s".
 fn in_words(column: &str) -> String {
     let mut words = Vec::new();
     for word in column.split('_') {
@@ -167,8 +167,8 @@ fn outcomes(results: &[CampaignResult]) -> Section {
     Section::new(
         "outcomes",
         "Outcomes",
-        "How the flights ended, by the grade of their sensors: hovering at a place, flying in a mode \
-         that holds none, never given to the autopilot, crashed.",
+        "Outcomes by sensor grade: hovering at a position, flying in a mode without position hold, \
+         never handed to the autopilot, crashed.",
     )
     .with(Table {
         caption: "Flights".into(),
@@ -181,8 +181,8 @@ fn distributions(results: &[CampaignResult]) -> Section {
     let section = Section::new(
         "distributions",
         "Distributions",
-        "Which share of the flights stayed below a value, by the grade of their sensors: the further \
-         left and the steeper, the better.",
+        "Share of the flights below a value, by sensor grade. A curve further to the left is \
+         better.",
     );
     let shown = [
         ("Velocity u", "m/s", "u_rms_mps"),
@@ -235,18 +235,20 @@ fn causes(campaign: &Campaign, results: &[CampaignResult]) -> Section {
         Some((of_nominal, 100.0 * held.sticks_mean[2]))
     });
     let by_mass = Row::new("Collective", "%")
-        .with(Series::points(Role::Gps, mass).named("mean about the trim it is rigged for"));
-    let by_mass =
-        Figure::against(Axis::linear("Mass at the start, of what it was taken for", ""), [by_mass])
-            .captioned("What the mass is off by, the collective has to hold");
+        .with(Series::points(Role::Gps, mass).named("mean relative to the rigged trim"));
+    let by_mass = Figure::against(
+        Axis::linear("Mass at the start, relative to the assumed mass", ""),
+        [by_mass],
+    )
+    .captioned("Collective that compensates the error of mass");
     let calm = |result: &CampaignResult| result.draw.outage_s.is_none().then(|| speed(result));
     Section::new(
         "causes",
-        "What it depends on",
-        "How far a flight strayed from where it was when judging began, and what of the collective it took, one \
-         dot a flight.",
+        "Causes",
+        "Largest distance of each flight from its position at the start of the evaluation, and its mean \
+         collective. One dot per flight.",
     )
-    .with(against(Axis::linear("Wind", "m/s"), &calm, "By wind, GPS never lost"))
+    .with(against(Axis::linear("Wind", "m/s"), &calm, "By wind, flights without GPS outage"))
     .with(against(Axis::linear("GPS outage", "s"), &length, "By the length of the GPS outage"))
     .with(by_mass)
 }

@@ -9,18 +9,18 @@ use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, pe
 
 use crate::output;
 
-/// The percentiles of every table.
+/// The percentiles of all tables.
 pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
 
-/// Something that is measured of every flight.
+/// A quantity that is measured in every flight.
 pub struct Measure {
-    /// Its column, the unit last.
+    /// Name of its column, with the unit last.
     pub name: &'static str,
     of: fn(&CampaignResult, &HoverStatistics) -> f64,
 }
 
 impl Measure {
-    /// All of them, in the order of the columns.
+    /// All measures, in the order of the columns.
     pub const ALL: [Self; 22] = [
         Self { name: "u_rms_mps", of: |_, held| held.velocity_rms_mps[0] },
         Self { name: "v_rms_mps", of: |_, held| held.velocity_rms_mps[1] },
@@ -46,21 +46,21 @@ impl Measure {
         Self { name: "collective_mean", of: |_, held| held.sticks_mean[2] },
     ];
 
-    /// So many of them stand before the other columns of a flight.
+    /// Number of measures that precede the other columns of a flight.
     const FIRST: usize = 20;
 
-    /// Of one flight; NaN where it did not last.
+    /// The value of one flight; NaN if the flight ended before the evaluation.
     pub fn of(&self, result: &CampaignResult) -> f64 {
         result.hover.as_ref().map_or(f64::NAN, |held| (self.of)(result, held))
     }
 
-    /// Of all flights, or of those with one grade of sensors.
+    /// The values of all flights, or of those with one sensor grade.
     pub fn values(&self, results: &[CampaignResult], grade: Option<SensorGrade>) -> Vec<f64> {
         let own = results.iter().filter(|r| grade.is_none_or(|grade| grade == r.draw.grade));
         own.map(|result| self.of(result)).filter(|value| value.is_finite()).collect()
     }
 
-    /// At each of [`PERCENTILES`].
+    /// The values at each of [`PERCENTILES`].
     pub fn percentiles(
         &self,
         results: &[CampaignResult],
@@ -71,7 +71,7 @@ impl Measure {
     }
 }
 
-/// How many flights ended so, of all and of one grade of sensors.
+/// The number of flights with an outcome, in all or with one sensor grade.
 pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorGrade>) -> usize {
     let is_of = |result: &&CampaignResult| {
         result.outcome == outcome && grade.is_none_or(|grade| grade == result.draw.grade)
@@ -79,7 +79,7 @@ pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorG
     results.iter().filter(is_of).count()
 }
 
-/// Writes one row a flight; what is unknown stays empty.
+/// Writes one row per flight; unknown values stay empty.
 pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<()> {
     let mut text = String::from("seed,outcome,crashed_s,sensors,wind_n_mps,wind_e_mps,gust_mps,");
     text += "outage_start_s,outage_duration_s";
@@ -132,7 +132,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
     output::write(path, text)
 }
 
-/// Writes one row a measure and grade of sensors.
+/// Writes one row per measure and sensor grade.
 pub fn write_percentiles(path: &Path, results: &[CampaignResult]) -> anyhow::Result<()> {
     let mut text = String::from("measure,sensors,flights");
     for p in PERCENTILES {

@@ -1,11 +1,11 @@
-//! A design in gusts, on its page.
+//! Response of a design to gusts, on its page.
 
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{FlightMode, GustResponse, Gusts};
 
 use crate::page::{Section, Table, TableRow};
 
-/// What gusts make of the modes in which velocity is known.
+/// Standard deviations in gusts, for each mode that holds velocity.
 pub fn in_gusts(checked: &CheckedDesign) -> Section {
     let Gusts { sigma_mps: [horizontal, vertical], length_m, passing_mps } = checked.gusts;
     let row = |(mode, found): &(FlightMode, GustResponse)| {
@@ -40,8 +40,8 @@ pub fn in_gusts(checked: &CheckedDesign) -> Section {
         "Gusts",
         format!(
             "Dryden gusts of {horizontal} m/s along each horizontal axis and {vertical} m/s vertically, one \
-             sigma, of {} and {} m, passing at {passing_mps} m/s along the nose: what they make of the linear \
-             loops in the long run. Errors of the estimate come on top in flight.",
+             sigma, with scale lengths of {} and {} m, passing at {passing_mps} m/s along the nose. The table lists the \
+             steady-state response of the linear loops. Estimation errors add to it in flight.",
             length_m[0], length_m[1]
         ),
     )

@@ -4,16 +4,17 @@ use hovernav_design::{CheckedDesign, HandlingQualities};
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
 
-/// Rejection bandwidth, rad/s, of phi, theta, psi, and the peak, dB, as they are quoted for level 1 of large
-/// helicopters in hover.
+/// Level 1 limits for large helicopters in hover: rejection bandwidth of phi, theta, psi, rad/s, and rejection peak,
+/// dB.
 ///
 /// # Source
 /// Blanken, Lusardi, Ivler, Tischler and others (2009), *An investigation of rotorcraft stability-phase margin
-/// requirements in hover*, AHS 65th Forum; not checked against the paper.
+/// requirements in hover*, AHS 65th Forum. The numbers are quoted from other papers and were not checked against this
+/// one.
 const LEVEL_1_RADPS: [f64; 3] = [0.9, 0.5, 0.7];
 const LEVEL_1_PEAK_DB: f64 = 5.0;
 
-/// What holding attitude is worth, beside what large helicopters ask for.
+/// Handling qualities of the attitude loops, next to the limits for large helicopters.
 pub fn handling(checked: &CheckedDesign) -> Section {
     let number = |value: Option<f64>, digits: usize| {
         value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
@@ -43,14 +44,14 @@ pub fn handling(checked: &CheckedDesign) -> Section {
     Section::new(
         "handling",
         "Handling qualities",
-        "Holding attitude: up to which frequency a disturbance of the attitude is held down, by how much it \
-         is made worse at most, and how fast the attitude follows a command. The limits are there to compare \
-         with, and no verdict rests on them: they are the ones quoted for helicopters of tons in hover after \
-         Blanken and others (2009), not checked against the paper, and no part of ADS-33E-PRF. A small \
-         helicopter answers faster and should be well within.",
+        "Attitude loops: the frequency up to which attitude disturbances are attenuated, the largest \
+         amplification, and the speed of the response to commands. The limits are for comparison only and do not \
+         affect the verdict. They are quoted for helicopters of several tons in hover after Blanken and others \
+         (2009), were not checked against the paper, and are not part of ADS-33E-PRF. A small helicopter responds \
+         faster and should be well within them.",
     )
     .with(Table {
-        caption: "Disturbance rejection, bandwidth and phase delay of each attitude, the others closed".into(),
+        caption: "Disturbance rejection, bandwidth and phase delay of each attitude loop, with the other loops closed".into(),
         heads: heads.map(Into::into).into(),
         rows: checked.handling.iter().zip(LEVEL_1_RADPS).map(row).collect(),
     })
@@ -65,8 +66,8 @@ fn axis_of(found: &HandlingQualities) -> &'static str {
     }
 }
 
-/// Rejection peak over bandwidth, each attitude a point, with the corner in which it should lie: to the right of and
-/// below its lines, which have its colour.
+/// Rejection peak over rejection bandwidth, one point per attitude. Each point should lie to the right of and below the
+/// limit lines of its colour.
 fn rejection(checked: &CheckedDesign) -> Figure {
     let found = checked.handling.iter().zip(LEVEL_1_RADPS);
     let found = found.zip([
@@ -90,7 +91,6 @@ fn rejection(checked: &CheckedDesign) -> Figure {
             .with(Series::points(role, place.into_iter()).named(name));
     }
     let axis = Axis::linear("Rejection bandwidth", "rad/s").within([0.0, 1.02 * right_radps]);
-    Figure::against(axis, [row]).captioned(
-        "Held down up to here, made worse by no more than this: within its corner or not",
-    )
+    Figure::against(axis, [row])
+        .captioned("Largest amplification over rejection bandwidth, with the limits of each axis")
 }

@@ -1,4 +1,4 @@
-//! Each loop by itself: Bode and Nichols.
+//! Frequency responses of each loop: Bode and Nichols charts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use hovernav_model::StateSpace;
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series};
 
-/// A figure for each loop: one margin is lost in four curves.
+/// One figure per loop: margins of four loops in one chart are unreadable.
 pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let nyquist = PI / checked.design.period_s;
     let frequencies = logarithmic_frequencies(0.02, nyquist, 400);
@@ -15,14 +15,14 @@ pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let mut section = Section::new(
         "bode",
         "Bode",
-        "Gain and phase around each loop, broken at its actuator with the others closed: how far the \
-         phase is from −180° where the gain is 0 dB is the phase margin, how far the gain from 0 dB \
-         where the phase is −180° the gain margin. The marks are the margins of the table.",
+        "Gain and phase of each loop, broken at its actuator, with the other loops closed. The phase margin is \
+         the distance of the phase from −180° where the gain is 0 dB. The gain margin is the distance of the gain \
+         from 0 dB where the phase is −180°. The marks are the margins of the table.",
     );
     for channel in &checked.margins.channels {
         let model: StateSpace = checked.closed.channel(&channel.name)?;
         let response = bode(&model, &channel.name, 0, &frequencies)?;
-        // The turn in which the crossover lies is the one to read a margin in.
+        // The phase is shown in the turn of the crossover, where the margin is read.
         let crossover = channel.phase.map_or(1.0, |phase| phase.frequency_radps);
         let at = frequencies.partition_point(|&frequency| frequency < crossover);
         let turns = response.get(at).map_or(0.0, |(_, phase)| ((phase + 180.0) / 360.0).round());
@@ -54,10 +54,10 @@ pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
         );
         section = section.with(Figure::against(axis, [gain, phase]).captioned(caption));
     }
-    Ok(section.folded("A figure for each loop"))
+    Ok(section.folded("One figure per loop"))
 }
 
-/// Gain over phase of each loop, with the zone that it should keep out of.
+/// Gain over phase of each loop, with the zone that it should avoid.
 pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let nyquist = PI / checked.design.period_s;
     let frequencies = logarithmic_frequencies(0.02, nyquist, 2000);
@@ -65,10 +65,10 @@ pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let mut section = Section::new(
         "nichols",
         "Nichols",
-        "Gain over phase around each loop, the others closed. Through −180° and 0 dB a loop loses its stability; \
-         the zone about it is an ellipse of 45° and 6 dB, the margins asked for, which a loop should not enter \
-         on its way between them. The disk margin of the loop alone stands above each: gain and phase that may \
-         both be off at once.",
+        "Gain over phase of each loop, with the other loops closed. A loop through −180° and 0 dB is unstable. \
+         The zone around this point is an ellipse of 45° and 6 dB, the required margins; a curve should not enter \
+         it. Each caption states the disk margin of that loop alone: the allowed simultaneous error of gain and \
+         phase.",
     );
     for channel in &checked.margins.channels {
         let open = checked.closed.channel(&channel.name)?;
@@ -76,12 +76,12 @@ pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let zone = (0..=90).map(|step| (f64::from(step) * TAU / 90.0).sin_cos());
         let zone = zone.map(|(sin, cos)| (-180.0 + zone_deg * cos, zone_db * sin));
         let row = Row { limits: Some([-20.0, 20.0]), ..Row::new("Gain", "dB") }
-            .with(Series::curve(Role::Limit, zone).named("zone to keep out of"))
+            .with(Series::curve(Role::Limit, zone).named("zone to avoid"))
             .with(Series::points(Role::Pole, [(-180.0, 0.0)].into_iter()).named("instability"))
             .with(Series::curve(Role::Model, unbroken(&found.curve)));
         let axis = Axis::linear("Phase", "°").within([-300.0, -60.0]);
         let [least, most] = found.disk_gain();
-        let enters = if found.enters_zone() { "enters the zone" } else { "keeps out of the zone" };
+        let enters = if found.enters_zone() { "enters the zone" } else { "avoids the zone" };
         let caption = format!(
             "{}: {enters}; disk margin {:.2}, gain {least:.2} to {most:.2} with phase {:.0}°",
             channel.name,
@@ -90,10 +90,10 @@ pub fn nichols(checked: &CheckedDesign) -> anyhow::Result<Section> {
         );
         section = section.with(Figure::against(axis, [row]).captioned(caption));
     }
-    Ok(section.folded("A figure for each loop"))
+    Ok(section.folded("One figure per loop"))
 }
 
-/// What of the curve is on the chart, with a gap wherever it leaves on one side and comes back on the other.
+/// The part of the curve within the chart, with a gap wherever it leaves on one side and re-enters on the other.
 fn unbroken(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let shown: Vec<_> = curve.iter().copied().filter(|(_, gain)| gain.abs() < 25.0).collect();
     let mut parts = Vec::with_capacity(shown.len());

@@ -1,4 +1,4 @@
-//! `hovernav design`: from a model to the autopilot's gains, checked at the loop's own rate.
+//! `hovernav design`: computes the autopilot's gains for a model and checks them at the sample rate of the loop.
 
 mod gusts;
 mod handling;
@@ -25,31 +25,30 @@ use crate::output;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A model.toml, or a model that comes with hovernav: thesis, raptor60, r50
+    /// A model.toml, or a model that is part of hovernav: thesis, raptor60, r50
     model: String,
-    /// Where to write; out/MODEL-autopilot unless given
+    /// Directory to write [default: out/MODEL-autopilot]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// A TOML file of weights, poles, servos and period, as `weights` in summary.json has them; what it leaves
-    /// out is the start of the search, without it weights are searched for
+    /// TOML file with weights, poles, servos and period, with the keys of `weights` in summary.json; omitted keys keep
+    /// the values that a search starts from. Without this option, the weights are found by a search
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
-    /// Count a notch on the rotor's harmonics, as [imu.notch] has it: its frequency, width at half power and how
-    /// many harmonics, 4 Hz and 1 unless given
+    /// Include the delay of a notch filter on the rotor's harmonics, as in [imu.notch]: frequency, width at half power
+    /// and number of harmonics [default width: 4 Hz, harmonics: 1]
     #[arg(long, value_name = "HZ[:WIDTH[:HARMONICS]]", value_parser = notch)]
     notch: Option<NotchConfig>,
-    /// The rate of the inertial unit that the notch filters, Hz; the loop's own unless given
+    /// Sample rate of the inertial unit whose data the notch filters, Hz [default: rate of the loop]
     #[arg(long, value_name = "HZ", requires = "notch")]
     imu_rate: Option<f64>,
-    /// Design all the same for a model that is not to be flown by: one whose verdict says so, that has lost its
-    /// verdict, or that has a derivative with a sign no helicopter has. Write the autopilot even where it is
-    /// unstable in a mode
+    /// Design for a model even if it must not be flown: one with the verdict "do not fly", without its verdict, or with
+    /// a derivative of impossible sign for a helicopter. Write the autopilot even if it is unstable in a mode
     #[arg(long)]
     force: bool,
-    /// Write the configuration in this form too, for programs that read no files; may be repeated
+    /// Also write the configuration in this form, for programs that read no files; may be repeated
     #[arg(long, value_name = "FORM", value_delimiter = ',')]
     emit: Vec<Form>,
-    /// Write no report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
 }
@@ -58,7 +57,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let model = open(&arguments.model)?;
     if !arguments.force {
-        refuse_unflyable(&model, &arguments.model, "--force designs all the same")?;
+        refuse_unflyable(&model, &arguments.model, "--force designs for it anyway")?;
     }
     let out = arguments.out.clone().unwrap_or_else(|| {
         let stem = Path::new(&arguments.model).file_stem().unwrap_or_default();
@@ -98,11 +97,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .warnings
             .insert(0, format!("the model\u{2019}s verdict is \"{}\": {reasons}", verdict.grade));
     }
-    // What the verdict says stands above already.
+    // The verdict of the model is already among the warnings.
     if let Some(why @ (Unflyable::NoVerdict { .. } | Unflyable::Sign(_))) =
         checked.model.unflyable()
     {
-        checked.warnings.insert(0, format!("the model is not to be flown by: {why}"));
+        checked.warnings.insert(0, format!("the model must not be flown: {why}"));
     }
     let config = HoverConfig::new(checked.design.period_s, checked.gains);
     let remark = format!(
@@ -118,7 +117,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         hovernav_log::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
         emit::autopilot(&config, &remark, &arguments.emit, &out)?;
     } else {
-        // That of an earlier design would be taken for this one's.
+        // A file of an earlier design could be mistaken for the result of this one.
         let _ = std::fs::remove_file(out.join("autopilot.toml"));
     }
     if !arguments.no_report {
@@ -135,14 +134,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::say_text(words::in_words(&checked, &out));
     ensure!(
         is_written,
-        "{}: holding {} the loops are unstable: no autopilot.toml is written; --force writes it all the same",
+        "{}: the loops are unstable in the mode {}: no autopilot.toml is written; --force writes it anyway",
         arguments.model,
         unstable.join(" and ")
     );
     Ok(())
 }
 
-/// The model of this name or in this file, if it is one of the whole hover.
+/// The model with this name or in this file, which must describe the whole hover.
 fn open(name: &str) -> anyhow::Result<StateSpace> {
     ensure!(
         shipped::by_name(name).is_some() || Path::new(name).exists(),
@@ -153,8 +152,8 @@ fn open(name: &str) -> anyhow::Result<StateSpace> {
     let missing: Vec<&str> = ["p", "q", "r", "w"].into_iter().filter(|state| !has(state)).collect();
     ensure!(
         missing.is_empty(),
-        "{name}: found a model without {}, expected one of the whole hover, as `hovernav identify --model hybrid` \
-         makes",
+        "{name}: found a model without {}, expected a model of the whole hover, for example from \
+         `hovernav identify --model hybrid`",
         missing.join(", ")
     );
     Ok(model)
@@ -181,10 +180,10 @@ fn notch(text: &str) -> Result<NotchConfig, String> {
     is_one.then_some(config).ok_or_else(expected)
 }
 
-/// The design that the file spells; an error names the file.
+/// The design in a file. An error names the file.
 fn read_weights(path: &Path, model: &StateSpace) -> anyhow::Result<HoverDesign> {
     HoverDesign::read(path, model).map_err(|error| match error {
-        // These name it.
+        // These errors already name the file.
         DesignError::Toml(error) => error.into(),
         surplus @ DesignError::Surplus { .. } => surplus.into(),
         other => anyhow::Error::new(other).context(path.display().to_string()),

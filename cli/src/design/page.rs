@@ -32,7 +32,7 @@ pub fn write(
         Fact::new("slowest disturbance", format!("{:.1} s", slowest.fold(0.0, f64::max))),
         Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
         Fact::new(
-            "derivatives off by 20 %",
+            "derivatives with errors of 20 %",
             format!("{} of {} stable", checked.perturbed.stable, checked.perturbed.of),
         ),
     ];
@@ -72,7 +72,7 @@ pub fn write(
     facts.extend(checked.notch.iter().map(|notch| Fact::new("notch", of_notch(notch))));
     facts.extend(checked.at_outputs.iter().map(|margins| {
         let found = weakest([margins]);
-        Fact::new("weakest margins of one measured quantity, holding velocity", found)
+        Fact::new("weakest margins at a single output, holding velocity", found)
     }));
     let mut sections: Vec<Section> =
         search.iter().map(|(search, asked)| wanted(checked, search, asked)).collect();
@@ -81,19 +81,19 @@ pub fn write(
         disturbances(checked),
         in_gusts(checked),
         handling(checked),
-        closed_loop(checked).folded("Each of the nine disturbances"),
-        open_loop(checked).folded("Each of the nine disturbances"),
+        closed_loop(checked).folded("One figure per disturbance"),
+        open_loop(checked).folded("One figure per disturbance"),
     ]);
     if let Some(printed) = &checked.printed {
         let section = Section::new(
             "printed",
             "The design as printed",
-            "The continuous gains of the thesis on its continuous model, as it simulated them: what \
-             they promise, and what becomes of them in a loop that samples.",
+            "The continuous gains of the thesis on its continuous model, as in its simulations, and their \
+             behaviour in a sampled loop.",
         );
         let section = section.with(findings(printed, rate_hz)?);
         let section = with_responses(section, &printed.responses, true);
-        sections.push(section.folded("Findings, and each of the nine disturbances"));
+        sections.push(section.folded("Findings, and one figure per disturbance"));
     }
     sections.extend([frequency_responses(checked)?, nichols(checked)?]);
     sections.extend([poles(checked)?, loci(checked)?]);
@@ -115,7 +115,7 @@ pub fn write(
     page.write(path)
 }
 
-/// The smallest gain and phase margin of all loops of `modes`.
+/// The smallest gain margin and phase margin of all loops of `modes`.
 fn weakest<'a>(modes: impl IntoIterator<Item = &'a Margins>) -> String {
     let channels = modes.into_iter().flat_map(|margins| &margins.channels);
     let (gain_db, phase_deg) =
@@ -125,18 +125,18 @@ fn weakest<'a>(modes: impl IntoIterator<Item = &'a Margins>) -> String {
     format!("{gain_db:.1} dB, {phase_deg:.0}°")
 }
 
-/// What the design comes to: as good as the weakest of the modes that fly.
+/// The verdict of the design, as good as its weakest flight mode.
 fn verdict(checked: &CheckedDesign) -> Verdict {
     let unstable = checked.spectral_radius >= 1.0
         || checked.modes.iter().any(|(_, margins)| margins.is_none());
     let (level, words) = if unstable {
-        (Level::Bad, "Do not fly it: a mode is unstable.")
+        (Level::Bad, "Do not fly: a mode is unstable.")
     } else if checked.model.unflyable().is_some() {
-        (Level::Bad, "Do not fly it: the model it is designed for is not to be flown by.")
+        (Level::Bad, "Do not fly: the design is based on a model that must not be flown.")
     } else if !checked.warnings.is_empty() {
-        (Level::Care, "Usable with care: it lacks some of what is asked of it.")
+        (Level::Care, "Usable with care: it does not meet all requirements.")
     } else {
-        (Level::Good, "Good: every mode has the margins asked for.")
+        (Level::Good, "Good: every mode has the required margins.")
     };
     Verdict {
         level,
@@ -168,18 +168,18 @@ fn margins(checked: &CheckedDesign) -> Table {
     let heads = ["", "Gain up, dB", "down, dB", "Phase, °", "Crossover, rad/s", "Delay, ms"];
     Table {
         caption:
-            "Holding velocity: margins of each loop broken at its actuator, the others closed; last, up to which \
-                  rad/s disturbances there are halved in power"
+            "Margins when holding velocity, each loop broken at its actuator, with the other loops closed. Rejection: \
+                  the frequency, rad/s, up to which disturbances there are halved in power"
                 .into(),
         heads: heads.into_iter().chain(["Rejection"]).map(Into::into).collect(),
         rows: checked.margins.channels.iter().map(row).collect(),
     }
 }
 
-/// In a radian.
+/// Degrees per radian.
 const DEGREES: f64 = 180.0 / PI;
 
-/// Sizes as table 6.1 has them.
+/// The name and size of a disturbance, with its unit, as in table 6.1 of the thesis.
 fn titled(response: &DisturbanceResponse) -> String {
     let unit = unit_of(&response.state);
     format!("{}\u{a0}{}\u{a0}{unit}", response.state, response.size)
@@ -221,11 +221,11 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         "disturbances",
         "Disturbances",
         format!(
-            "The nine of Paw (2005), table 6.1, each alone, followed for {:.0} s in the \
-             linear loop: when what was disturbed was back within 5 and 2 % of its size, when the \
-             vehicle was back at trim, and the most it took of each stick's travel on one side. With stops: \
-             to 5 % of the same plant under the regulators that fly, each stick within ±100 % about trim and no \
-             faster than four times that in a second.",
+            "The nine disturbances of Paw (2005), table 6.1, one at a time, simulated for {:.0} s in the \
+             linear loop. The columns list the time until the disturbed state is back within 5 and 2 % of its size, \
+             the time until the whole vehicle is back at trim, and the largest deflection of each stick, in percent \
+             of its travel on one side. With stops: time to 5 % with the flight regulators, each stick limited to \
+             ±100 % about trim and to four times that per second.",
             CheckedDesign::FOLLOWED_S
         ),
     )
@@ -240,8 +240,8 @@ fn open_loop(checked: &CheckedDesign) -> Section {
     let section = Section::new(
         "open-loop",
         "Open loop",
-        "Each disturbance with every stick left at trim (appendix A of the thesis). What leaves the \
-         picture does not come back.",
+        "Each disturbance with all sticks at trim (appendix A of the thesis). A curve that leaves the chart \
+         is not continued.",
     );
     with_responses(section, &checked.open_responses, false)
 }
@@ -250,14 +250,14 @@ fn closed_loop(checked: &CheckedDesign) -> Section {
     let section = Section::new(
         "closed-loop",
         "Closed loop",
-        "The same with the autopilot (appendix B), at the loop's own samples: model, servos, one \
-         sample of delay. Sticks are in percent of full travel about trim, within their stops and rates as in \
-         flight.",
+        "The same disturbances with the autopilot (appendix B), at the sample times of the loop: model, servos, \
+         one sample of delay. Sticks are in percent of full travel about trim, with the position and rate limits \
+         of flight.",
     );
     with_responses(section, &checked.limited, true)
 }
 
-/// What the lines of one colour are, from the top row to the last.
+/// Names of the lines of one colour, from the top row to the bottom row.
 const NAMES: [&str; 4] =
     ["p, roll, u, lateral", "q, pitch, v, longitudinal", "r, heading, w, collective", "pedal"];
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
@@ -269,7 +269,7 @@ fn with_responses(
 ) -> Section {
     let figure = |response: &DisturbanceResponse| {
         let time = &response.time_s;
-        // What has left the picture does not come back to be looked at.
+        // A line that has left the chart is not continued.
         let state = |row: usize, scale: f64, most: f64| -> Vec<f64> {
             let mut has_left = false;
             let values = response.states.iter().map(|states| scale * states[row]);
@@ -316,13 +316,13 @@ fn with_responses(
     responses.iter().map(figure).fold(section, Section::with)
 }
 
-/// The circle inside which a sampled loop is stable.
+/// The unit circle: a sampled loop is stable if all poles lie inside it.
 fn unit_circle() -> Series {
     let points = (0..=180).map(|k| (f64::from(k) * TAU / 180.0).sin_cos());
     Series::curve(Role::Limit, points.map(|(sin, cos)| (cos, sin))).named("stable inside")
 }
 
-/// The z plane about the unit circle.
+/// The z plane around the unit circle.
 fn plane(rows: Row) -> Figure {
     let axis = Axis::plane("Real part", "").within([-1.7, 1.7]);
     Figure::against(axis, [Row { limits: Some([-1.15, 1.15]), ..rows }])
@@ -350,23 +350,23 @@ fn poles(checked: &CheckedDesign) -> anyhow::Result<Section> {
         "poles",
         "Poles",
         format!(
-            "Of the model held at {:.1} Hz and of the closed loop, in the z plane: stable is what lies \
-             within the circle; what lies near 1 is slow, what lies near 0 is over within a sample.",
+            "Poles of the model sampled at {:.1} Hz and of the closed loop, in the z plane. Poles inside the circle \
+             are stable. Poles near 1 are slow; poles near 0 decay within a sample.",
             1.0 / checked.design.period_s
         ),
     );
     let near = Axis::plane("Real part", "").within([0.7, 1.02]);
     let near = Figure::against(near, [Row { limits: Some([-0.11, 0.11]), ..row() }]);
-    Ok(section.with(plane(row())).with(near.captioned("Near 1: the slow modes")))
+    Ok(section.with(plane(row())).with(near.captioned("Slow modes, near 1")))
 }
 
 fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let mut section = Section::new(
         "root-locus",
         "Root locus",
-        "Where the closed poles go as the gain of one loop grows from nothing to four times its own, \
-         the others closed as designed. Crosses mark the gain as designed; where a branch leaves the \
-         circle, the gain margin ends.",
+        "Closed-loop poles as the gain of one loop grows from zero to four times its design value, with the \
+         other loops closed as designed. Crosses mark the design gain. The gain margin ends where a branch leaves \
+         the circle.",
     );
     let gains: Vec<f64> = (0..=160).map(|k| 4.0 * (f64::from(k) / 160.0).powi(2)).collect();
     for channel in &checked.margins.channels {
@@ -376,7 +376,7 @@ fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let branches = locus.first().map_or(0, Vec::len);
         for branch in 0..branches {
             let points = locus.iter().map(|poles| (poles[branch].re, poles[branch].im));
-            // A pole that does not move draws nothing worth a line.
+            // A pole that does not move adds an invisible line.
             row = row.with(Series::curve(Role::Model, points).named("0 to 4 times the gain"));
         }
         let at = |gain: f64| gains.iter().position(|own| (own - gain).abs() < 1e-9);
@@ -388,5 +388,5 @@ fn loci(checked: &CheckedDesign) -> anyhow::Result<Section> {
         let row = mark(row, Role::Pole, 1.0, "as designed");
         section = section.with(plane(row).captioned(channel.name.clone()));
     }
-    Ok(section.folded("A figure for each loop"))
+    Ok(section.folded("One figure per loop"))
 }

@@ -1,4 +1,4 @@
-//! What a design is worth on vehicles that its model may stand for, on its page.
+//! Robustness of a design to the uncertainty of its model, on its page.
 
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{SampledMode, SampledRobustness};
@@ -6,7 +6,8 @@ use hovernav_design::hover::{SampledMode, SampledRobustness};
 use super::words;
 use crate::page::{Section, Table, TableRow};
 
-/// Sampled and proven robustness to what the identification of the model leaves open, where the model tells.
+/// Sampled and proven robustness to the uncertainty of the identified parameters; `None` if the model has no
+/// covariance.
 pub fn robustness(checked: &CheckedDesign) -> Option<Section> {
     let found = checked.sampled.as_ref()?;
     let SampledRobustness { of, directions, .. } = found;
@@ -36,19 +37,19 @@ pub fn robustness(checked: &CheckedDesign) -> Option<Section> {
     ];
     let section = Section::new(
         "robustness",
-        "What the identification leaves open",
+        "Uncertainty of the identification",
         format!(
-            "{of} vehicles drawn from the covariance of the model\u{2019}s parameters, correlations kept, each under \
-             the gains as designed, and the weakest margins of any loop of each. Proven is how far all parameters \
-             together may be off, in sigmas of the covariance and whichever way, with the loops sure to stay stable: an \
-             upper bound of the structured singular value. A vehicle drawn in {directions} directions is off by about \
-             {:.1} sigmas, so a bound below that proves nothing of most vehicles drawn; none that lies within it may \
-             be unstable.",
+            "{of} vehicles are drawn from the covariance of the model\u{2019}s parameters, including correlations. Each \
+             one flies with the gains as designed; the table lists the weakest margins of any loop. Proven is the \
+             radius, in sigmas of the covariance, within which all parameters together may vary in any direction \
+             while the loops stay stable: an upper bound of the structured singular value. A vehicle drawn in \
+             {directions} directions deviates by about {:.1} sigmas. A smaller proven radius therefore covers few of \
+             the drawn vehicles; every vehicle within the radius is stable.",
             (*directions as f64).sqrt()
         ),
     );
     Some(section.with(words::sampled(found).to_vec()).with(Table {
-        caption: "Stability and margins of the vehicles drawn, and the proven radius".into(),
+        caption: "Stability and margins of the drawn vehicles, and the proven radius".into(),
         heads: heads.map(Into::into).into(),
         rows: found.modes.iter().map(row).collect(),
     }))

@@ -7,7 +7,7 @@ use hovernav_design::{
 };
 use serde_json::{Value, json};
 
-/// What `summary.json` says.
+/// The contents of `summary.json`.
 pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
     let margins: serde_json::Map<String, Value> = checked
         .margins
@@ -173,7 +173,7 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
     summary
 }
 
-/// What the design is worth on vehicles drawn from the covariance of the model's parameters.
+/// Stability and margins of vehicles drawn from the covariance of the model's parameters.
 fn sampled(found: &SampledRobustness) -> Value {
     let margins =
         |(gain_db, phase_deg): (f64, f64)| json!({ "gain_db": gain_db, "phase_deg": phase_deg });

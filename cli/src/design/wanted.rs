@@ -1,11 +1,11 @@
-//! What a search was to reach and what it came to, on the page.
+//! Requirements of a weight search and its results, on the page.
 
 use hovernav_design::hover::{Search, Wanted};
 use hovernav_design::{ChannelMargins, CheckedDesign};
 
 use crate::page::{Section, Table, TableRow};
 
-/// What was asked of the weights beside what they give: what falls short was traded for the rest.
+/// The requirements of the search next to the results. An unmet requirement was traded for the others.
 pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Section {
     let back = |names: &[&str], wanted_s: f64| {
         let own = checked.responses.iter().filter(|own| names.contains(&own.state.as_str()));
@@ -42,14 +42,15 @@ pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Sect
     }
     let perturbed = checked.perturbed;
     rows.push(row(
-        format!("stable with every derivative off by up to {:.0} %", 100.0 * wanted.off),
+        format!("stable with errors of up to {:.0} % in every derivative", 100.0 * wanted.off),
         format!("{0} of {0}", perturbed.of),
         format!("{} of {}", perturbed.stable, perturbed.of),
         perturbed.stable == perturbed.of,
     ));
     rows.extend(checked.sampled.iter().map(|sampled| {
         row(
-            "stable on vehicles drawn from the covariance of the model\u{2019}s parameters".into(),
+            "stable with vehicles drawn from the covariance of the model\u{2019}s parameters"
+                .into(),
             format!("{0} of {0}", sampled.of),
             format!("{} of {}", sampled.stable, sampled.of),
             sampled.stable == sampled.of,
@@ -57,7 +58,7 @@ pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Sect
     }));
     let peak = checked.responses.iter().flat_map(|own| own.stick_peaks()).fold(0.0, f64::max);
     rows.push(row(
-        "most of a stick that a disturbance asks for".into(),
+        "largest stick deflection in a disturbance".into(),
         "at most 100 %".into(),
         format!("{:.0} %", 100.0 * peak),
         peak <= 1.0,
@@ -65,17 +66,18 @@ pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Sect
     let [at_end, at_start] = search.shortfall;
     Section::new(
         "wanted",
-        "What was wanted",
+        "Requirements",
         format!(
-            "The weights are searched for all of this at once, {} designs: what falls short was traded for the \
-             rest. The sum of what falls short is {at_end:.2}, of the first weights it was {at_start:.2}. More is \
-             wanted than is required: 45° and 6 dB, and 8, 1 and 2 s.",
+            "The search optimises the weights for all requirements at once; it tried {} designs. Unmet requirements \
+             were traded for the others. The sum of the shortfalls is {at_end:.2}; it was {at_start:.2} for the \
+             initial weights. The search aims higher than required: the requirements are 45° and 6 dB, and 8, 1 and \
+             2 s.",
             search.trials
         ),
     )
     .with(Table {
-        caption: "Wanted and found, in the linear loops".into(),
-        heads: ["", "Wanted", "Found", ""].map(Into::into).into(),
+        caption: "Goals and results, in the linear loops".into(),
+        heads: ["", "Goal", "Result", ""].map(Into::into).into(),
         rows,
     })
 }

@@ -11,7 +11,7 @@ use hovernav_design::{
     Regulator,
 };
 
-/// What the terminal shows.
+/// The text for the terminal.
 pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     let mut text = format!(
         "{}: {} at {:.1} Hz, spectral radius of the closed loop {:.4}\n\n",
@@ -37,7 +37,7 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     }
     let modes = checked.modes.iter();
     let modes = modes.map(|(mode, margins)| (format!("in {}", mode.name()), margins));
-    // One measured quantity at a time, holding velocity.
+    // Margins at one output at a time, when holding velocity.
     for (name, margins) in modes.chain([("at outputs".into(), &checked.at_outputs)]) {
         let Some(margins) = margins else { continue };
         let channels = || margins.channels.iter();
@@ -80,13 +80,16 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     text
 }
 
-/// What of the models with every derivative off stays stable, in words.
+/// The number of models that stay stable with errors in every derivative, in words.
 pub fn perturbed(checked: &CheckedDesign) -> String {
     let PerturbedStability { off, stable, of } = checked.perturbed;
-    format!("stable with every derivative off by up to {:.0} %: {stable} of {of}", 100.0 * off)
+    format!(
+        "stable with errors of up to {:.0} % in every derivative: {stable} of {of}",
+        100.0 * off
+    )
 }
 
-/// What the design is worth on vehicles drawn from the model's covariance, and what is proven of it, in words.
+/// Stability of vehicles drawn from the model's covariance, and the proven radius, in words.
 pub fn sampled(found: &SampledRobustness) -> [String; 2] {
     let SampledRobustness { of, stable, directions, within_proven, modes } = found;
     let least = |margins: fn(&SampledMode) -> (f64, f64)| {
@@ -101,18 +104,18 @@ pub fn sampled(found: &SampledRobustness) -> [String; 2] {
     [
         format!(
             "vehicles drawn from the covariance of the model\u{2019}s parameters: {stable} of {of} stable in every \
-             mode; one in twenty has less than {}, the worst {}",
+             mode; margins of the weakest 5 % below {}, of the worst {}",
             least(|own| own.twentieth),
             least(|own| own.worst)
         ),
         format!(
-            "proven: stable wherever all parameters together, {directions} directions, are off by less than \
-             {proven} sigmas, where {within_proven} of these vehicles lie"
+            "proven: stable while all parameters together, in {directions} directions, deviate by less than \
+             {proven} sigmas; {within_proven} of these vehicles do"
         ),
     ]
 }
 
-/// What the estimator's lag costs, in words.
+/// The effect of the estimator's delay on the margins, in words.
 pub fn of_lag(checked: &CheckedDesign) -> String {
     let EstimatorLag { rate_s, attitude_s, velocity_s } = checked.lag;
     let weakest = |which: usize| {
@@ -122,8 +125,8 @@ pub fn of_lag(checked: &CheckedDesign) -> String {
         format!("{gain_db:.1} dB, {phase_deg:.1}°")
     };
     format!(
-        "estimator {:.1} ms late in rates, {:.1} ms in attitude, {:.1} ms in velocity: weakest in any mode {}, \
-         without it {}",
+        "delay of the estimator: {:.1} ms in rates, {:.1} ms in attitude, {:.1} ms in velocity; weakest margins in \
+         any mode {}, without the delay {}",
         1e3 * rate_s,
         1e3 * attitude_s,
         1e3 * velocity_s,
@@ -132,13 +135,13 @@ pub fn of_lag(checked: &CheckedDesign) -> String {
     )
 }
 
-/// What a notch costs, in words.
+/// The delay of a notch and its phase lag, in words.
 pub fn of_notch(notch: &NotchCost) -> String {
     let costs = notch.at_crossover.iter().map(|(name, radps, lag_rad)| {
         format!("{name} {:.1}° at {radps:.1} rad/s", lag_rad.to_degrees())
     });
     format!(
-        "notch at {} Hz in samples of {:.0} Hz: {:.1} ms late, counted in every margin; phase lost at crossover: {}",
+        "notch at {} Hz in samples of {:.0} Hz: delay {:.1} ms, included in every margin; phase lag at crossover: {}",
         notch.config.frequency_hz,
         notch.imu_hz,
         1e3 * notch.delay_s,
@@ -146,7 +149,7 @@ pub fn of_notch(notch: &NotchCost) -> String {
     )
 }
 
-/// What gusts make of the vehicle in a mode, in words.
+/// The response to gusts in a mode, in words.
 fn in_gusts(checked: &CheckedDesign, mode: FlightMode, found: &GustResponse) -> String {
     let [horizontal, vertical] = checked.gusts.sigma_mps;
     let [p, q, r, phi, theta, psi, u, v, w] = found.states;
@@ -166,7 +169,7 @@ fn printed_in_words(printed: &CheckedPrintedDesign, rate_hz: f64) -> String {
     format!("\nthe design as printed, continuous:\n{lines}")
 }
 
-/// What the thesis prints and what comes out, one sentence a line.
+/// Findings on the printed design of the thesis, one sentence each.
 pub fn findings(printed: &CheckedPrintedDesign, rate_hz: f64) -> Result<Vec<String>, DesignError> {
     let row =
         |row: Vec<f64>| row.iter().map(|value| five_digits(*value)).collect::<Vec<_>>().join(", ");
@@ -187,13 +190,13 @@ pub fn findings(printed: &CheckedPrintedDesign, rate_hz: f64) -> Result<Vec<Stri
             roll_pitch.rank, roll_pitch_seen.rank, yaw.rank, yaw_seen.rank
         ),
         format!(
-            "held at {rate_hz:.0} Hz it is unstable: spectral radius {roll_pitch_radius:.1} in roll \
+            "unstable when sampled at {rate_hz:.0} Hz: spectral radius {roll_pitch_radius:.1} in roll \
              and pitch, {heave_radius:.1} in heave"
         ),
     ])
 }
 
-/// As many digits as the thesis prints.
+/// Formats a number with the five digits of the thesis.
 fn five_digits(value: f64) -> String {
     let size = value.abs().max(1e-12).log10().floor();
     format!("{value:.*}", (4.0 - size).clamp(0.0, 6.0) as usize)

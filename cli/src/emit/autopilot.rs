@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::language::{Language, assignments, comment, literal, number};
 use super::{Form, write};
 
-/// Writes `config` into `directory`, as `autopilot` with the ending of each form.
+/// Writes `config` into `directory`, as `autopilot` with the extension of each form.
 pub fn autopilot(
     config: &HoverConfig,
     remark: &str,
@@ -27,7 +27,7 @@ pub(super) fn bytes(config: &HoverConfig, remark: &str, form: Form) -> anyhow::R
     })
 }
 
-/// Everything but gains and period, each number assigned to its place below `place`.
+/// All fields except gains and period, each number assigned to its field below `place`.
 fn rest(place: &str, config: &HoverConfig) -> anyhow::Result<String> {
     let mut value = serde_json::to_value(config)?;
     if let Value::Object(fields) = &mut value {
@@ -37,7 +37,7 @@ fn rest(place: &str, config: &HoverConfig) -> anyhow::Result<String> {
     Ok(assignments(place, &value))
 }
 
-/// The gains as a literal of Rust, in the order of their fields' names.
+/// The gains as a Rust literal, in the order of the field names.
 fn rust_gains(gains: &Gains) -> anyhow::Result<String> {
     let value = serde_json::to_value(gains)?;
     let mut text = String::new();
@@ -56,13 +56,13 @@ fn rust_gains(gains: &Gains) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// Fields of HovernavGains, in their order in hovernav.h; so are the two below.
+/// Fields of HovernavGains, in the order of hovernav.h; so are the fields of the two lists below.
 pub(super) const GAINS: [&str; 5] =
     ["heave", "yaw", "pedal_per_collective", "roll_pitch", "attitude"];
 /// Fields of HovernavPidGains.
 pub(super) const PID_GAINS: [&str; 5] =
     ["proportional", "integral_per_s", "derivative_s", "derivative_filter_s", "tracking_time_s"];
-/// Fields of the gains of a regulator.
+/// Fields of HovernavYawGains, HovernavRollPitchGains and HovernavAttitudeGains.
 pub(super) const REGULATOR_GAINS: [&str; 8] = [
     "measured",
     "hidden",
@@ -74,8 +74,8 @@ pub(super) const REGULATOR_GAINS: [&str; 8] = [
     "tracking_time_s",
 ];
 
-/// The gains as a literal of C, in the order of the structure and without names, which C++ does not take
-/// before C++20, nor in another order.
+/// The gains as a C literal, in the order of the structure and without field names: C++ has designated initialisers
+/// only since C++20, and only in order.
 fn c_gains(gains: &Gains) -> anyhow::Result<String> {
     let value = serde_json::to_value(gains)?;
     let mut text = String::new();

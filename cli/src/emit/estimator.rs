@@ -11,8 +11,8 @@ use serde_json::{Value, to_value};
 use super::language::{assignments, comment, number};
 use super::{Form, write};
 
-/// Writes `config`, and the notch that stands before the estimator, into `directory`, as `estimator` with the ending
-/// of each form.
+/// Writes `config`, and the notch filter ahead of the estimator, into `directory`, as `estimator` with the extension of
+/// each form.
 pub fn estimator(
     config: &EstimatorConfig,
     notch: Option<NotchConfig>,
@@ -54,7 +54,7 @@ pub(super) fn bytes(
     })
 }
 
-/// The filter's groups, each under its name.
+/// The model groups of the filter, by name.
 fn groups(config: &EstimatorConfig) -> anyhow::Result<[(&'static str, Value); 6]> {
     let ekf = &config.ekf;
     Ok([
@@ -67,7 +67,7 @@ fn groups(config: &EstimatorConfig) -> anyhow::Result<[(&'static str, Value); 6]
     ])
 }
 
-/// The alignment's numbers, the declinations among them.
+/// The numbers of the alignment, including the declinations.
 fn alignment(place: &str, config: &EstimatorConfig) -> anyhow::Result<String> {
     let alignment = &config.alignment;
     let mut value = to_value(alignment)?;
@@ -76,7 +76,7 @@ fn alignment(place: &str, config: &EstimatorConfig) -> anyhow::Result<String> {
     Ok(assignments(place, &value))
 }
 
-/// A line for each setting of a notch, assigned to its place below `place`.
+/// One line per setting of a notch, assigned to its field below `place`.
 fn notch_lines(place: &str, notch: &NotchConfig) -> String {
     let [frequency, width, least] =
         [notch.frequency_hz, notch.width_hz, notch.least_hz].map(number);
@@ -130,7 +130,7 @@ fn rust(
     for (name, group) in groups(config)? {
         lines += &assignments(&format!("config.ekf.{name}"), &group);
     }
-    // Without a source of its own, the settings need no name for one.
+    // Without a configured heading source, the import is unused.
     let source =
         if config.alignment.heading.is_some() { "use hovernav::ins::HeadingSource;\n" } else { "" };
     let notch = notch.map_or_else(
@@ -148,7 +148,7 @@ fn rust(
          /// The whole configuration.\n\
          pub fn estimator() -> EstimatorConfig {{\n    \
          let mut config = EstimatorConfig::default();\n{lines}    config\n}}\n\n\
-         /// What each inertial sample goes through before the estimator, by a `Notch`; `None` if nothing.\n\
+         /// The notch filter that inertial samples pass before the estimator, for `Notch`; `None` if unused.\n\
          pub fn notch() -> Option<NotchConfig> {{\n{notch}}}\n"
     ))
 }
@@ -193,7 +193,7 @@ fn c(config: &EstimatorConfig, notch: Option<NotchConfig>, remark: &str) -> anyh
     lines += &assignments("config->rangefinder.model", &range);
     let heading = to_value(config.antenna_heading)?;
     lines += &assignments("config->second_antenna.model", &heading);
-    // The defaults have none.
+    // The default configuration has no notch.
     lines += &notch.map_or_else(String::new, |notch| notch_lines("config->notch", &notch));
     let remark = comment(remark);
     Ok(format!(

@@ -2,24 +2,24 @@
 
 use serde_json::Value;
 
-/// What a value is written in.
+/// The language of a literal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
     Rust,
     C,
 }
 
-/// A remark, of either language, on one line whatever the names in it.
+/// A comment in either language, on one line even if `remark` contains line breaks.
 pub fn comment(remark: &str) -> String {
     format!("// {}", remark.replace(char::is_control, " "))
 }
 
-/// A number that reads back as the same bits.
+/// A number that parses back to the same bits.
 pub fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// Numbers of any depth, in the brackets of the language.
+/// Numbers of any nesting depth, in the brackets of the language.
 pub fn literal(language: Language, value: &Value) -> String {
     match value {
         Value::Array(values) => {
@@ -31,7 +31,7 @@ pub fn literal(language: Language, value: &Value) -> String {
     }
 }
 
-/// A line for each number of `value`, that assigns it to its place below `place`.
+/// One line per number in `value`, assigned to its field below `place`.
 pub fn assignments(place: &str, value: &Value) -> String {
     match value {
         Value::Object(fields) => fields

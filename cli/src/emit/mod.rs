@@ -1,5 +1,5 @@
-//! Settings for programs that read no files: as Rust, as a C header, and in postcard's bytes, all
-//! readable without the standard library.
+//! Settings for programs that read no files: as Rust, as a C header, and as postcard bytes. All three work without the
+//! standard library.
 
 mod autopilot;
 mod estimator;
@@ -15,14 +15,14 @@ use crate::output;
 pub use autopilot::autopilot;
 pub use estimator::estimator;
 
-/// A form in which settings are written.
+/// The form of emitted settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Form {
     /// Rust source: functions, and the numbers of an autopilot as constants
     Rust,
     /// A C header for hovernav.h
     C,
-    /// The bytes of postcard
+    /// The postcard encoding, in binary
     Postcard,
 }
 
@@ -36,7 +36,7 @@ impl Form {
     }
 }
 
-/// Writes `name` in each of `forms` into `directory`; `text` gives the bytes of a form.
+/// Writes `name` in each of `forms` into `directory`; `text` returns the bytes of a form.
 fn write(
     forms: &[Form],
     directory: &Path,

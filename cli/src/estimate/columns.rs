@@ -1,10 +1,10 @@
-//! `--columns`: what `solution.csv` has beyond its own columns.
+//! `--columns`: additional columns of `solution.csv`.
 
 use std::str::FromStr;
 
 use hovernav_log::ExtraColumns;
 
-/// Columns by their name.
+/// A group of columns, by name.
 #[derive(Clone, Copy)]
 pub struct ColumnsArgument(ExtraColumns);
 
@@ -22,7 +22,7 @@ impl FromStr for ColumnsArgument {
     }
 }
 
-/// What was asked for, each once and in the order of [`ExtraColumns::ALL`].
+/// The requested groups, without duplicates, in the order of [`ExtraColumns::ALL`].
 pub fn of(arguments: &[ColumnsArgument]) -> Vec<ExtraColumns> {
     let asked = |extra: &ExtraColumns| arguments.iter().any(|argument| argument.0 == *extra);
     ExtraColumns::ALL.into_iter().filter(asked).collect()

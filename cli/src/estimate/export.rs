@@ -13,7 +13,7 @@ use hovernav_log::{Manifest, WholeFile};
 use super::EXPORTED;
 use crate::output::{self, cannot_write};
 
-/// A format by its name, or `-`: standard output.
+/// A format by name, or `-` for standard output.
 #[derive(Clone, Copy, PartialEq)]
 pub enum ExportArgument {
     Format(ExportFormat),
@@ -47,10 +47,10 @@ fn formats(asked: &[ExportArgument]) -> Vec<ExportFormat> {
     formats
 }
 
-/// What goes with [`ExportFormat::Mcap`] for the program that shows it.
+/// The Foxglove layout that accompanies [`ExportFormat::Mcap`].
 const LAYOUT_FILE: &str = "solution.foxglove-layout.json";
 
-/// The files of [`EXPORTED`] that are not `asked` for.
+/// The files of [`EXPORTED`] that are not requested.
 pub fn not_asked(asked: &[ExportArgument]) -> Vec<&'static str> {
     // Formats on standard output have no file.
     let in_files = if is_piped(asked) { Vec::new() } else { formats(asked) };
@@ -60,7 +60,7 @@ pub fn not_asked(asked: &[ExportArgument]) -> Vec<&'static str> {
     EXPORTED.into_iter().filter(|name| files.iter().all(|file| file != name)).collect()
 }
 
-/// Refuses what cannot be, before anything is estimated.
+/// Rejects impossible requests before the estimation starts.
 pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
     let formats = formats(asked);
     if is_piped(asked) && (formats.len() != 1 || logs != 1) {
@@ -79,20 +79,20 @@ pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
 struct InTheMaking {
     path: PathBuf,
     export: Export<'static>,
-    /// What becomes of it; `None` of standard output.
+    /// The unfinished file; `None` for standard output.
     file: Option<WholeFile>,
 }
 
-/// The files asked for, in the making.
+/// The requested files while they are being written.
 #[derive(Default)]
 pub struct Exports {
     files: Vec<InTheMaking>,
-    /// Whether the solution goes to a reader that has gone: it has what it wanted.
+    /// Whether the reader of standard output has closed the pipe. Further output is then discarded, without an error.
     is_unread: bool,
 }
 
 impl Exports {
-    /// Begins what was asked for beside `solution.csv` in `out`, or on standard output.
+    /// Creates the requested files next to `solution.csv` in `out`, or starts writing to standard output.
     pub fn begin(
         asked: &[ExportArgument],
         manifest: &Manifest,
@@ -125,7 +125,7 @@ impl Exports {
         Ok(exports)
     }
 
-    /// Adds a solution to each.
+    /// Adds a solution to each export.
     pub fn push(&mut self, solution: &Solution) -> anyhow::Result<()> {
         for InTheMaking { path, export, .. } in &mut self.files {
             let written = if self.is_unread { Ok(()) } else { export.push(solution) };
@@ -137,7 +137,7 @@ impl Exports {
         Ok(())
     }
 
-    /// Ends each.
+    /// Completes each export.
     pub fn finish(self) -> anyhow::Result<()> {
         for InTheMaking { path, export, file } in self.files {
             let written = if self.is_unread { Ok(()) } else { export.finish() };
@@ -152,7 +152,7 @@ impl Exports {
     }
 }
 
-/// Whether this says that the reader of a pipe has gone.
+/// Whether the error is a closed pipe.
 fn is_unread(error: Option<&ExportError>) -> bool {
     matches!(error, Some(ExportError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe)
 }
@@ -166,6 +166,10 @@ mod tests {
         let all = ExportFormat::ALL.map(ExportArgument::Format);
         assert_eq!(not_asked(&[]), EXPORTED);
         assert_eq!(not_asked(&all), [""; 0]);
-        assert_eq!(EXPORTED.len(), all.len() + 1, "the layout is the one that is no format");
+        assert_eq!(
+            EXPORTED.len(),
+            all.len() + 1,
+            "the layout is the only file that is not a format"
+        );
     }
 }

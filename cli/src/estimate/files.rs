@@ -1,4 +1,4 @@
-//! The solution's files, written while the log is flown.
+//! The solution's files, written while the filter runs.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use super::export::Exports;
 use super::{Arguments, columns};
 use crate::output;
 
-/// `solution.csv` and what was asked for beside it, begun with the first solution: of a log that gives
-/// none, nothing is written.
+/// `solution.csv` and the requested exports. The first solution creates the files; without a solution nothing is
+/// written.
 pub struct Files<'a> {
     arguments: &'a Arguments,
     manifest: &'a Manifest,
@@ -26,7 +26,7 @@ impl<'a> Files<'a> {
         Self { arguments, manifest, out, rate, open: None }
     }
 
-    /// Writes `solution`, unless it comes sooner than the rate asked for.
+    /// Writes `solution`, unless the requested output rate skips it.
     pub fn push(&mut self, solution: &Solution) -> anyhow::Result<()> {
         if self.rate.as_mut().is_some_and(|rate| !rate.takes(solution.time)) {
             return Ok(());
@@ -45,7 +45,7 @@ impl<'a> Files<'a> {
         Ok(())
     }
 
-    /// Ends the files.
+    /// Completes the files.
     pub fn finish(self) -> anyhow::Result<()> {
         let Some((csv, exports)) = self.open else { return Ok(()) };
         csv.finish()?;
@@ -53,7 +53,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The first moment, and from then on the first of every period of a rate.
+/// Selects the first solution, and then the first solution of every period of the output rate.
 struct Rate {
     hz: f64,
     first: Option<Time>,
@@ -66,7 +66,7 @@ impl Rate {
     }
 
     fn takes(&mut self, time: Time) -> bool {
-        // A moment that rounding put just before its period belongs to it.
+        // A time that rounding puts just before a period belongs to that period.
         const ROUNDING: f64 = 1e-6;
         let period = ((time - *self.first.get_or_insert(time)) * self.hz + ROUNDING).floor();
         let is_new = period > self.period;
@@ -90,7 +90,7 @@ mod tests {
     fn a_rate_is_kept_on_average_and_never_exceeded() {
         assert_eq!(taken(10.0, 10_000_000, 51), [0, 10, 20, 30, 40, 50]);
         assert_eq!(taken(10.0, 30_303_030, 3301).len(), 1000);
-        // What is slower than the rate stays as it is.
+        // A log that is slower than the rate is not thinned.
         assert_eq!(taken(10.0, 200_000_000, 5), [0, 1, 2, 3, 4]);
     }
 }

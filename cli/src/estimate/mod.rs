@@ -1,4 +1,4 @@
-//! `hovernav estimate`: the filter over a log, scored and drawn.
+//! `hovernav estimate`: runs the filter over a log, scores the solution and draws the page.
 
 mod columns;
 #[cfg_attr(not(feature = "export"), path = "no_export.rs")]
@@ -30,48 +30,46 @@ use crate::summary::{OutageDrift, RunSummary};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Dataset directories, flight records, logs of any other format; of several, a table over all
+    /// Dataset directories, flight records or logs of any other format; with several logs, a table lists all of them
     #[arg(required = true)]
     log: Vec<PathBuf>,
     #[command(flatten)]
     sensors: Sensors,
-    /// Where to write; out/NAME unless given. Of several logs, the directory of their directories
+    /// Directory to write [default: out/NAME]; with several logs, the parent of their directories
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Settings that override those of the log's dataset.toml, in the same form
+    /// Settings file that overrides the log's dataset.toml, in the same format
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Go back over the whole log as well: each moment then knows what came after it
+    /// Smooth the solution: run backwards over the whole log too, so that each solution also uses later measurements
     #[arg(long)]
     smooth: bool,
-    /// Leave out the GPS from START for DURATION seconds of the log's clock; may be repeated
+    /// Ignore the GPS for DURATION seconds, START seconds of the log's clock on; may be repeated
     #[arg(long, value_name = "START:DURATION", allow_hyphen_values = true)]
     outage: Vec<OutageWindow>,
-    /// Thin the GPS to at most this rate
+    /// Reduce the GPS to at most this rate
     #[arg(long, value_name = "HZ", value_parser = positive)]
     gps_rate: Option<f64>,
-    /// Write the solution in this format too: parquet, kml, gpx, pos, tum, euroc, mcap; may be
-    /// repeated. `-` writes the one FORMAT asked for to standard output as well
+    /// Also write the solution in this format: parquet, kml, gpx, pos, tum, euroc, mcap; may be repeated. With `-` in
+    /// addition, the one FORMAT goes to standard output
     #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
     export: Vec<ExportArgument>,
     /// Add columns at the end of solution.csv: quaternion, local, covariance
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     columns: Vec<ColumnsArgument>,
-    /// Write solution.csv and the exports at most this often; every inertial sample unless given, in KML and
-    /// GPX five a second at most
+    /// Largest output rate of solution.csv and the exports [default: every inertial sample; KML and GPX at most 5 Hz]
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Write the estimator's configuration in this form too, for programs that read no files; may be
-    /// repeated
+    /// Also write the estimator's configuration in this form, for programs that read no files; may be repeated
     #[arg(long, value_name = "FORM", value_delimiter = ',')]
     emit: Vec<Form>,
-    /// Write no report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
 }
 
 impl Arguments {
-    /// Whether anything asks for another solution than the one that flew.
+    /// Whether an argument makes the solution differ from the one computed in flight.
     fn changes_the_filter(&self) -> bool {
         self.config.is_some() || !self.outage.is_empty() || self.gps_rate.is_some()
     }
@@ -96,11 +94,11 @@ const EXPORTED: [&str; 8] = [
     "solution.foxglove-layout.json",
 ];
 
-/// Of a longer log the inertial samples stay in their file, and so do the sticks, and are read anew whenever they are
-/// gone over: 36 MB of samples, two hours at 33 Hz.
+/// Largest number of inertial samples in memory: 36 MB, two hours at 33 Hz. In a longer log, samples and sticks stay in
+/// their file and are read again for each pass.
 const SAMPLES_IN_MEMORY: usize = 1 << 18;
 
-/// Samples between two steps of the bar.
+/// Samples between two updates of the progress bar.
 const SAMPLES_A_STEP: usize = 4096;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -109,7 +107,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let out = arguments.out.clone();
         let out = out.unwrap_or_else(|| Path::new("out").join(output::name_of(log)));
         let summary = estimate(arguments, log, &out)?;
-        // Standard output belongs to the solution then.
+        // With `--export -`, standard output contains only the solution.
         if !export::is_piped(&arguments.export) {
             output::say_text(summary.in_words(&out));
         }
@@ -118,7 +116,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     table::run(arguments)
 }
 
-/// Estimates `log` and writes what comes of it to `out`.
+/// Runs the filter over `log` and writes the results to `out`.
 fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<RunSummary> {
     let started = Instant::now();
     let mut options = arguments.sensors.options();
@@ -129,23 +127,23 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
-    // What a directory lacks is its gps.csv.
+    // A dataset directory without fixes lacks gps.csv; an error then names that file.
     let source = match format {
         Format::Dataset if dataset.fixes.is_empty() => log.join("gps.csv"),
         _ => log.to_path_buf(),
     };
     let denied_aids = dataset.check_fitness(&source)?;
-    // A record is replayed as it was flown.
+    // A record is replayed with the sensors of the flight, so none of them is left out.
     let leaves_out = record.is_none();
     let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
-    // A record's solutions are in memory, and each is compared.
+    // The solutions of a record are in memory, and each of them is compared.
     let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
     let mut flown = fly(arguments, log, out, &dataset, &config, keep)?;
-    // What was handed to a pipe cannot be taken back.
+    // Output that went to a pipe cannot be replaced, so the filter runs only once then.
     if leaves_out && !export::is_piped(&arguments.export) {
         let without = dataset.leave_out_denied(&config, &flown.run);
         if !without.is_empty() {
@@ -167,12 +165,12 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         }
     );
 
-    let judging = Working::on("judging");
+    let judging = Working::on("scoring");
     let mut moments: Vec<Time> =
         run.solutions.iter().chain(&smoothed).map(|solution| solution.time).collect();
     moments.sort_unstable();
     let reference = match format {
-        // A mapping's directory may have one, too.
+        // A directory with a mapping may contain a reference, too.
         Format::Dataset | Format::Text if log.is_dir() => {
             Reference::open_at(log, &dataset.manifest, &moments)?
         }
@@ -188,7 +186,7 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
     dataset.ensure_read()?;
     if arguments.smooth && smoothed.is_empty() {
-        let warning = "nothing was smoothed, as the heading was not found: the solution is causal";
+        let warning = "not smoothed, because the heading was not found: the solution uses past measurements only";
         summary.warnings.push(warning.into());
     }
     summary.add_findings(denied);
@@ -236,16 +234,16 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     Ok(summary)
 }
 
-/// What a log gave.
+/// The result of running the filter over a log.
 struct Flown {
     run: Run,
-    /// Empty where nothing was smoothed.
+    /// The smoothed solutions; empty if nothing was smoothed.
     smoothed: Vec<Solution>,
-    /// Where the fixes deny what smoothing gave.
+    /// Findings where the GPS fixes contradict the smoothed solution.
     denied: Vec<Finding>,
 }
 
-/// Runs the filter over `dataset`, read from `log`, and writes what it gives to `out`.
+/// Runs the filter over `dataset`, read from `log`, and writes the solution to `out`.
 fn fly(
     arguments: &Arguments,
     log: &Path,
@@ -267,7 +265,7 @@ fn fly(
         memory::check_smoothing(log, dataset)?;
         let run = dataset.smooth_keeping(config, keep, &progress);
         denied = run.denied;
-        // Where nothing was smoothed, the causal solution is written as without asking.
+        // If nothing was smoothed, the causal solution is written, as without `--smooth`.
         forward = Some(run.forward).filter(|_| !run.solutions.is_empty());
         run.solutions.iter().try_for_each(|solution| files.push(solution))?;
         smoothed = thin(run.solutions);

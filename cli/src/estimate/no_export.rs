@@ -1,4 +1,4 @@
-//! Stand-in for `--export` in a build without the feature `export`.
+//! Replacement of `--export` in a build without the feature `export`.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 use hovernav::ekf::Solution;
 use hovernav_log::Manifest;
 
-/// Nothing can be asked for.
+/// No format exists.
 #[derive(Clone, Copy)]
 pub enum ExportArgument {}
 
@@ -14,7 +14,7 @@ impl FromStr for ExportArgument {
     type Err = &'static str;
 
     fn from_str(_: &str) -> Result<Self, Self::Err> {
-        Err("no format is in this build, which lacks the feature `export`")
+        Err("this build has no export formats, because it lacks the feature `export`")
     }
 }
 

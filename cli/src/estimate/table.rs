@@ -1,4 +1,4 @@
-//! Several logs in one call: each to a directory of its own, and a table over all.
+//! Several logs in one call: each log in its own directory, and a table over all.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A directory for the results of `log`: its name, numbered where another log has it.
+/// A directory for the results of `log`: its name, numbered if another log has the same name.
 fn own_directory(root: &Path, log: &Path, taken: &mut HashSet<PathBuf>) -> PathBuf {
     let name = output::name_of(log);
     let numbered = (2..).map(|number| root.join(format!("{name}-{number}")));
@@ -45,7 +45,7 @@ fn own_directory(root: &Path, log: &Path, taken: &mut HashSet<PathBuf>) -> PathB
 fn heads(width: usize) -> String {
     format!(
         "{:<width$} {:>9} {:>8} {:>7} {:>8} {:>13} {:>13} {:>9}",
-        "log", "s", "samples", "fixes", "refused", "horizontal m", "velocity m/s", "warnings"
+        "log", "s", "samples", "fixes", "rejected", "horizontal m", "velocity m/s", "warnings"
     )
 }
 

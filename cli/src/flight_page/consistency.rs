@@ -1,23 +1,23 @@
-//! Whether innovations are as large as the filter says.
+//! Comparison of the innovations with the filter's predicted uncertainty.
 
 use hovernav_log::consistency::PooledInnovations;
 
 use crate::page::Level;
 
-/// A mean square beyond these is no longer a matter of chance or of small correlations.
+/// Mean squares outside these limits are not explained by chance or by small correlations.
 const TIMID_BELOW: f64 = 0.5;
 const SURE_ABOVE: f64 = 2.0;
-/// Whether innovations are as large as the filter says, in words. Smaller ones speak against no solution.
+/// The result of the comparison in words. Innovations that are too small never reject a solution.
 pub fn in_words(pooled: &PooledInnovations) -> (Level, &'static str) {
     let (low, high) = pooled.interval;
     match pooled.mean {
         mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
         mean if mean < TIMID_BELOW => {
-            (Level::Good, "timid: the sensor is better than it is taken for")
+            (Level::Good, "conservative: the sensor is more accurate than its model")
         }
-        mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is too sure of itself"),
-        mean if mean < low => (Level::Good, "pass: a little timid"),
-        _ => (Level::Care, "care: a little too sure"),
+        mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is overconfident"),
+        mean if mean < low => (Level::Good, "pass: slightly conservative"),
+        _ => (Level::Care, "care: slightly overconfident"),
     }
 }
 
@@ -33,7 +33,7 @@ mod tests {
     fn a_filter_that_is_too_sure_does_not_pass_and_one_that_is_timid_is_told_so() {
         assert_eq!(in_words(&pooled(1.0)).0, Level::Good);
         assert_eq!(in_words(&pooled(0.8)).0, Level::Good);
-        assert!(in_words(&pooled(0.2)).1.starts_with("timid"));
+        assert!(in_words(&pooled(0.2)).1.starts_with("conservative"));
         assert_eq!(in_words(&pooled(1.4)).0, Level::Care);
         assert_eq!(in_words(&pooled(2.5)).0, Level::Bad);
     }

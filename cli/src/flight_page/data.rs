@@ -1,4 +1,4 @@
-//! What the page of a flight shows.
+//! The contents of the page of a flight.
 
 use hovernav::ekf::{Innovation, Notice, Solution};
 use hovernav::gps::Fix;
@@ -9,33 +9,33 @@ use hovernav_log::{Dataset, Finding, LogError, Outage, Reference, ReferenceMomen
 
 use crate::page::Fact;
 
-/// What the page of a flight shows. A slice may be empty: its figures then say so, or, for what is
-/// optional (`smoothed`, `reference`, `score`), are left out.
+/// The contents of the page of a flight. Slices may be empty. The page then states that a figure is empty, or omits it
+/// if it is optional (`smoothed`, `reference`, `score`).
 ///
-/// Series are in order of time.
+/// All series are in order of time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FlightData<'a> {
-    /// The page's heading, plain text.
+    /// The heading of the page, plain text.
     pub title: &'a str,
-    /// The few numbers to see first.
+    /// The headline numbers.
     pub headlines: &'a [Fact],
-    /// The rest of what there is to say, as a table.
+    /// Further facts, as a table.
     pub facts: &'a [Fact],
-    /// What went wrong or deserves a second look, plain text.
+    /// Errors and points to check, plain text.
     pub warnings: &'a [String],
-    /// The stretches for which GPS was withheld.
+    /// The spans in which GPS was withheld.
     pub outages: &'a [Outage],
     /// The filter's solution.
     pub solutions: &'a [Solution],
     /// The smoother's solution.
     pub smoothed: &'a [Solution],
-    /// The fixes, as received.
+    /// The GPS fixes, as received.
     pub fixes: &'a [Fix],
-    /// What became of each scalar update, in the order in which the filter took them.
+    /// The result of each scalar update, in the filter's order.
     pub innovations: &'a [Innovation],
-    /// The reference at moments of the solution.
+    /// The reference at the times of the solution.
     pub reference: &'a [(Time, ReferenceMoment)],
-    /// What the estimator on board said: to compare with, never the truth.
+    /// The solution of the onboard estimator: for comparison, never used as truth.
     pub onboard: Option<&'a Onboard>,
     /// The log, for its inertial samples.
     pub log: Option<&'a Dataset>,
@@ -43,16 +43,16 @@ pub struct FlightData<'a> {
     pub baro: &'a [(Time, f64)],
     /// The sticks, from [`sticks`].
     pub sticks: &'a [Vec<(Time, f64)>],
-    /// What the estimator reported.
+    /// The notices of the estimator.
     pub notices: &'a [Notice],
-    /// What happened in the run, as spans.
+    /// Events of the run, as spans of time.
     pub findings: &'a [Finding],
-    /// How far the solution is from the reference.
+    /// The errors of the solution against the reference.
     pub score: Option<&'a Score>,
 }
 
 impl FlightData<'_> {
-    /// First and last moment of solutions and fixes.
+    /// First and last time of solutions and fixes.
     pub fn span(&self) -> Option<(Time, Time)> {
         let solutions = self.solutions.iter().map(|solution| solution.time);
         let times = || solutions.clone().chain(self.fixes.iter().map(|fix| fix.time));
@@ -60,7 +60,7 @@ impl FlightData<'_> {
     }
 }
 
-/// What became of each scalar update of a run, in the order in which the filter took them.
+/// The result of each scalar update of a run, in the filter's order.
 pub fn innovations(run: &Run) -> Vec<Innovation> {
     let reports = run.notices.iter().filter_map(|notice| match notice {
         Notice::Updated(report) => Some(report),
@@ -69,8 +69,8 @@ pub fn innovations(run: &Run) -> Vec<Innovation> {
     reports.flat_map(|report| report.innovations().copied()).collect()
 }
 
-/// The sticks of `dataset`, lateral, longitudinal, collective and pedal, each over time as far as a page shows it;
-/// nothing where there are none.
+/// The sticks of `dataset` (lateral, longitudinal, collective, pedal) over time, thinned for a page; empty without
+/// stick data.
 pub fn sticks(dataset: &Dataset) -> Result<Vec<Vec<(Time, f64)>>, LogError> {
     let mut sticks = <[Extremes<Time>; 4]>::default();
     dataset.each_control(|time, positions| {
@@ -83,7 +83,7 @@ pub fn sticks(dataset: &Dataset) -> Result<Vec<Vec<(Time, f64)>>, LogError> {
     Ok(sticks)
 }
 
-/// The reference at the moments of the solution; nothing where there is no reference.
+/// The reference at the times of the solution; empty without a reference.
 pub fn reference_moments(
     solutions: &[Solution],
     reference: Option<&Reference>,

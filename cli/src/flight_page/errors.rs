@@ -1,11 +1,11 @@
-//! How far the estimate is from the reference, and whether the filter knew.
+//! Errors of the estimate against the reference, compared with the filter's uncertainty.
 
 use hovernav_log::{Axis, AxisScore, Score};
 
 use super::motion::Clock;
 use crate::page::{Figure, Role, Row, Section, Series, Table, TableRow};
 
-/// An axis in words, and its unit.
+/// The name of an axis and its unit.
 fn named(axis: Axis) -> (&'static str, &'static str) {
     match axis {
         Axis::North => ("Position north", "m"),
@@ -24,7 +24,7 @@ fn named(axis: Axis) -> (&'static str, &'static str) {
     }
 }
 
-/// The errors in numbers.
+/// The table of errors.
 pub fn table(score: &Score, clock: Clock) -> Table {
     let row = |AxisScore { axis, statistics, .. }: &AxisScore| {
         let (name, unit) = named(*axis);
@@ -33,8 +33,8 @@ pub fn table(score: &Score, clock: Clock) -> Table {
     };
     Table {
         caption: format!(
-            "Error against the reference from {:.1} s on: root mean square, then median, 95th \
-             percentile and largest of its size",
+            "Error against the reference from {:.1} s on: root mean square; then median, 95th \
+             percentile and maximum of its magnitude",
             clock.seconds(score.from)
         ),
         heads: ["", "RMSE", "Median", "95 %", "Max"].map(Into::into).into(),
@@ -42,7 +42,7 @@ pub fn table(score: &Score, clock: Clock) -> Table {
     }
 }
 
-/// The errors of position, velocity and attitude over time, within the filter's 3σ bounds.
+/// The errors of position, velocity and attitude over time, with the filter's 3σ bounds.
 pub fn section(score: &Score, clock: Clock) -> Section {
     const DRAWN: [Axis; 9] = [
         Axis::North,
@@ -78,13 +78,13 @@ pub fn section(score: &Score, clock: Clock) -> Section {
     Section::new(
         "errors",
         "Error against the reference",
-        "Estimate less reference, within the bounds that the filter itself gives \
-                      (3σ). A filter that knows its own error stays inside 99.7 % of the time.",
+        "Estimate minus reference, with the 3σ bounds of the filter. \
+                      The errors of a consistent filter are inside for 99.7 % of the time.",
     )
     .with(Figure::against_time(rows))
 }
 
-/// A number to three digits, as a person would write it; a dash where it is unknown.
+/// A number with three significant digits; a dash if unknown.
 fn three_digits(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();

@@ -1,4 +1,4 @@
-//! The innovations within their bounds, and the test of their size.
+//! The innovations with their bounds, and the test of their consistency.
 
 use hovernav::ekf::{Channel, Innovation, Verdict};
 use hovernav_formats::Onboard;
@@ -10,10 +10,10 @@ use super::consistency;
 use super::motion::Clock;
 use crate::page::{Figure, Role, Row, Section, Series};
 
-/// Fixes in the running mean of the test.
+/// Number of fixes in the running mean of the test.
 const MEAN_OVER: usize = 30;
 
-/// A channel's row: its name, the unit it is shown in, and that unit per the channel's own.
+/// The labels of a channel: name, displayed unit, and factor from the channel's own unit.
 fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
     const DEGREES: f64 = 180.0 / std::f64::consts::PI;
     match channel {
@@ -72,7 +72,7 @@ fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovati
     innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
 }
 
-/// The innovations of each channel within their 3σ bounds.
+/// The innovations of each channel with their 3σ bounds.
 pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock: Clock) -> Section {
     let channels =
         [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &RANGE, &BASELINE, &REST, &WHEELS].concat();
@@ -98,7 +98,7 @@ pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock:
     });
     let has_theirs = onboard.is_some_and(|onboard| !onboard.innovations.is_empty());
     let theirs = if has_theirs {
-        " Rings are the innovations of the estimator on board, which has bounds of its own."
+        " Rings are the innovations of the onboard estimator, which has its own bounds."
     } else {
         ""
     };
@@ -106,8 +106,8 @@ pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock:
         "innovations",
         "Innovations",
         format!(
-            "Each measurement less what the filter expected of it. Nearly all should fall inside the \
-             band, as often above as below; crosses were too far out and were not used.{theirs}"
+            "Each measurement minus the filter's prediction. Nearly all should be inside the band, as \
+             often above zero as below. Crosses are rejected measurements.{theirs}"
         ),
     )
     .with(Figure::against_time(rows))
@@ -123,16 +123,16 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
         "test",
         "Normalised innovation test",
         format!(
-            "The square of each fix's innovations in units of their expected size, per channel: 1 \
-             on average if the filter knows its own uncertainty, more if it is too sure of itself, \
-             less if too timid. The shaded interval holds 95 of 100 fixes of a filter that does \
-             (chi-square); the line is the mean over {MEAN_OVER} fixes."
+            "Mean over the channels of each fix's squared innovations, normalised by their predicted variance. \
+             The average is 1 for a consistent filter, higher for an overconfident one and lower for a \
+             conservative one. The shaded interval contains 95 % of the fixes of a consistent filter \
+             (chi-square). The line is the mean over {MEAN_OVER} fixes."
         ),
     )
     .with(Figure::against_time(rows))
 }
 
-/// The pooled test of each kind of measurement that there is.
+/// The pooled test of each group of measurements in the log.
 pub fn pooled(innovations: &[Innovation]) -> Vec<(&'static str, PooledInnovations)> {
     let groups = GROUPS.into_iter().filter_map(|(name, channels)| {
         let tests = innovation_tests(&of_channels(innovations, channels));

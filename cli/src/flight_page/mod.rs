@@ -1,7 +1,7 @@
-//! The page of a flight through the filter: map, motion, biases, innovations, errors.
+//! The page of a filtered flight: map, motion, biases, innovations, errors.
 //!
-//! [`estimate`](crate::estimate) shows a log with it, [`simulate`](crate::simulate) a simulated
-//! flight. Every number comes from the library; here it only gets its unit and its place.
+//! [`estimate`](crate::estimate) uses it for a log, [`simulate`](crate::simulate) for a simulated flight. The library
+//! computes every number; this module adds units and layout.
 
 mod consistency;
 mod data;

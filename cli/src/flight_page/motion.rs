@@ -1,4 +1,4 @@
-//! Solutions, reference and fixes as columns of numbers, in the page's units and seconds.
+//! Solutions, reference and fixes as columns of numbers, in the page's units and time.
 
 use std::collections::HashSet;
 
@@ -12,8 +12,8 @@ use hovernav_log::{Finding, ReferenceMoment};
 use super::data::FlightData;
 use crate::page::{Mark, TimeAxis};
 
-/// Seconds on the page. A log whose clock counts from far away, as GPS or Unix time does, is shown
-/// from its own first second on, and the axis says so.
+/// The time axis of the page, s. A log with large clock values, such as GPS or Unix time, is shown relative to its
+/// first whole second; the axis label states that second.
 #[derive(Clone, Copy)]
 pub struct Clock {
     zero: Time,
@@ -30,12 +30,12 @@ impl Clock {
         Self { zero: Time::from_nanoseconds(whole_s.saturating_mul(SECOND_NS)) }
     }
 
-    /// The page's second of a moment.
+    /// The page's time of `time`, s.
     pub fn seconds(self, time: Time) -> f64 {
         time - self.zero
     }
 
-    /// The warnings as spans of the page, no more than can be told apart, the longest.
+    /// The warnings as spans on the page: the longest ones, up to a readable number.
     fn marks(self, flight: &FlightData<'_>) -> Vec<Mark> {
         const MOST: usize = 60;
         let mut warnings: Vec<&Finding> =
@@ -74,7 +74,7 @@ impl Clock {
     }
 }
 
-/// Three components of a quantity, each a series.
+/// Three components of a quantity, one series each.
 pub type Columns = [Vec<f64>; 3];
 
 pub fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
@@ -87,7 +87,7 @@ pub fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
     columns
 }
 
-/// What an estimate or a reference says of the vehicle, in the page's units; unknown is NaN.
+/// The motion from an estimate or a reference, in the page's units; unknown values are NaN.
 pub struct Motion {
     pub time: Vec<f64>,
     pub position_m: Columns,
@@ -108,7 +108,7 @@ impl Motion {
         }
     }
 
-    /// What the estimator on board said; its body velocity where it gave attitude and velocity.
+    /// The motion from the onboard estimator. Its body velocity needs both attitude and velocity.
     pub fn of_onboard(onboard: Option<&Onboard>, clock: Clock, origin: &Geodetic) -> Self {
         const UNKNOWN: [f64; 3] = [f64::NAN; 3];
         let moments = onboard.map_or(&[][..], |onboard| &onboard.moments);
@@ -155,12 +155,12 @@ impl Motion {
     }
 }
 
-/// The fixes in the page's units, and which of them the filter refused.
+/// The fixes in the page's units, with the filter's rejections.
 pub struct Fixes {
     pub time: Vec<f64>,
     pub position_m: Columns,
     pub velocity_mps: Columns,
-    /// Axis by axis; north and east are taken or refused together.
+    /// Per axis; north and east are accepted or rejected together.
     pub position_refused: [Vec<bool>; 3],
     pub velocity_refused: [Vec<bool>; 3],
 }

@@ -1,4 +1,4 @@
-//! The inertial samples as they came, thinned to what a page shows of them in one pass.
+//! The raw inertial samples, thinned for the page in one pass.
 
 use hovernav::ekf::Notice;
 use hovernav::imu::{ImuSample, Motion};
@@ -9,30 +9,30 @@ use hovernav_log::statistics::Extremes;
 use super::motion::Clock;
 use super::spectrum::Density;
 
-/// A point of a figure: second of the page, value.
+/// A point of a figure: page time, s, and value.
 type Point = (f64, f64);
 
-/// What a page shows of the inertial samples.
+/// The inertial data that a page shows.
 pub struct Raw {
     /// Angular rates x, y, z, °/s, then specific forces, m/s².
     pub components: [Vec<Point>; 6],
-    /// Of each, the samples at the end of the range.
+    /// Samples at the end of the range, per component.
     pub clipped: [Vec<Point>; 6],
-    /// Of each, its spectrum: Hz, unit/√Hz.
+    /// Spectrum per component: Hz, unit/√Hz.
     pub spectra: [Vec<Point>; 6],
-    /// From each sample to the next, ms.
+    /// Interval between successive samples, ms.
     pub intervals: Vec<Point>,
-    /// The unit's own roll, pitch and yaw, °.
+    /// Roll, pitch and yaw from the inertial unit itself, °.
     pub attitude: [Vec<Point>; 3],
     /// Median interval, s.
     pub interval_s: f64,
 }
 
 impl Raw {
-    /// Goes over the samples of `dataset`, of which `notices` were given; `None` where there are none.
+    /// Reads the samples of `dataset`; `notices` identify clipped samples. `None` without samples.
     pub fn of(dataset: &Dataset, notices: &[Notice], clock: Clock) -> Option<Self> {
         let first = dataset.samples().next()?;
-        // The first increment's interval is not known.
+        // The interval of the first increment is unknown.
         let is_first_known = matches!(first.motion, Motion::Rates { .. });
         let known = dataset.sample_count() - usize::from(!is_first_known);
         let mut components: [Component; 6] = std::array::from_fn(|_| Component::of(known));
@@ -83,7 +83,7 @@ impl Raw {
     }
 }
 
-/// One component in the making.
+/// One component during the pass over the samples.
 struct Component {
     line: Extremes,
     clipped: Vec<Point>,
@@ -104,7 +104,7 @@ fn values(sample: &ImuSample, interval_s: f64) -> [f64; 6] {
     [p, q, r, x, y, z]
 }
 
-/// When samples were at the end of the range, and of which components.
+/// The times of samples at the end of the range, with the affected components.
 fn suspects(notices: &[Notice], clock: Clock) -> impl Iterator<Item = (f64, [bool; 6])> {
     notices.iter().filter_map(move |notice| match notice {
         Notice::SampleSuspect { time, suspicion } => {

@@ -1,4 +1,4 @@
-//! The page of a flight: its track, its motion, its attitude and its sensors' biases.
+//! The page of a flight: track, motion, attitude and sensor biases.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
@@ -61,7 +61,7 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
     }
 }
 
-/// The dots of those fixes that were taken, and of those that were refused.
+/// The points of accepted fixes, and of rejected ones.
 fn dots(row: Row, x: &[f64], y: &[f64], refused: &[bool]) -> Row {
     let those = |wanted: bool| {
         let points = x.iter().zip(y).zip(refused).filter(move |&(_, &refused)| refused == wanted);
@@ -107,9 +107,9 @@ impl Sections<'_, '_> {
             "map",
             "Map",
             format!(
-                "The flight from above, both axes to one scale, in metres from {}. GPS dots are \
-                 the antenna's.",
-                if rows.is_empty() { "its first point".into() } else { described(&self.origin) }
+                "Track from above, with equal scales, in metres from {}. GPS dots are positions of \
+                 the antenna.",
+                if rows.is_empty() { "the first position".into() } else { described(&self.origin) }
             ),
         )
         .with(Figure::new(Abscissa::EastM, rows))
@@ -127,9 +127,9 @@ impl Sections<'_, '_> {
         Section::new(
             "position",
             "Position",
-            "Metres north, east and down from the map's first point, the shaded band \
-                          three standard deviations (3σ) to either side. The down axis points down \
-                          the page, so that climbing looks like climbing.",
+            "Position north, east and down, m, relative to the first point of the map, with \
+                          a band of ±3σ (standard deviations). The down axis points downwards, so that \
+                          a climb goes up.",
         )
         .with(Figure::against_time(downwards(rows)))
     }
@@ -141,8 +141,8 @@ impl Sections<'_, '_> {
         let rows = rows
             .zip(fixes)
             .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused));
-        Section::new("velocity", "Velocity", "Speed over ground northwards, eastwards and downwards, with its 3σ band. \
-                          Dots are the velocity that the receiver itself gives, where it gives one.").with(Figure::against_time(downwards(rows)))
+        Section::new("velocity", "Velocity", "Velocity over ground north, east and down, with its 3σ band. \
+                          Dots are the velocities that the receiver measured, if it reports velocity.").with(Figure::against_time(downwards(rows)))
     }
 
     fn body_velocity(&self) -> Section {
@@ -150,9 +150,9 @@ impl Sections<'_, '_> {
         Section::new(
             "body-velocity",
             "Body velocity",
-            "The same velocity seen from the cockpit: forward, to the right, and \
-                          through the floor. This is what hover control and model identification \
-                          work with.",
+            "The same velocity in body axes: forward, right and down. \
+                          Hover control and model identification use these \
+                          components.",
         )
         .with(Figure::against_time(self.rows(
             names,
@@ -170,7 +170,7 @@ impl Sections<'_, '_> {
             "attitude",
             "Attitude",
             "Roll (right side down), pitch (nose up) and yaw (heading clockwise from \
-                          true north), with 3σ bands. Yaw starts over at ±180°.",
+                          true north), with 3σ bands. Yaw wraps at ±180°.",
         )
         .with(Figure::against_time(rows))
     }
@@ -204,14 +204,13 @@ impl Sections<'_, '_> {
         Section::new(
             "biases",
             "Sensor biases",
-            "What the filter has found the gyros and accelerometers to read at rest \
-                          in excess, with 3σ bands. A band that narrows is a bias being learnt.",
+            "Estimated biases of gyros and accelerometers, \
+                          with 3σ bands. A band narrows while the filter estimates a bias.",
         )
         .with(Figure::against_time(gyro.into_iter().chain(accelerometer)))
     }
 
-    /// Where the solution is at the end and when it was least sure: 3σ, north and east taken as
-    /// independent.
+    /// 3σ ellipses of the position at the end and at its largest uncertainty. North and east count as independent.
     fn ellipses(&self) -> Series {
         let level = |index: &usize| {
             let [north, east, _] = self.data.solutions[*index].position_sigma_m.to_array();
@@ -237,8 +236,8 @@ impl Sections<'_, '_> {
         Series::curve(Role::Ellipse, shown.flat_map(outline))
     }
 
-    /// The barometer's heights as metres down of the origin, moved by what they differ in the middle:
-    /// its zero is its own.
+    /// Barometric heights as metres down from the origin, shifted by the median difference: a barometer has its own
+    /// zero.
     fn baro(&self) -> Series {
         let down = &self.estimate.position_m[2];
         let points: Vec<(f64, f64)> = self
@@ -256,16 +255,16 @@ impl Sections<'_, '_> {
             .collect();
         let offset = quantile(&mut offsets, 0.5).unwrap_or(f64::NAN);
         let moved = points.into_iter().map(|(time, baro)| (time, baro + offset));
-        Series::points(Role::Sensor, moved).named("Barometer, moved to agree")
+        Series::points(Role::Sensor, moved).named("Barometer, shifted to agree")
     }
 
-    /// The angle that the inertial unit itself gives, where it gives one.
+    /// The attitude angle from the inertial unit, if it reports one.
     fn unit_attitude(&self, axis: usize) -> Series {
         let angles = self.raw.iter().flat_map(|raw| raw.attitude[axis].iter().copied());
-        Series::points(Role::Sensor, angles).named("The unit's own")
+        Series::points(Role::Sensor, angles).named("Inertial unit")
     }
 
-    /// One row per component: reference, smoothed and estimate, the estimate in its 3σ band.
+    /// One row per component: reference, smoothed, and estimate with its 3σ band.
     fn rows(
         &self,
         names: [&'static str; 3],
@@ -293,8 +292,8 @@ impl Sections<'_, '_> {
     }
 }
 
-/// One-sigma of u, v and w, m/s: of the velocity turned into the body, and of the attitude that turns
-/// it, taken as independent.
+/// One-sigma of u, v and w, m/s: from the velocity rotated into the body and from the attitude of that rotation, both
+/// independent.
 fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     let ned_to_body = solution.body_to_ned.inverse().matrix();
     let sigma = solution.velocity_sigma_mps.to_array();
@@ -309,20 +308,20 @@ fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     })
 }
 
-/// Three sigma of one.
+/// Three sigma from one sigma.
 fn triple(sigma: &[f64]) -> Vec<f64> {
     sigma.iter().map(|sigma| 3.0 * sigma).collect()
 }
 
-/// With the axes of what is measured downwards turned over.
+/// Reverses the axis of the downward component.
 fn downwards(rows: impl Iterator<Item = Row>) -> impl Iterator<Item = Row> {
     rows.enumerate().map(|(component, row)| Row { reversed: component == 2, ..row })
 }
 
-/// The point that the page's metres count from.
+/// The origin of the page's metres, in words.
 fn described(origin: &Geodetic) -> String {
     format!(
-        "its first point ({:.6}°, {:.6}°, {:.1} m above the ellipsoid)",
+        "the first position ({:.6}°, {:.6}°, {:.1} m above the ellipsoid)",
         origin.latitude_deg(),
         origin.longitude_deg(),
         origin.height_m

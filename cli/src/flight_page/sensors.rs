@@ -1,4 +1,4 @@
-//! What the sensors themselves said: raw samples, spectrum, receiver, intervals, sticks.
+//! The sensors on the page: raw samples, spectrum, receiver, intervals, sticks.
 
 use super::data::FlightData;
 use super::motion::Clock;
@@ -7,7 +7,7 @@ use crate::page::{Axis, Figure, Role, Row, Section, Series};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The sections of what `data` has of its sensors.
+/// The sections for the sensors in `data`.
 pub fn sections(data: &FlightData<'_>, raw: Option<&Raw>, clock: Clock) -> Vec<Section> {
     let mut sections = Vec::new();
     if let Some(raw) = raw {
@@ -41,9 +41,9 @@ fn samples(raw: &Raw) -> Section {
     Section::new(
         "samples",
         "Inertial samples",
-        "Angular rates and specific forces as the unit sent them, in body axes (forward, right, down); \
-         at rest and level z reads −9.81 m/s². Crosses stand at samples at the end of the range, where \
-         the true value is not known.",
+        "Raw angular rates and specific forces in body axes (forward, right, down). \
+         At rest and level, z reads −9.81 m/s². Crosses mark samples at the end of the range, whose \
+         true value is unknown.",
     )
     .with(Figure::against_time([3, 4, 5, 0, 1, 2].map(row)))
 }
@@ -63,9 +63,9 @@ fn vibration(raw: &Raw) -> Section {
         "vibration",
         "Vibration",
         format!(
-            "How much the unit shakes at each frequency, up to half its rate of {:.0} Hz. Rotor and \
-             motors stand out as peaks, sensor noise is flat; what vibrates faster than half the rate \
-             is folded down and cannot be told apart.",
+            "Vibration of the inertial unit over frequency, up to half its sample rate of {:.0} Hz. \
+             Rotors and motors appear as peaks, sensor noise is flat. Vibration above half the rate \
+             appears at a lower frequency (aliasing).",
             1.0 / raw.interval_s
         ),
     )
@@ -96,8 +96,8 @@ fn receiver(data: &FlightData<'_>, clock: Clock) -> Section {
     Section::new(
         "gps",
         "GPS quality",
-        "What the receiver says of its own fixes, where it says anything: its one-sigma and how many \
-         satellites it used. Receivers are often too sure of themselves.",
+        "One-sigma and number of satellites that the receiver reports for its fixes, if it does. \
+         The reported sigma is often too small.",
     )
     .with(Figure::against_time(rows))
 }
@@ -118,8 +118,8 @@ fn intervals(data: &FlightData<'_>, raw: &Raw, clock: Clock) -> Section {
     Section::new(
         "intervals",
         "Sample intervals",
-        "The time from each sample to the next. A level line is a steady clock; a dot above it is a \
-         gap, as high as the gap is long.",
+        "Time between successive samples. A flat line means a steady clock. A dot above it is a \
+         gap, at the height of its length.",
     )
     .with(Figure::against_time(rows))
 }
@@ -134,7 +134,7 @@ fn sticks(data: &FlightData<'_>, clock: Clock) -> Section {
     Section::new(
         "sticks",
         "Sticks",
-        "What the pilot or the autopilot commanded, each from −1 to 1 about trim.",
+        "Commands of the pilot or the autopilot, from −1 to 1 about trim.",
     )
     .with(Figure::against_time(rows))
 }

@@ -1,36 +1,36 @@
-//! The spectrum of a vibrating sensor.
+//! The vibration spectrum of a sensor.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// Samples of one segment: at 100 Hz lines 0.8 Hz apart.
+/// Samples per segment: 0.8 Hz between spectral lines at 100 Hz.
 const SEGMENT: usize = 128;
-/// Segments averaged at most, spread over the log.
+/// Largest number of averaged segments, spread over the log.
 const SEGMENTS: usize = 96;
 
-/// The amplitude spectral density of evenly spaced values, value by value: periodograms of half overlapping
-/// segments, Hann window, mean removed, averaged. The transform is spelt out: 128 points need no library of
-/// their own.
+/// Amplitude spectral density of evenly spaced values, computed value by value: averaged periodograms of
+/// half-overlapping segments, with a Hann window and without their mean. The discrete Fourier transform is written out,
+/// because 128 points do not justify a library.
 ///
 /// # Source
 /// Welch (1967), The use of fast Fourier transform for the estimation of power spectra, *IEEE
 /// Transactions on Audio and Electroacoustics* 15 (2), 70–73.
 pub struct Density {
-    /// How many values there will be.
+    /// Total number of values.
     count: usize,
     window: Vec<f64>,
     turns: Vec<(f64, f64)>,
-    /// Values so far, and the last of them.
+    /// Number of values so far, and the most recent values.
     seen: usize,
     recent: VecDeque<f64>,
-    /// The segment that is waited for, and those that were used.
+    /// Index of the next segment, and number of segments used.
     segment: usize,
     used: u32,
     power: Vec<f64>,
 }
 
 impl Density {
-    /// Of `count` values, none there yet.
+    /// The density of `count` values, before the first of them.
     pub fn of(count: usize) -> Self {
         let angle = |i: usize| TAU * i as f64 / SEGMENT as f64;
         Self {
@@ -45,7 +45,7 @@ impl Density {
         }
     }
 
-    /// Where a segment starts; `None` beyond the last of them.
+    /// Index of the first value of a segment; `None` beyond the last segment.
     fn start(&self, segment: usize) -> Option<usize> {
         let last_start = self.count.checked_sub(SEGMENT)?;
         let segments = (2 * last_start / SEGMENT + 1).min(SEGMENTS);
@@ -64,7 +64,7 @@ impl Density {
         }
     }
 
-    /// Adds the power of the last values.
+    /// Adds the power of the most recent segment.
     fn add(&mut self) {
         let Some(windowed) = windowed(self.recent.make_contiguous(), &self.window) else { return };
         self.used += 1;
@@ -79,14 +79,14 @@ impl Density {
         }
     }
 
-    /// Frequency, Hz, and density, unit/√Hz; `None` of fewer values than one segment has, or where none of
-    /// them are finite.
+    /// Frequency, Hz, and density, unit/√Hz. `None` without a complete segment of finite values, or for an invalid
+    /// interval.
     pub fn finish(&self, interval_s: f64) -> Option<Vec<(f64, f64)>> {
         if self.used == 0 || !(interval_s.is_finite() && interval_s > 0.0) {
             return None;
         }
         let window_power: f64 = self.window.iter().map(|weight| weight * weight).sum();
-        // One-sided: what stands at negative frequencies counts too.
+        // One-sided: the power at negative frequencies is added.
         let scale = 2.0 * interval_s / (window_power * f64::from(self.used));
         let step_hz = 1.0 / (interval_s * SEGMENT as f64);
         let lines = self.power.iter().enumerate().skip(1);
@@ -94,7 +94,7 @@ impl Density {
     }
 }
 
-/// A segment less its mean, weighted; `None` where a sample is not finite.
+/// A segment minus its mean, with the window applied; `None` if a sample is not finite.
 fn windowed(segment: &[f64], window: &[f64]) -> Option<Vec<f64>> {
     let mean = segment.iter().sum::<f64>() / segment.len() as f64;
     mean.is_finite().then(|| {

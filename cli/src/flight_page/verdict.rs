@@ -1,4 +1,4 @@
-//! Whether a solution can be relied on, in words that stand without a reference.
+//! The verdict on a solution in words, without a reference.
 
 use hovernav_log::consistency::PooledInnovations;
 use hovernav_log::{Finding, Severity};
@@ -6,10 +6,10 @@ use hovernav_log::{Finding, Severity};
 use super::{consistency, innovations};
 use crate::page::{Level, Verdict};
 
-/// Findings named in the head of the page.
+/// Number of findings at the top of the page.
 const NAMED: usize = 3;
 
-/// The verdict over a run: the worst of its findings and of its consistency.
+/// The verdict on a run: the worst of its findings and of its consistency.
 pub fn of_run(
     findings: &[Finding],
     warnings: &[String],
@@ -42,9 +42,9 @@ pub fn of_run(
     points.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
     let level = points.first().map_or(Level::Good, |(level, _)| *level);
     let words = match level {
-        Level::Good => "Good: nothing was found that speaks against this solution.",
-        Level::Care => "With care: usable, but see what was found.",
-        Level::Bad => "Do not rely on this solution before what was found is mended.",
+        Level::Good => "Good: no finding against this solution.",
+        Level::Care => "With care: usable, but read the findings.",
+        Level::Bad => "Do not rely on this solution before the findings are resolved.",
     };
     points.truncate(NAMED);
     Verdict {
@@ -54,7 +54,7 @@ pub fn of_run(
     }
 }
 
-/// The verdict over what the page shows.
+/// The verdict on the data of a page.
 pub fn of(data: &super::FlightData<'_>) -> Option<Verdict> {
     if data.solutions.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! `hovernav identify`: from a recorded flight to a model of the helicopter that flew it.
+//! `hovernav identify`: identifies a model of the helicopter from a recorded flight.
 
 mod page;
 mod summary;
@@ -24,17 +24,17 @@ use crate::output;
 pub struct Arguments {
     /// A dataset directory with controls.csv, or a flight record
     log: PathBuf,
-    /// Which part of the helicopter: yaw, heave, roll-pitch, flapping (roll and pitch with flapping), hybrid (10
-    /// states with flapping), hover (8 states without), r50 (13 states with stabiliser bar and yaw gyro)
+    /// Part of the helicopter to model: yaw, heave, roll-pitch, flapping (roll and pitch with flapping), hybrid (10
+    /// states with flapping), hover (8 states without flapping), r50 (13 states with stabiliser bar and yaw gyro)
     #[arg(long, default_value_t = Kind::Hybrid, value_name = "MODEL")]
     model: Kind,
-    /// Where to write; out/NAME-identify unless given
+    /// Directory to write [default: out/NAME-identify]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Settings that override those of the log's dataset.toml, in the same form
+    /// Settings file that overrides the log's dataset.toml, in the same format
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Write no report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
 }
@@ -49,8 +49,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     ensure!(
         !dataset.controls.is_empty(),
-        "{}: found no sticks, expected one row per sample of what the pilot did: there is nothing \
-         to identify from",
+        "{}: found no sticks, expected one row of stick positions per sample. Identification \
+         needs the pilot's inputs",
         part("controls.csv").display()
     );
     ensure!(
@@ -64,13 +64,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     drop(working);
     ensure!(
         !solutions.is_empty(),
-        "{}: no solution to identify from: alignment found no fix with {} s of inertial samples \
-         before it, or never the heading",
+        "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \
+         or found no heading",
         log.display(),
         config.alignment.duration_s
     );
 
-    // The velocity held from fix to fix is there for comparison: its failure is a finding too.
+    // A second identification uses GPS velocity held between fixes, for comparison. Its failure is a result, too.
     let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
     let working = output::Working::on("identifying");
     let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
@@ -115,19 +115,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::say_text(words::in_words(&summary, &found, held, frequency, &out));
     ensure!(
         verdict.grade != Grade::DoNotFly,
-        "{}: do not fly by this model: {}",
+        "{}: do not fly an autopilot based on this model: {}",
         out.join("model.toml").display(),
         verdict.reasons.join("; ")
     );
     Ok(())
 }
 
-/// Beside what `hovernav estimate` leaves of the same log, whose files have the same names.
+/// The default directory, next to that of `hovernav estimate` for the same log, whose files have the same names.
 fn default_out(log: &Path) -> PathBuf {
     Path::new("out").join(output::name_of(log) + "-identify")
 }
 
-/// Where the model's numbers come from, for `model.toml`.
+/// Origin of the model's numbers, for `model.toml`.
 fn source(dataset: &Dataset, found: &Identification) -> String {
     let inputs = found.identified.structure.inputs.iter();
     let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));

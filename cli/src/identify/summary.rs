@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::summary::RunSummary;
 
-/// The summary of `hovernav identify`: that of the estimate it stands on, and its own.
+/// The summary of `hovernav identify`: the summary of the estimate it uses, and its own results.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     #[serde(flatten)]
@@ -26,15 +26,15 @@ pub struct Summary {
     pub(super) test_points: Vec<TestPointSummary>,
     #[serde(flatten)]
     pub(super) result: IdentificationSummary,
-    /// The same identification from GPS velocity held from fix to fix, or why there is none.
+    /// The identification from GPS velocity held between fixes, or the reason for its failure.
     held_gps: HeldSummary,
-    /// The same flight asked in the frequency domain, or why it says nothing there.
+    /// The identification in the frequency domain, or the reason for its failure.
     frequency_domain: FrequencySummary,
-    /// How far the model can be trusted.
+    /// The verdict on the use of the model.
     pub(super) verdict: Grade,
-    /// Why not further.
+    /// Reasons for the verdict.
     pub(super) reasons: Vec<String>,
-    /// What is identified and how well, over the held-back flight where there is any: percent.
+    /// Fit of the identified quantities, percent; over the validation flight if there is one.
     fit: BTreeMap<String, f64>,
 }
 
@@ -54,13 +54,13 @@ enum FrequencySummary {
 
 #[derive(Debug, Serialize)]
 struct FrequencyFindings {
-    /// `"sticks"` or `"injected"`: what the responses rest on.
+    /// Inputs of the frequency responses: `"sticks"` or `"injected"`.
     basis: &'static str,
     converged: bool,
-    /// Mean cost J of the model from the time domain, and of that fitted to the responses.
+    /// Mean cost J of the model from the time domain, and of the model fitted to the responses.
     cost: Costs,
     parameters: Vec<BothSummary>,
-    /// Parameters that the responses do not tell.
+    /// Parameters that the frequency responses do not determine.
     untold: Vec<String>,
     pairs: Vec<PairSummary>,
 }
@@ -127,7 +127,7 @@ impl FrequencyFindings {
 
 #[derive(Debug, Serialize)]
 pub(super) struct TestPointSummary {
-    /// `null` where several sticks moved together.
+    /// `null` if several sticks moved together.
     stick: Option<&'static str>,
     start_s: f64,
     end_s: f64,
@@ -143,10 +143,10 @@ pub(super) struct IdentificationSummary {
     window_s: f64,
     parameters: Vec<ParameterSummary>,
     strong_correlations: Vec<(String, String, f64)>,
-    /// Which parameters were dropped or kept, and why.
+    /// Which parameters were dropped or kept, with reasons.
     log: Vec<String>,
     estimation: BTreeMap<String, ChannelSummary>,
-    /// On test points the search never saw; `null` where there were too few.
+    /// Fit on test points that the search did not use; `null` if there were too few.
     validation: Option<BTreeMap<String, ChannelSummary>>,
 }
 
@@ -156,7 +156,7 @@ struct ParameterSummary {
     unit: String,
     value: f64,
     status: &'static str,
-    /// Cramér–Rao bound, one sigma; `null` where the parameter was not estimated.
+    /// Cramér–Rao bound, one sigma; `null` if the parameter was not estimated.
     bound: Option<f64>,
     bound_percent: Option<f64>,
     insensitivity_percent: Option<f64>,
@@ -165,7 +165,7 @@ struct ParameterSummary {
 #[derive(Debug, Serialize)]
 struct ChannelSummary {
     fit_percent: f64,
-    /// What a perfect model would reach against the identified noise.
+    /// The fit of a perfect model, given the identified noise.
     noise_floor_percent: f64,
     residual_rms: f64,
 }
@@ -215,7 +215,7 @@ impl ParameterSummary {
 }
 
 impl Summary {
-    /// What `found` gave on `run`, the estimate of `dataset`.
+    /// The summary of `found`, with `run`, the estimate of `dataset`.
     pub fn new(
         input: &Path,
         dataset: &Dataset,
@@ -248,7 +248,7 @@ impl Summary {
                 Ok(held) => HeldSummary::Found(IdentificationSummary::of(held)),
                 Err(error) => HeldSummary::Refused { reason: error.to_string() },
             },
-            frequency_domain: FrequencySummary::Refused { reason: "it was not asked".into() },
+            frequency_domain: FrequencySummary::Refused { reason: "not computed".into() },
             verdict: verdict.grade,
             reasons: verdict.reasons,
             fit: found
@@ -261,29 +261,29 @@ impl Summary {
         };
         summary.warn(found.warnings.iter().cloned());
         if found.validation.is_none() {
-            let why = "no stick was tested twice: nothing is held back, the fit is not validated";
+            let why = "no stick was tested twice: no test points are left for validation, so the fit is not validated";
             summary.warn([why.to_owned()]);
         }
         let fit = found.fit();
         for channel in fit.channels().0.iter().filter(|one| one.percent < GOOD_FIT_PERCENT) {
             let (name, percent, floor) = (&channel.name, channel.percent, channel.floor_percent);
             let fits = format!("{name} fits to {percent:.1} %");
-            let below = format!("below the {GOOD_FIT_PERCENT} % that count as good");
+            let below = format!("below the {GOOD_FIT_PERCENT} % of a good fit");
             summary.warn([if floor <= 0.0 {
                 let window_s = fit.window_s();
                 format!(
-                    "{fits}, which says nothing: within {window_s:.0} s gusts and noise move it more than the sticks do"
+                    "{fits}, which is meaningless: within {window_s:.0} s gusts and noise affect it more than the sticks do"
                 )
             } else if percent >= floor {
-                format!("{fits}, {below}, and as well as gusts and noise let a perfect model")
+                format!("{fits}, {below}, but a perfect model would fit no better in these gusts and noise")
             } else {
-                format!("{fits}, {below}; gusts and noise would let a perfect model reach {floor:.1} %")
+                format!("{fits}, {below}; a perfect model would reach {floor:.1} % in these gusts and noise")
             }]);
         }
         summary
     }
 
-    /// With what the frequency domain says.
+    /// Adds the results of the frequency domain.
     pub fn ask_frequency(&mut self, found: Result<&FrequencyDomain, &FrequencyError>) {
         self.frequency_domain = match found {
             Ok(found) => {
@@ -291,23 +291,23 @@ impl Summary {
                 FrequencySummary::Found(Box::new(FrequencyFindings::of(found)))
             }
             Err(error) => {
-                self.warn([format!("the frequency domain has no second opinion: {error}")]);
+                self.warn([format!("no comparison with the frequency domain: {error}")]);
                 FrequencySummary::Refused { reason: error.to_string() }
             }
         };
     }
 
-    /// Adds what deserves a second look.
+    /// Adds points to check.
     pub fn warn(&mut self, warnings: impl IntoIterator<Item = String>) {
         self.estimate.warnings.extend(warnings);
     }
 
-    /// What deserves a second look.
+    /// The points to check.
     pub fn warnings(&self) -> &[String] {
         &self.estimate.warnings
     }
 
-    /// Says how long it all took.
+    /// Sets the wall time of the run, s.
     pub fn set_wall(&mut self, wall_s: f64) {
         self.estimate.wall_s = wall_s;
     }

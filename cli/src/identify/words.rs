@@ -1,4 +1,4 @@
-//! An identification in words, for the page and the terminal. No fit without its bounds.
+//! An identification in words, for the page and the terminal. A fit is always shown with the parameter bounds.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -18,7 +18,7 @@ impl Summary {
         let mut facts = self.estimate.facts();
         facts.push(Fact::new("model", format!("{}, continuous in time", self.model)));
         facts.push(Fact::new(
-            "test points found / fitted / held back",
+            "test points found / fitted / for validation",
             format!(
                 "{} / {} / {}",
                 self.test_points.len(),
@@ -29,7 +29,10 @@ impl Summary {
         facts.push(Fact::new("sample period", format!("{:.4} s", self.sample_period_s)));
         if !self.tones_hz.is_empty() {
             let tones: Vec<String> = self.tones_hz.iter().map(|hz| format!("{hz:.1}")).collect();
-            facts.push(Fact::new("vibration notched out", format!("{} Hz", tones.join(", "))));
+            facts.push(Fact::new(
+                "vibration removed by notches",
+                format!("{} Hz", tones.join(", ")),
+            ));
         }
         let result = &self.result;
         let end = if result.converged { "converged" } else { "not converged" };
@@ -38,12 +41,12 @@ impl Summary {
     }
 }
 
-/// A part of a parameter's value in digits; of a value of 0 nothing is a part.
+/// A percentage of a parameter's value in digits; a dash if the value is zero.
 fn percent(of_value: f64) -> String {
     if of_value.is_finite() { format!("{of_value:.1}") } else { "–".into() }
 }
 
-/// What the terminal shows.
+/// The text for the terminal.
 pub fn in_words(
     summary: &Summary,
     found: &Identification,
@@ -59,7 +62,7 @@ pub fn in_words(
         let _ = writeln!(text, "{:<40} {}", fact.label, fact.value);
     }
     let fit = found.fit();
-    let on = if found.validation.is_some() { "held-back" } else { "fitted" };
+    let on = if found.validation.is_some() { "validation" } else { "fitted" };
     let _ = writeln!(
         text,
         "\n{:<12} {:>9} {:>12} {:>12} {:>14}",
@@ -117,7 +120,7 @@ pub fn in_words(
     text
 }
 
-/// Both methods beside each other, and how far each model is from the flight's responses.
+/// Parameters from both methods side by side, and the cost of each model against the measured responses.
 fn both_in_words(found: &FrequencyDomain) -> String {
     let mut text = format!(
         "\n{:<10} {:>22} {:>22} {:>11}\n",
@@ -135,7 +138,7 @@ fn both_in_words(found: &FrequencyDomain) -> String {
         );
     }
     if !found.untold.is_empty() {
-        let _ = writeln!(text, "not told by the responses: {}", found.untold.join(", "));
+        let _ = writeln!(text, "not determined by the responses: {}", found.untold.join(", "));
     }
     let _ = writeln!(
         text,
@@ -149,17 +152,17 @@ fn both_in_words(found: &FrequencyDomain) -> String {
     text
 }
 
-/// The verdict at the head of the page.
+/// The verdict at the top of the page.
 pub fn verdict(summary: &Summary) -> Verdict {
     let words = match summary.verdict {
-        Grade::Good => "Good: a control design can lean on this model.",
-        Grade::Care => "Usable with care: read the reasons before you design on it.",
-        Grade::DoNotFly => "Do not fly by it.",
+        Grade::Good => "Good: suitable for a control design.",
+        Grade::Care => "Usable with care: read the reasons before a control design.",
+        Grade::DoNotFly => "Do not fly an autopilot based on this model.",
     };
     Verdict { level: level(summary.verdict), words: words.into(), points: summary.reasons.clone() }
 }
 
-/// How a page shows a grade.
+/// The page level of a grade.
 pub const fn level(grade: Grade) -> Level {
     match grade {
         Grade::Good => Level::Good,
@@ -168,7 +171,7 @@ pub const fn level(grade: Grade) -> Level {
     }
 }
 
-/// What a parameter is, for those who do not think in symbols; empty where its unit says enough.
+/// The meaning of a parameter in words; empty for unknown names.
 pub fn meaning(name: &str) -> &'static str {
     const MEANINGS: [(&str, &str); 44] = [
         ("Nr", "yaw damping"),
@@ -219,7 +222,7 @@ pub fn meaning(name: &str) -> &'static str {
     MEANINGS.iter().find(|(own, _)| *own == name).map_or("", |(_, meaning)| meaning)
 }
 
-/// A delay below zero, explained; nothing where there is none.
+/// Explains negative delays; `None` if there is no negative delay.
 pub fn early_sticks(found: &Identification) -> Option<String> {
     let inputs = found.identified.structure.inputs.iter();
     let early: Vec<String> = inputs
@@ -230,20 +233,20 @@ pub fn early_sticks(found: &Identification) -> Option<String> {
         .collect();
     (!early.is_empty()).then(|| {
         format!(
-            "A delay below zero is no answer before its cause: the stick moved that long before the sample \
-             that recorded it ({}), as it does where a stick moves on between samples and the last value is \
-             kept.",
+            "A negative delay does not mean that the vehicle responds before its cause. The stick moved earlier \
+             than the sample that recorded it ({}). This happens if a stick moves between samples and the last \
+             value is recorded.",
             early.join(", ")
         )
     })
 }
 
-/// The few numbers to see first: a fit never without the bounds behind it.
+/// The headline numbers: the fit, always with the parameter bounds.
 pub fn headlines(found: &Identification) -> Vec<Fact> {
     let fit = found.fit();
     let channels = fit.channels().0.iter();
     let fits = channels.map(|channel| format!("{} {:.0}", channel.name, channel.percent));
-    let over = if found.validation.is_some() { "held-back flight" } else { "fitted flight" };
+    let over = if found.validation.is_some() { "validation flight" } else { "fitted flight" };
     let fits = fits.collect::<Vec<_>>().join(" · ");
     vec![
         Fact::new(&format!("fit, %, free runs of {:.1} s over {over}", fit.window_s()), fits),
@@ -251,14 +254,14 @@ pub fn headlines(found: &Identification) -> Vec<Fact> {
     ]
 }
 
-/// The bounds without which a fit says nothing, in a few words.
+/// The parameter bounds, without which a fit is meaningless, in a few words.
 pub fn bounds_in_words(found: &Identification) -> String {
     found.bounds().map_or_else(
-        || "none: nothing was estimated".into(),
+        || "no parameter was estimated".into(),
         |bounds| {
             let worst = match bounds.worst_percent {
                 worst if worst.is_finite() => format!("worst ±{worst:.1} % ({})", bounds.worst),
-                _ => format!("worst {}, found at zero", bounds.worst),
+                _ => format!("worst {}, estimated as zero", bounds.worst),
             };
             format!("median ±{:.1} %, {worst}", bounds.median_percent)
         },

@@ -1,4 +1,4 @@
-//! A page: one HTML file that holds its text, its data and the script that draws them.
+//! A page: one HTML file with its text, its data and the drawing script.
 
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -20,38 +20,38 @@ const STYLE: &str = include_str!("style.css");
 const FIGURES: &str = include_str!("figures.js");
 const PLOTLY: &str = include_str!("../../assets/plotly-basic.min.js");
 
-/// What a page shows, in the order in which it shows it. All text is plain: it is escaped here.
+/// The contents of a page, in display order. All text is plain and is escaped on output.
 pub struct Page<'a> {
     pub title: &'a str,
     pub headlines: &'a [Fact],
-    /// What it all comes to, where somebody judged it.
+    /// The verdict, if there is one.
     pub verdict: Option<Verdict>,
     pub warnings: &'a [String],
     pub facts: &'a [Fact],
     pub table: Option<Table>,
     pub sections: Vec<Section>,
-    /// The axis of the figures against time; without it the page may have none of them.
+    /// The time axis of the figures. Without it, the page must not contain figures against time.
     pub time: Option<TimeAxis>,
 }
 
-/// The axis that all figures against time share.
+/// The common axis of all figures against time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TimeAxis {
     pub label: String,
-    /// First and last second.
+    /// Start and end, s.
     pub span: [f64; 2],
-    /// First and last second of each stretch to shade.
+    /// Start and end, s, of each shaded span.
     pub outages: Vec<[f64; 2]>,
-    /// Spans with a sentence each, in order of time.
+    /// Spans with a sentence, in order of time.
     pub marks: Vec<Mark>,
 }
 
-/// A span of the time axis that something is said of.
+/// A span of the time axis with a description.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mark {
-    /// First and last second.
+    /// Start and end, s.
     pub span: [f64; 2],
-    /// What happened, in one plain sentence.
+    /// The event in one sentence.
     pub words: String,
 }
 
@@ -69,14 +69,14 @@ struct NamedFigure<'a> {
     figure: &'a Figure,
 }
 
-/// Warnings that stand unfolded.
+/// Number of warnings outside the folded part.
 const WARNINGS_SHOWN: usize = 4;
 
 impl Page<'_> {
-    /// Writes the page to `path`, over what may stand there.
+    /// Writes the page to `path` and replaces an existing file.
     ///
     /// # Errors
-    /// When the file cannot be written; the error names it.
+    /// If the file cannot be written; the error names it.
     pub fn write(&self, path: &Path) -> anyhow::Result<()> {
         let written = WholeFile::create(path).and_then(|file| {
             let mut out = BufWriter::new(file);
@@ -89,7 +89,7 @@ impl Page<'_> {
     /// Writes the page as HTML.
     ///
     /// # Errors
-    /// Those of `out`; the data can cause none, as unknown numbers are written as `null`.
+    /// Those of `out`. The data cause no error: unknown numbers are written as `null`.
     fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         fill(out, TEMPLATE, |out, name| match name {
             "title" => write!(out, "{}", Escaped(self.title)),
@@ -102,7 +102,7 @@ impl Page<'_> {
             "table" => self.table.iter().try_for_each(|table| table.write_to(out)),
             "together" if self.time.is_some() => write!(
                 out,
-                "All time axes move together; with the keyboard, arrows move them, + and − zoom, 0 returns. "
+                "All time axes move together. Keyboard: arrows move, + and − zoom, 0 resets. "
             ),
             "together" => Ok(()),
             "thinned" => self.thinned(out),
@@ -110,7 +110,7 @@ impl Page<'_> {
             "data" => self.data(out),
             "plotly" => out.write_all(PLOTLY.as_bytes()),
             "figures" => out.write_all(FIGURES.as_bytes()),
-            _ => unreachable!("page.html has no place {name}"),
+            _ => unreachable!("page.html has no placeholder {name}"),
         })
     }
 
@@ -133,7 +133,7 @@ impl Page<'_> {
         if self.warnings.is_empty() {
             return write!(out, "<p class=\"quiet\">No warnings.</p>");
         }
-        // What the verdict says already is not said again.
+        // Warnings in the verdict are not repeated.
         let said = |warning: &String| {
             self.verdict.as_ref().is_some_and(|verdict| verdict.points.contains(warning))
         };
@@ -144,7 +144,7 @@ impl Page<'_> {
             count => format!("{count} warnings"),
         };
         writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
-        // So many that the figures would be far down are folded, but for the first.
+        // A long list is folded except for its first warnings, so that the figures stay near the top.
         let (shown, folded) = match warnings.split_at_checked(WARNINGS_SHOWN) {
             Some((shown, folded @ [_, _, ..])) => (shown, folded),
             _ => (&warnings[..], &[][..]),
@@ -164,7 +164,7 @@ impl Page<'_> {
         let marks = self.time.iter().flat_map(|time| &time.marks);
         if let Some(mark) = marks.into_iter().find(|mark| mark.words == *warning) {
             let [from, to] = mark.span;
-            // Plain words for who hears the page instead of seeing it.
+            // A label for screen readers.
             write!(
                 out,
                 " <button type=\"button\" class=\"show\" data-from=\"{from}\" data-to=\"{to}\" \
@@ -174,18 +174,18 @@ impl Page<'_> {
         writeln!(out, "</li>")
     }
 
-    /// What a reader who zooms into a long log should know.
+    /// A note on thinned lines, for a reader who zooms into a long log.
     fn thinned(&self, out: &mut impl Write) -> io::Result<()> {
         let span_s = self.time.as_ref().map_or(0.0, |time| time.span[1] - time.span[0]);
-        // Of every two points of a line, one is the lowest and one the highest of its stretch.
+        // Each pair of points of a line is the minimum and the maximum of its span.
         let stretch_s = 2.0 * span_s / MOST_POINTS as f64;
         if stretch_s < 2.0 {
             return Ok(());
         }
         write!(
             out,
-            "Over so long a time a line has the highest and the lowest value of about every \
-             {stretch_s:.0} s, and nothing between. "
+            "Lines are thinned to the minimum and the maximum of about every \
+             {stretch_s:.0} s. "
         )
     }
 
@@ -217,7 +217,7 @@ impl Page<'_> {
     fn data(&self, out: &mut impl Write) -> io::Result<()> {
         let drawn = self.sections.iter().flat_map(Section::figures);
         let figures = drawn.map(|(anchor, figure)| NamedFigure { anchor, figure }).collect();
-        // Escaped so that no name within can close the element that holds it.
+        // Escaped, so that no text in the data can close the script element.
         let json = serde_json::to_string(&Data { time: self.time.as_ref(), figures })?;
         out.write_all(json.replace('<', "\\u003c").as_bytes())
     }

@@ -1,6 +1,6 @@
 //! Facts in words and numbers.
 
-/// A label and what there is to say under it, plain text with its unit.
+/// A label and its value, plain text with unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
     pub label: String,
@@ -8,13 +8,13 @@ pub struct Fact {
 }
 
 impl Fact {
-    /// A fact from anything that can be shown.
+    /// A fact from any displayable value.
     pub fn new(label: &str, value: impl ToString) -> Self {
         Self { label: label.into(), value: value.to_string() }
     }
 }
 
-/// A number to four digits, as a person would write it; a dash where it is unknown.
+/// A number with four significant digits; a dash if unknown.
 pub fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "–".into();

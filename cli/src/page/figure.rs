@@ -1,4 +1,4 @@
-//! What a figure draws, as the page's script reads it: rows of series above one abscissa.
+//! The figures as the page's script reads them: rows of series above a common abscissa.
 
 use serde::Serialize;
 
@@ -6,10 +6,10 @@ use super::fact::digits;
 use super::series::Series;
 use super::verdict::Level;
 
-/// One drawing: rows stacked above a shared abscissa.
+/// One figure: rows stacked above a common abscissa.
 #[derive(Debug, Serialize)]
 pub struct Figure {
-    /// What this one shows, where a section has several; stands above it.
+    /// Caption above the figure, if a section has several figures.
     #[serde(skip)]
     pub caption: Option<String>,
     pub abscissa: Abscissa,
@@ -17,29 +17,28 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A figure against time, without the rows that have nothing to draw.
+    /// A figure against time, without empty rows.
     pub fn against_time(rows: impl IntoIterator<Item = Row>) -> Self {
         Self::new(Abscissa::Time, rows)
     }
 
-    /// A figure against an axis of its own, without the rows that have nothing to draw.
+    /// A figure against its own axis, without empty rows.
     pub fn against(axis: Axis, rows: impl IntoIterator<Item = Row>) -> Self {
         Self::new(Abscissa::Own(axis), rows)
     }
 
-    /// A figure without the rows that have nothing to draw.
+    /// A figure without empty rows.
     pub fn new(abscissa: Abscissa, rows: impl IntoIterator<Item = Row>) -> Self {
         let rows = rows.into_iter().filter(|row| !row.series.is_empty()).collect();
         Self { caption: None, abscissa, rows }
     }
 
-    /// With a heading of its own, plain text.
+    /// Sets the caption, plain text.
     pub fn captioned(self, caption: impl Into<String>) -> Self {
         Self { caption: Some(caption.into()), ..self }
     }
 
-    /// What it draws, for who cannot see it: the title of its section, its own, and each row with its
-    /// extent.
+    /// A description for screen readers: title of the section, caption, and each row with its range.
     pub fn described(&self, title: &str) -> String {
         let range = |label: &str, values: &mut dyn Iterator<Item = &f64>| {
             let (low, high) = values
@@ -66,8 +65,8 @@ impl Figure {
         format!("{title}{caption}: {}", rows.join("; "))
     }
 
-    /// Height on the page, px: what the drawing will take is kept free from the start, so that
-    /// nothing moves as figures appear.
+    /// Height on the page, px. The space is reserved from the start, so that the page does not move when figures
+    /// appear.
     pub fn height_px(&self) -> usize {
         match &self.abscissa {
             Abscissa::EastM => 640,
@@ -82,24 +81,24 @@ impl Figure {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Abscissa {
-    /// The page's time axis, shared with every other figure against time.
+    /// The page's time axis, common to all figures against time.
     Time,
     /// Metres east, to the scale of the ordinate.
     EastM,
-    /// The figure's own.
+    /// An axis of this figure alone.
     Own(Axis),
 }
 
-/// An abscissa that a figure has to itself.
+/// The abscissa of one figure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Axis {
     /// The quantity, with its unit.
     label: String,
     unit: &'static str,
     logarithmic: bool,
-    /// Whether a unit is as long on it as on the ordinate.
+    /// Whether it has the same scale as the ordinate.
     to_scale: bool,
-    /// What it shows at first; all there is to draw where `None`.
+    /// The initial limits; `None` shows all data.
     limits: Option<[f64; 2]>,
 }
 
@@ -110,23 +109,23 @@ impl Axis {
         Self { label, unit, logarithmic: false, to_scale: false, limits: None }
     }
 
-    /// `quantity` in `unit`, above zero.
+    /// `quantity` in `unit`, for positive values.
     pub fn logarithmic(quantity: &str, unit: &'static str) -> Self {
         Self { logarithmic: true, ..Self::linear(quantity, unit) }
     }
 
-    /// The abscissa of a plane, as long per unit as the ordinate: poles, responses.
+    /// The abscissa of a plane with equal scales: poles, responses.
     pub fn plane(quantity: &str, unit: &'static str) -> Self {
         Self { to_scale: true, ..Self::linear(quantity, unit) }
     }
 
-    /// Showing no more than this at first.
+    /// Sets the initial limits.
     pub fn within(self, limits: [f64; 2]) -> Self {
         Self { limits: Some(limits), ..self }
     }
 }
 
-/// What stands beside an axis.
+/// The label of an axis.
 fn labelled(quantity: &str, unit: &str) -> String {
     if unit.is_empty() { quantity.into() } else { format!("{quantity}, {unit}") }
 }
@@ -138,15 +137,15 @@ pub struct Row {
     pub label: String,
     /// Unit alone, for the values under the pointer.
     pub unit: &'static str,
-    /// Whether positive points down the page.
+    /// Whether positive values point down the page.
     pub reversed: bool,
-    /// What the ordinate need not go beyond at first, however wide a band is.
+    /// Initial limits of the ordinate, even if a band is wider.
     pub limits: Option<[f64; 2]>,
     /// Whether the ordinate is logarithmic.
     pub logarithmic: bool,
-    /// A few words of result in the corner of the row.
+    /// A short result in the corner of the row.
     pub note: Option<String>,
-    /// How the note is to be taken, where it judges.
+    /// The level of the note, if it is a judgement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub judged: Option<Level>,
     pub series: Vec<Series>,
@@ -158,7 +157,7 @@ impl Row {
         Self { label: labelled(quantity, unit), unit, ..Self::default() }
     }
 
-    /// With one more series, unless it has nothing to draw.
+    /// Adds a series, unless it is empty.
     pub fn with(mut self, series: Series) -> Self {
         if series.x.values.iter().any(|value| value.is_finite()) {
             self.series.push(series);

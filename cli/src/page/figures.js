@@ -1,10 +1,9 @@
-// Draws the figures of the page from its data, each when it comes into view, and keeps their time
-// axes together.
+// Draws the figures of the page from its data, each when it comes into view, and keeps their time axes synchronised.
 "use strict";
 (() => {
   const { time, figures } = JSON.parse(document.getElementById("data").textContent);
 
-  // Okabe and Ito's palette, which colour-blind readers can tell apart; on dark ground its lighter blue.
+  // Palette of Okabe and Ito, suitable for colour-blind readers; on a dark background its lighter blue.
   const LIGHT = {
     BLUE: "#0072b2", BAND: "0,114,178", INK: "#1d2730", SOFT: "#5a6772", GRID: "#e9edf0", FINE: "#f3f5f6",
     LINE: "#c6ced4", CARD: "#ffffff", LABEL: "rgba(255,255,255,0.94)",
@@ -15,7 +14,7 @@
   };
   const ORANGE = "#e69f00", GREEN = "#009e73", VERMILION = "#d55e00", PURPLE = "#cc79a7";
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
-  // A finger swipes over a figure to get past it; a mouse drags to zoom.
+  // On touch screens a swipe scrolls past a figure; with a mouse, dragging zooms.
   const isTouch = window.matchMedia("(pointer: coarse)").matches;
   const REDUCED = window.matchMedia("(max-width: 640px)").matches;
   const line = (color, width, more) => ({ mode: "lines", line: { color, width, ...more } });
@@ -38,7 +37,7 @@
     innovation: { name: "Accepted", ...dots(BLUE, 4) },
     test: { name: "Fix", ...dots(BLUE, 4) },
     mean: { name: "Running mean", ...line(INK, 1.8) },
-    reopened: { name: "Reopened the filter", outlier: true, ...dots(PURPLE, 8, "diamond-open") },
+    reopened: { name: "Filter reset to it", outlier: true, ...dots(PURPLE, 8, "diamond-open") },
     rejected: { name: "Rejected", outlier: true, ...refused },
     test_refused: { name: "Rejected", ...refused },
     gps_rejected: { name: "GPS rejected", outlier: true, ...refused },
@@ -75,7 +74,7 @@
     return [side(-1), side(1)];
   };
 
-  // Closed outlines, one per unbroken stretch: along the top and back along the bottom.
+  // Closed outlines, one per uninterrupted span: along the top and back along the bottom.
   const outline = (x, [low, high]) => {
     const [xs, ys] = [[], []];
     for (let start = 0, end = 0; end <= x.length; end++) {
@@ -90,9 +89,8 @@
 
   const isPlane = ({ abscissa }) => abscissa === "east_m" || Boolean(abscissa.own?.to_scale);
 
-  // A bound without its widest few, which may be as far out as the first fix after an outage puts
-  // them: they would squeeze all the others into a line.
-  // A band likewise: how unsure the filter was at its start must not set the scale of a flight.
+  // Limits without their few widest values. The first fix after an outage can have very wide bounds, which would
+  // compress the rest of the plot. The same holds for a band: the uncertainty at the start must not set the scale.
   const most = (values, share) => {
     const sorted = values.filter(isNumber).sort((a, b) => a - b);
     return sorted[Math.floor(share * (sorted.length - 1))];
@@ -108,7 +106,7 @@
     return [[-widest, widest]];
   };
 
-  // Smallest and largest of what the axis shows at first, with a margin.
+  // The initial range of an axis, with a margin.
   const extent = (lists, { logarithmic } = {}) => {
     let [low, high] = [Infinity, -Infinity];
     for (const list of lists) {
@@ -120,17 +118,17 @@
     }
     if (low > high) return [0, 1];
     if (logarithmic) [low, high] = [Math.log10(Math.max(low, 1e-3)), Math.log10(high)];
-    // Over a hair's breadth an axis has no number to read by.
+    // A logarithmic axis over a very small range would have no tick labels.
     if (logarithmic && high - low < 0.6) [low, high] = [0.5 * (low + high) - 0.3, 0.5 * (low + high) + 0.3];
     const room = 0.06 * (high - low) || Math.max(Math.abs(high) * 0.1, 0.001);
     return [low - room, high + room];
   };
 
-  // Numbers that stand for modes, or count something, have nothing between them.
+  // Values that are numbers of modes or counts have integer ticks only.
   const isCount = ({ unit, logarithmic, series }) =>
     unit === "" && !logarithmic && series.every(({ y }) => y.every((value) => !isNumber(value) || Number.isInteger(value)));
 
-  // What a row shows at first, and what is said above it: its result, and how much lies beyond.
+  // The initial view of a row and the text above it: its result, and the number of points outside the view.
   const firstView = (row, isOwnPlane) => {
     const inView = row.series.filter(({ role }) => !ROLES[role].outlier);
     const lists = (inView.length ? inView : row.series).flatMap((series) => bulk(series, limits(series)));
@@ -194,7 +192,7 @@
     return drawn;
   };
 
-  // On a phone three lines of the legend have room below the buttons.
+  // On a phone, the legend has three lines of space below the buttons.
   const SIDE = REDUCED ? { left: 62, right: 8, top: 112, bottom: 44 } : { left: 84, right: 14, top: 36, bottom: 46 };
   const NOTE = 18;
   const axisOn = ({ GRID, LINE }) => ({ gridcolor: GRID, linecolor: LINE, zerolinecolor: LINE, ticks: "outside", tickcolor: LINE, ticklen: 4 });
@@ -202,7 +200,7 @@
   const [first, last] = time?.span ?? [0, 1];
   const whole = last > first ? [first, last] : [first - 1, last + 1];
 
-  // What an axis of its own shows at first: its limits or, a plane with a margin, all there is.
+  // The initial range of a figure's own axis: its limits, or all data, with a margin in a plane.
   const reach = ({ abscissa: { own }, rows }) => {
     const place = own.logarithmic ? Math.log10 : (value) => value;
     if (own.limits) return own.limits.map(place);
@@ -213,9 +211,9 @@
     return high > low ? [low, high] : [low - 1, high + 1];
   };
 
-  // Over fewer than two decades the decades alone would be too few numbers to read by.
+  // Over fewer than two decades, an axis with decade ticks only would have too few labels.
   const logarithmicAxis = ([from, to]) => ({
-    // In full, 0.2 and not 2.
+    // Full numbers, such as 0.2 instead of 2.
     type: "log", dtick: to - from < 2 ? "D2" : 1, tickformat: "~g",
     minor: { ticks: "outside", dtick: "D1", ticklen: 2, showgrid: true, gridcolor: theme.FINE },
   });
@@ -276,9 +274,9 @@
       for (const [x0, x1] of time.outages) {
         shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1, y0: 0, y1: 1, fillcolor: "rgba(90,103,114,0.13)", line: { width: 0 } });
       }
-      // What was found: its span shaded from edge to edge, a sign above that tells it.
+      // A finding: its span is shaded over the full height, with a sign at the bottom whose hover text describes it.
       for (const { span: [x0, x1], words } of time.marks) {
-        // What holds all along sets nothing off.
+        // A finding over nearly the whole time is not shaded.
         if (x1 - x0 > 0.8 * (whole[1] - whole[0])) continue;
         shapes.push({ type: "rect", layer: "below", xref: "x", yref: "paper", x0, x1: Math.max(x1, x0 + 1e-3), y0: 0, y1: 1, fillcolor: "rgba(230,159,0,0.13)", line: { width: 1, color: "rgba(230,159,0,0.35)" } });
         annotations.push({ x: x0, xref: "x", y: 0, yref: "paper", yanchor: "bottom", xanchor: "left", text: "▲", hovertext: words.replace(/(.{60}\S*) /g, "$1<br>"), captureevents: true, showarrow: false, name: words, font: { size: 11, color: "#b06f00" } });
@@ -288,7 +286,7 @@
     return { data, layout };
   };
 
-  // Plotly offers to upload a figure to its maker's server unless told otherwise: a flight stays here.
+  // Plotly by default offers to upload a figure to its maker's server. This disables the upload.
   const CONFIG = {
     responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"],
@@ -304,7 +302,7 @@
       view.range = whole;
       const { data, layout } = describe(figure, element.clientHeight);
       await Plotly.newPlot(element, data, layout, CONFIG);
-      // Its name says what it shows: of its hundreds of shapes no one wants to hear.
+      // Screen readers read the figure's label instead of its many shapes.
       for (const drawing of document.querySelectorAll("svg.main-svg, #js-plotly-tester")) drawing.setAttribute("aria-hidden", "true");
       if (isTime) {
         element.on("plotly_relayout", (event) => follow(view, event));
@@ -320,7 +318,7 @@
     }
   };
 
-  // One figure's time axis moved: those in view move with it, the others when they come into view.
+  // When one figure's time axis moves, the figures in view follow at once, the others when they come into view.
   const follow = (view, event) => {
     const isReset = event["xaxis.autorange"] === true;
     const [from, to] = isReset ? whole : event["xaxis.range"] ?? [event["xaxis.range[0]"], event["xaxis.range[1]"]];
@@ -343,7 +341,7 @@
     views.set(element, { element, figure: byAnchor.get(element.dataset.figure), drawn: false, inView: false });
     watcher.observe(element);
   }
-  // To a span, with room to see what was before and after.
+  // Moves to a span, with a margin before and after it.
   const moveTo = (next) => {
     range = next;
     for (const view of views.values()) if (view.inView) show(view);
@@ -384,7 +382,7 @@
     }
   };
   dark.addEventListener("change", () => redraw(dark.matches ? DARK : LIGHT));
-  // On paper light, whatever the screen.
+  // Print in light colours, regardless of the screen.
   window.addEventListener("beforeprint", () => { document.querySelectorAll("details").forEach((folded) => { folded.open = true; }); if (theme === DARK) redraw(LIGHT); views.forEach(show); });
   window.addEventListener("afterprint", () => { if (dark.matches) redraw(DARK); });
 })();

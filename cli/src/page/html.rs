@@ -1,10 +1,10 @@
-//! Text as HTML shows it, and a template with places to fill.
+//! Escaped text, and a template with placeholders.
 
 use std::fmt::{self, Write as _};
 use std::io::{self, Write};
 
-/// Copies `template`, calling `place` for each `{{name}}` in it. What `place` writes is not looked
-/// at again, so no text can pose as a place.
+/// Copies `template` and calls `place` for each `{{name}}`. The output of `place` is not scanned again, so text cannot
+/// act as a placeholder.
 pub fn fill<W: Write>(
     out: &mut W,
     template: &str,
@@ -21,7 +21,7 @@ pub fn fill<W: Write>(
     out.write_all(rest.as_bytes())
 }
 
-/// Plain text, so written that HTML shows it as it stands, in an element or a quoted attribute.
+/// Plain text, escaped for an HTML element or a quoted attribute.
 pub struct Escaped<'a>(pub &'a str);
 
 impl fmt::Display for Escaped<'_> {

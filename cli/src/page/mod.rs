@@ -1,8 +1,8 @@
-//! The kit that pages are made of: each page is one file that needs nothing else.
+//! The building blocks of pages. Each page is one self-contained file.
 //!
-//! A [`Page`] is made of sections, a [`Section`] of figures, tables and notes, a [`Figure`] of rows
-//! of [`Series`]. A series has a [`Role`]; colour, line and symbol of each role belong to
-//! `figures.js`, which draws with the script in `assets/`.
+//! A [`Page`] consists of sections, a [`Section`] of figures, tables and notes, a [`Figure`] of rows of [`Series`]. A
+//! series has a [`Role`]. `figures.js` defines colour, line and symbol of each role and draws with the script in
+//! `assets/`.
 
 mod document;
 mod fact;

@@ -1,15 +1,15 @@
-//! Numbers as the page's script reads them.
+//! Numbers in the format of the page's script.
 
 use serde::{Serialize, Serializer};
 
-/// Numbers to draw; what is not finite is written as `null`, which breaks a line.
+/// Numbers to draw. A number that is not finite is written as `null`, which interrupts a line.
 #[derive(Debug)]
 pub struct Numbers {
     pub(super) values: Vec<f64>,
     digits: Digits,
 }
 
-/// Of what five digits are kept.
+/// The reference of the five significant digits.
 #[derive(Debug)]
 enum Digits {
     OfLargest,
@@ -17,12 +17,12 @@ enum Digits {
 }
 
 impl Numbers {
-    /// Numbers drawn to one scale: five digits of the largest, but at least to a thousandth.
+    /// Numbers on a common scale: five digits of the largest, and at least three decimals.
     pub fn new(values: Vec<f64>) -> Self {
         Self { values, digits: Digits::OfLargest }
     }
 
-    /// Numbers with five digits of each, for logarithmic axes.
+    /// Numbers with five significant digits each, for logarithmic axes.
     pub fn with_digits_of_each(values: Vec<f64>) -> Self {
         Self { values, digits: Digits::OfEach }
     }

@@ -7,19 +7,19 @@ use super::figure::Figure;
 use super::html::Escaped;
 use super::table::Table;
 
-/// A heading and what stands below it.
+/// A heading and the parts below it.
 pub struct Section {
-    /// Short, unique on the page and free of spaces: the target of a link.
+    /// Target of links: short, unique on the page, without spaces.
     pub(super) anchor: Cow<'static, str>,
     pub(super) title: Cow<'static, str>,
-    /// One line for a reader who has never seen such a plot.
+    /// One or two sentences for a reader who does not know such a plot.
     pub(super) explanation: String,
-    /// What stands for its parts until a reader unfolds them.
+    /// The summary line, if the parts are folded.
     pub(super) folded: Option<&'static str>,
     parts: Vec<Part>,
 }
 
-/// What a section is made of.
+/// A part of a section.
 pub enum Part {
     Figure(Figure),
     Table(Table),
@@ -46,8 +46,8 @@ impl From<Vec<String>> for Part {
 }
 
 impl Section {
-    /// A section with nothing in it yet. `anchor` is short, unique on the page and free of spaces;
-    /// `explanation` is for a reader who has never seen such a plot.
+    /// An empty section. `anchor` is short, unique on the page and without spaces. `explanation` is for a reader who
+    /// does not know such a plot.
     pub fn new(
         anchor: impl Into<Cow<'static, str>>,
         title: impl Into<Cow<'static, str>>,
@@ -57,19 +57,19 @@ impl Section {
         Self { anchor, title, explanation: explanation.into(), folded: None, parts: Vec::new() }
     }
 
-    /// With one more figure, table or list of notes.
+    /// Adds a figure, a table or a list of notes.
     pub fn with(mut self, part: impl Into<Part>) -> Self {
         self.parts.push(part.into());
         self
     }
 
-    /// The same with its parts folded away behind the words `what`.
+    /// Folds the parts behind the words `what`.
     pub const fn folded(mut self, what: &'static str) -> Self {
         self.folded = Some(what);
         self
     }
 
-    /// The figures that have something to draw, each with its name on the page.
+    /// The figures with data, each with its name on the page.
     pub(super) fn figures(&self) -> impl Iterator<Item = (String, &Figure)> {
         let figures = self.parts.iter().filter_map(|part| match part {
             Part::Figure(figure) if !figure.rows.is_empty() => Some(figure),
@@ -78,7 +78,7 @@ impl Section {
         figures.enumerate().map(|(index, figure)| (self.name(index), figure))
     }
 
-    /// The name of the figure at `index`: the first has the section's own.
+    /// The name of the figure at `index`: the anchor for the first one, numbered for the others.
     fn name(&self, index: usize) -> String {
         if index == 0 { self.anchor.to_string() } else { format!("{}-{}", self.anchor, index + 1) }
     }
@@ -92,7 +92,7 @@ impl Section {
                         write!(out, "<h3>{}</h3>", Escaped(caption))?;
                     }
                     if figure.rows.is_empty() {
-                        write!(out, "<p class=\"quiet\">Nothing to draw: the log has none.</p>")?;
+                        write!(out, "<p class=\"quiet\">No data in the log.</p>")?;
                         continue;
                     }
                     let (name, height_px) = (self.name(figures), figure.height_px());

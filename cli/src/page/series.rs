@@ -1,6 +1,6 @@
 //! A series of points, each with a role: estimate, reference, limit.
 //!
-//! The roles carry the meaning; colour, line and symbol belong to `figures.js`.
+//! The role defines the meaning. `figures.js` defines colour, line and symbol.
 
 use std::iter;
 
@@ -9,105 +9,104 @@ use serde::Serialize;
 
 use super::numbers::Numbers;
 
-/// Most points a series keeps, more than a figure has pixels across.
+/// Largest number of points in a series, more than a figure has pixels across.
 pub(super) const MOST_POINTS: usize = 1800;
 
-/// What a series is.
+/// The meaning of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     Estimate,
     Smoothed,
     Reference,
-    /// What the estimator on board said: never the truth.
+    /// The onboard estimator; never used as truth.
     Onboard,
     Gps,
     GpsRejected,
-    /// What a sensor said by itself, apart from the receiver: attitude of the unit, barometer.
+    /// A sensor other than the receiver: attitude of the inertial unit, barometer.
     Sensor,
-    /// Samples as they came.
+    /// Raw samples.
     Raw,
     /// Samples at the end of a sensor's range.
     Clipped,
-    /// Where a point may be, about a track.
+    /// The uncertainty of a point of a track.
     Ellipse,
     Start,
     End,
     Error,
-    /// Where an error or innovation ought to stay.
+    /// The expected limits of an error or innovation.
     Bound,
     Innovation,
-    /// Of the estimator on board.
+    /// An innovation of the onboard estimator.
     OnboardInnovation,
     Rejected,
     Reopened,
     /// A normalised innovation squared.
     Test,
     TestRefused,
-    /// Where a test ought to fall, 95 times of 100.
+    /// The 95 % interval of a test.
     Interval,
     Mean,
-    /// What a vehicle did, against which a model is held.
+    /// Flight data, for comparison with a model.
     Flight,
-    /// What a model says of it.
+    /// The output of a model.
     Model,
-    /// What was put in: held from one point to the next.
+    /// An input, held from one point to the next.
     Input,
-    /// Flight less model.
+    /// Flight minus model.
     Residual,
-    /// A value not to be passed.
+    /// A limit.
     Limit,
-    /// The same of one component alone, of as many as have one of their own.
+    /// The limit of one component, if each component has its own.
     FirstLimit,
     SecondLimit,
     ThirdLimit,
     Pole,
     /// A pole of the other model.
     AlternativePole,
-    /// Outlines of where a point may be.
+    /// The outline of the uncertainty of a point.
     Region,
     AlternativeRegion,
-    /// The components of one quantity, in their order.
+    /// The components of one quantity, in order.
     First,
     Second,
     Third,
     Fourth,
 }
 
-/// The shaded range that goes with a series.
+/// The shaded range of a series.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Band {
-    /// This far above and below the series itself.
+    /// The distance above and below the series itself.
     Around(Numbers),
-    /// This far above and below zero.
+    /// The distance above and below zero.
     AboutZero(Numbers),
-    /// From the first to the second.
+    /// Between the first and the second.
     Between(Numbers, Numbers),
 }
 
-/// Points of one role.
+/// Points with one role.
 #[derive(Debug, Serialize)]
 pub struct Series {
     pub role: Role,
-    /// Its name in the legend, where the role's own does not do.
+    /// Name in the legend, if it differs from the name of the role.
     pub name: Option<String>,
     pub x: Numbers,
     pub y: Numbers,
     pub band: Option<Band>,
-    /// Time of each point, where the abscissa is not time.
+    /// Time of each point, if the abscissa is not time.
     pub time: Option<Numbers>,
 }
 
 impl Series {
-    /// A line, with a band of `half_width` about it if there is one, broken where samples are
-    /// missing or unknown.
+    /// A line, with an optional band of `half_width` around it, interrupted at missing or unknown samples.
     pub fn line(role: Role, x: &[f64], y: &[f64], half_width: Option<&[f64]>) -> Self {
         let channels: Vec<&[f64]> = iter::once(y).chain(half_width).collect();
         Self::through(role, x, y, half_width, &line_indices(x, &channels))
     }
 
-    /// A line of an angle in degrees that jumps at ±180: broken there too.
+    /// A line of an angle in degrees, also interrupted where the angle wraps at ±180.
     pub fn heading(role: Role, x: &[f64], y: &[f64], half_width: Option<&[f64]>) -> Self {
         let channels: Vec<&[f64]> = iter::once(y).chain(half_width).collect();
         let mut picked = Vec::new();
@@ -131,14 +130,14 @@ impl Series {
         }
     }
 
-    /// A shaded range alone, `half_width` to either side of zero.
+    /// A shaded range only, `half_width` to either side of zero.
     pub fn bound(x: &[f64], half_width: &[f64]) -> Self {
         let picked = line_indices(x, &[half_width]);
         let band = Some(Band::AboutZero(gather(half_width, &picked)));
         Self { band, ..Self::new(Role::Bound, gather(x, &picked), Numbers::new(Vec::new())) }
     }
 
-    /// A shaded range alone.
+    /// A shaded range only.
     pub fn range(role: Role, x: &[f64], low: &[f64], high: &[f64]) -> Self {
         let picked = line_indices(x, &[low, high]);
         let between = Band::Between(gather(low, &picked), gather(high, &picked));
@@ -148,8 +147,8 @@ impl Series {
         }
     }
 
-    /// A curve through points in the order given, such as a locus, a response or an outline; broken
-    /// where a coordinate is not finite. Each number keeps five digits of its own.
+    /// A curve through points in the given order, such as a locus, a response or an outline. It is interrupted at
+    /// coordinates that are not finite. Each number keeps five significant digits.
     pub fn curve(role: Role, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let broken = |(x, y): (f64, f64)| {
             if x.is_finite() && y.is_finite() { (x, y) } else { (f64::NAN, f64::NAN) }
@@ -158,12 +157,12 @@ impl Series {
         Self::new(role, Numbers::with_digits_of_each(x), Numbers::with_digits_of_each(y))
     }
 
-    /// The same under another name in the legend.
+    /// Sets the name in the legend.
     pub fn named(self, name: impl Into<String>) -> Self {
         Self { name: Some(name.into()), ..self }
     }
 
-    /// Separate points; those that are unknown are left out.
+    /// Separate points, without the unknown ones.
     pub fn points(role: Role, points: impl Iterator<Item = (f64, f64)>) -> Self {
         let (x, y): (Vec<f64>, Vec<f64>) =
             points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
@@ -191,8 +190,8 @@ impl Series {
     }
 }
 
-/// The samples that draw a line against `x`, and `None` where it must break: where the channels are
-/// not all finite, or `x` steps more than ten times as far as it does on average.
+/// The samples that draw a line against `x`, with `None` at each interruption: where a channel is not finite, or where
+/// a step of `x` exceeds ten times the average step.
 fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
     let known = |index: usize| channels.iter().all(|channel| channel[index].is_finite());
     let longest = match (x.first(), x.last()) {
@@ -218,7 +217,7 @@ fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
     picked
 }
 
-/// The samples picked, not a number where the line breaks.
+/// The picked samples, with NaN where the line is interrupted.
 fn gather(values: &[f64], picked: &[Option<usize>]) -> Numbers {
     Numbers::new(picked.iter().map(|index| index.map_or(f64::NAN, |index| values[index])).collect())
 }

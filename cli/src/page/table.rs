@@ -1,11 +1,11 @@
-//! A table of numbers, and of words where a column has no number.
+//! A table of numbers, or of words in columns without numbers.
 
 use std::io::{self, Write};
 
 use super::html::Escaped;
 use super::verdict::Level;
 
-/// A table of numbers with a line of heads, the first head above the names.
+/// A table of numbers with a row of heads. The first head is above the names.
 pub struct Table {
     pub caption: String,
     pub heads: Vec<String>,
@@ -16,7 +16,7 @@ impl Table {
     pub(super) fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         let Self { caption, heads, rows } = self;
         let caption = Escaped(caption);
-        // One that is wider than a phone moves sideways by itself, not the page with it.
+        // A table wider than a phone screen scrolls sideways by itself.
         write!(out, "<div class=\"wide\"><table class=\"numbers\"><caption>{caption}</caption>")?;
         write!(out, "<thead><tr>")?;
         let columns = heads.len().saturating_sub(1);
@@ -47,7 +47,7 @@ impl Table {
         write!(out, "</tbody></table></div>")
     }
 
-    /// Whether no cell of a column begins as a number does.
+    /// Whether no cell of a column starts like a number.
     fn is_of_words(&self, column: usize) -> bool {
         let cells = || self.rows.iter().filter_map(|row| row.numbers.get(column)?.chars().next());
         cells().next().is_some()
@@ -55,16 +55,16 @@ impl Table {
     }
 }
 
-/// What is measured, and its numbers as they are to be read.
+/// A measured quantity and its formatted numbers.
 pub struct TableRow {
     pub name: String,
     pub numbers: Vec<String>,
-    /// How far it can be relied on, where somebody says so.
+    /// The reliability of the row, if it is judged.
     pub judged: Option<Level>,
 }
 
 impl TableRow {
-    /// One that nobody judges.
+    /// A row without judgement.
     pub fn new(name: impl Into<String>, numbers: Vec<String>) -> Self {
         Self { name: name.into(), numbers, judged: None }
     }

@@ -1,4 +1,4 @@
-//! A page that is no flight's.
+//! A page without a flight.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! What a page comes to, in its head.
+//! The verdict at the top of a page.
 
 use std::io::{self, Write};
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::html::Escaped;
 
-/// How far something can be relied on, worst last.
+/// Reliability, worst last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -16,7 +16,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// What stands for it where a page is styled.
+    /// The CSS class.
     pub(super) const fn class(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -25,7 +25,7 @@ impl Level {
         }
     }
 
-    /// A sign beside the colour, for those who see no colours.
+    /// A sign in addition to the colour, for colour-blind readers.
     pub(super) const fn sign(self) -> &'static str {
         match self {
             Self::Good => "✓",
@@ -35,7 +35,7 @@ impl Level {
     }
 }
 
-/// A verdict with the reasons that weigh most, plain text.
+/// A verdict with its main reasons, plain text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Verdict {
     pub level: Level,

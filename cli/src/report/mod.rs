@@ -1,4 +1,4 @@
-//! `hovernav report`: a flight on a page, from its record.
+//! `hovernav report`: a recorded flight on a page.
 
 mod page;
 mod summary;
@@ -20,7 +20,7 @@ use crate::{memory, output};
 pub struct Arguments {
     /// A flight record
     record: PathBuf,
-    /// Where to write; out/NAME-report unless given
+    /// Directory to write [default: out/NAME-report]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -29,11 +29,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let path = &arguments.record;
     if path.is_dir() {
-        let reason = "found a directory, expected a flight record, as hovernav fly writes it";
+        let reason = "found a directory, expected a flight record of hovernav fly";
         let reason = reason.to_owned();
         return Err(LogError::Unusable { path: path.clone(), reason }.into());
     }
-    // What is none says so itself, and what was expected: a record, not any log.
+    // A file that is not a record is rejected by [`Record::open`] below, whose error expects a record and not any log.
     if Record::is_mcap(path) {
         memory::check(path, &Options::default(), 1)?;
     }
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(
         reproduction.first_difference.is_none()
             && sticks.is_none_or(|sticks| sticks.first_difference.is_none()),
-        "{}: the replay differs from what flew: {}",
+        "{}: the replay differs from the flight: {}",
         path.display(),
         summary.replay
     );

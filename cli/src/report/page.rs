@@ -1,4 +1,4 @@
-//! The page of a flight: who flew and why, what was asked for and what was flown.
+//! The page of a recorded flight: modes and their causes, commands and the motion flown.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::page::{
     Abscissa, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis,
 };
 
-/// What the page of a flight shows.
+/// The contents of the page of a recorded flight.
 pub struct RecordPage<'a> {
     pub record: &'a Record,
     pub summary: &'a RecordSummary,
@@ -104,10 +104,12 @@ impl RecordPage<'_> {
                 vec![format!("{:.2}", span.start_s), format!("{:.2}", span.end_s - span.start_s)],
             )
         });
-        let explanation =
-            format!("Who flew: {}. Why a mode changed stands among the events.", names.join(", "));
+        let explanation = format!(
+            "Flight mode: {}. The events list the reason for each change.",
+            names.join(", ")
+        );
         Section::new("modes", "Modes", explanation).with(figure).with(Table {
-            caption: "One after the other".into(),
+            caption: "Modes in order".into(),
             heads: ["", "from, s", "for, s"].map(Into::into).into(),
             rows: rows.collect(),
         })
@@ -123,12 +125,12 @@ impl RecordPage<'_> {
                 .with(self.cycles(Role::First, |cycle| of(cycle.sticks, stick)).named("commanded"))
                 .with(self.cycles(Role::Second, |cycle| of(cycle.pilot, stick)).named("pilot"))
         });
-        let explanation = "What the servos were commanded, and where the pilot's own sticks were, percent \
+        let explanation = "Commands to the servos and positions of the pilot's sticks, in percent \
                            of full travel about trim.";
         Section::new("sticks", "Sticks", explanation).with(Figure::against_time(rows))
     }
 
-    /// The flight from above and its height, with the fence.
+    /// The track from above and the height, with the fence.
     fn place(&self) -> Section {
         let config = &self.record.header.config;
         let site = config.site.and_then(|site| {
@@ -137,7 +139,7 @@ impl RecordPage<'_> {
         let fence = config.autopilot.as_ref().and_then(|own| own.fence).filter(|_| site.is_some());
         let solutions = &self.record.solutions;
         let first = solutions.first().map(|solution| solution.position);
-        // Without a fence the site is a few kilometres wide.
+        // Without a fence, the site is a region of several kilometres, so the first position is the origin.
         let origin = if fence.is_some() { site } else { first };
         let local = origin.map(|origin| (origin, Local::at(&origin)));
         let at = |solution: &Solution| match &local {
@@ -161,10 +163,10 @@ impl RecordPage<'_> {
             let top = [fence.height_m; 2];
             height = height.with(Series::line(Role::Second, &ends, &top, None).named("fence"));
         }
-        let from = if fence.is_some() { "the middle of the fence" } else { "its first point" };
+        let from = if fence.is_some() { "the centre of the fence" } else { "the first position" };
         let explanation =
-            format!("The flight from above, both axes to one scale, and its height, from {from}.");
-        Section::new("place", "Place", explanation)
+            format!("Track from above, with equal scales, and height, both relative to {from}.");
+        Section::new("place", "Position", explanation)
             .with(Figure::new(Abscissa::EastM, [map]))
             .with(Figure::against_time([height]))
     }
@@ -183,10 +185,9 @@ impl RecordPage<'_> {
             let flown = |solution: &Solution| solution.velocity_mps.to_array()[axis];
             Row::new(name, "m/s")
                 .with(self.solutions(Role::Estimate, flown, Some(&sigma)).named("flown"))
-                .with(self.cycles(Role::Second, asked).named("asked for"))
+                .with(self.cycles(Role::Second, asked).named("commanded"))
         });
-        let explanation =
-            "Velocity as estimated with its ±3σ, and what guidance asked of the loops.";
+        let explanation = "Estimated velocity with ±3σ, and the velocity commanded by guidance.";
         Section::new("velocity", "Velocity", explanation).with(Figure::against_time(rows))
     }
 
@@ -210,9 +211,9 @@ impl RecordPage<'_> {
                 .with(self.solutions(Role::Estimate, angle(1), Some(&pitch)).named("flown")),
             Row::new("Heading", "°")
                 .with(self.solutions(Role::Estimate, angle(2), Some(&yaw)).named("flown"))
-                .with(self.cycles(Role::Second, asked).named("asked for")),
+                .with(self.cycles(Role::Second, asked).named("commanded")),
         ];
-        let explanation = "Attitude as estimated with its ±3σ, and the heading that was asked for.";
+        let explanation = "Estimated attitude with ±3σ, and the commanded heading.";
         Section::new("attitude", "Attitude", explanation).with(Figure::against_time(rows))
     }
 
@@ -230,12 +231,12 @@ impl RecordPage<'_> {
             Row::new("Heading", "°")
                 .with(self.one_sigma(|solution| solution.attitude_sigma_rad[2].to_degrees())),
         ];
-        let explanation = "One-sigma of the estimate, the greatest of the axes, of tilt that of roll and pitch: what the autopilot \
-                           chooses its mode by.";
+        let explanation = "One-sigma of the estimate: the largest of the axes; for tilt, the larger of roll and pitch. \
+                           The autopilot selects its mode by these values.";
         Section::new("uncertainty", "Uncertainty", explanation).with(Figure::against_time(rows))
     }
 
-    /// A one-sigma of the solutions.
+    /// A one-sigma of the solutions over time.
     fn one_sigma(&self, value: impl Fn(&Solution) -> f64) -> Series {
         self.solutions(Role::Estimate, value, None).named("one-sigma")
     }
@@ -262,12 +263,12 @@ impl RecordPage<'_> {
             .map(|(bit, check)| TableRow::new(check.name(), vec![share(bit)]));
         let explanation = match cycles.first() {
             Some(first) => format!(
-                "What would have kept the autopilot from taking over, moment by moment, from the end of \
+                "Checks that would have kept the autopilot from taking over at each time, from the end of \
                  alignment at {:.1} s on.",
                 first.time.seconds()
             ),
             None => {
-                "The estimator never aligned, or there was no autopilot: nothing could take over."
+                "The estimator never aligned, or there was no autopilot: a takeover was impossible."
                     .into()
             }
         };
@@ -278,7 +279,7 @@ impl RecordPage<'_> {
         })
     }
 
-    /// The cycles from the first solution on: before it there is nothing to be ready with.
+    /// The cycles from the first solution on. Without a solution the autopilot cannot be ready.
     fn aligned_cycles(&self) -> &[RecordedCycle] {
         let cycles = &self.record.cycles;
         let aligned = self.record.solutions.first().map(|solution| solution.time);
@@ -298,8 +299,8 @@ impl RecordPage<'_> {
             Row::new("Late in a row", "")
                 .with(self.cycles(Role::Input, |cycle| f64::from(cycle.late_cycles)).named("late")),
         ];
-        let explanation = "What the work of each cycle took, how long of it until the servos had their command, and how many \
-             cycles in a row were late.";
+        let explanation = "Computing time of each cycle, time until the servos received their command, and number of consecutive \
+             late cycles.";
         Section::new("timing", "Timing of the loop", explanation).with(Figure::against_time(rows))
     }
 
@@ -310,9 +311,9 @@ impl RecordPage<'_> {
                 vec![event.level.name().into(), event.part.clone(), event.text.clone()],
             )
         });
-        Section::new("events", "Events", "What happened, in words.").with(Table {
+        Section::new("events", "Events", "Events of the flight in words.").with(Table {
             caption: format!("{} events", self.record.events.len()),
-            heads: ["When", "Level", "Whose", "What"].map(Into::into).into(),
+            heads: ["When", "Level", "Part", "Event"].map(Into::into).into(),
             rows: rows.collect(),
         })
     }

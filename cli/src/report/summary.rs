@@ -1,4 +1,4 @@
-//! What a flight came to, for `summary.json` and the terminal.
+//! The result of a recorded flight, for `summary.json` and the terminal.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::verdict::{self, Grounds, RecordVerdict};
 use crate::page::Fact;
 
-/// A stretch in one mode.
+/// A span of time in one mode.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeSpan {
     pub mode: &'static str,
@@ -19,18 +19,18 @@ pub struct ModeSpan {
     pub end_s: f64,
 }
 
-/// What happened, for programs.
+/// An event, for programs.
 #[derive(Clone, Debug, Serialize)]
 pub struct EventSummary {
     pub time_s: f64,
     pub level: &'static str,
     pub kind: String,
-    /// Which sensor or part did it or is at fault.
+    /// The sensor or part that caused the event.
     pub part: String,
     pub text: String,
 }
 
-/// What a flight came to.
+/// The result of a recorded flight.
 #[derive(Serialize)]
 pub struct RecordSummary {
     tool: &'static str,
@@ -44,17 +44,17 @@ pub struct RecordSummary {
     gps_fixes_rejected: usize,
     gps_fixes: usize,
     pub is_ended: bool,
-    /// That it was repaired, and what had been lost before.
+    /// Description of the repair and of the loss before it, if the record was repaired.
     repaired: Option<String>,
     pub replay: String,
     pub cycles: usize,
     autopilot_s: f64,
     engagements: usize,
-    /// Of the work of a cycle, s.
+    /// Computing time of a cycle, s.
     work_p50_s: Option<f64>,
     work_p99_s: Option<f64>,
     work_max_s: Option<f64>,
-    /// From an inertial packet to the servos, s.
+    /// Time from an inertial packet to the servos, s.
     turnaround_p50_s: Option<f64>,
     turnaround_p99_9_s: Option<f64>,
     turnaround_max_s: Option<f64>,
@@ -84,7 +84,7 @@ impl RecordSummary {
             text: event.text.clone(),
         });
         let replay = in_words(reproduction, sticks);
-        // The sum of nothing is −0.
+        // The sum of an empty iterator is −0.
         let autopilot_s = flown().map(|span| span.end_s - span.start_s).sum::<f64>() + 0.0;
         let engagements = modes
             .windows(2)
@@ -136,7 +136,7 @@ impl RecordSummary {
             Fact::new("inertial samples", self.imu_samples),
             Fact::new("fixes", self.gps_fixes),
             Fact::new(
-                "the autopilot flew",
+                "flown by the autopilot",
                 format!(
                     "{:.1} s in {} engagement{}",
                     self.autopilot_s,
@@ -144,9 +144,12 @@ impl RecordSummary {
                     if self.engagements == 1 { "" } else { "s" }
                 ),
             ),
-            Fact::new("work of a cycle, median / p99 / most", format!("{} ms", work.join(" / "))),
             Fact::new(
-                "packet to servos, median / p99.9 / most",
+                "computing time of a cycle, p50 / p99 / max",
+                format!("{} ms", work.join(" / ")),
+            ),
+            Fact::new(
+                "packet to servos, p50 / p99.9 / max",
                 format!("{} ms", turnaround.join(" / ")),
             ),
             Fact::new("replay", &self.replay),
@@ -173,12 +176,12 @@ impl RecordSummary {
     }
 }
 
-/// What `of` says of the cycles.
+/// The values of `of` for all cycles that have one.
 fn values(record: &Record, of: impl Fn(&Cycle) -> Option<f64>) -> Vec<f64> {
     record.cycles.iter().filter_map(|recorded| of(&recorded.cycle)).collect()
 }
 
-/// The modes one after the other.
+/// The spans of the modes, in order.
 fn spans(record: &Record) -> Vec<ModeSpan> {
     let mut spans: Vec<ModeSpan> = Vec::new();
     for recorded in &record.cycles {
@@ -197,13 +200,13 @@ fn spans(record: &Record) -> Vec<ModeSpan> {
 
 fn in_words(reproduction: Reproduction, sticks: Option<StickReproduction>) -> String {
     let solutions = match reproduction.first_difference {
-        None => format!("{} solutions the same to the bit", reproduction.compared),
+        None => format!("{} solutions identical to the bit", reproduction.compared),
         Some(first) => format!("the solution first differs at {:.6} s", first.time.seconds()),
     };
     match sticks {
         None => solutions,
         Some(StickReproduction { compared, first_difference: None }) => {
-            format!("{solutions}, sticks of {compared} cycles too")
+            format!("{solutions}, and so are the sticks of {compared} cycles")
         }
         Some(StickReproduction { first_difference: Some(time), .. }) => {
             format!("{solutions}, a stick first differs at {:.6} s", time.seconds())

@@ -1,4 +1,4 @@
-//! What a flight came to, in a few plain sentences.
+//! The verdict on a recorded flight, in a few sentences.
 
 use std::collections::BTreeMap;
 
@@ -9,59 +9,58 @@ use serde::Serialize;
 
 use crate::page::{Level, Verdict};
 
-/// Reasons that are named.
+/// Number of reasons that are listed.
 const NAMED: usize = 5;
-/// Lines whose last bytes came within this of each other fell silent together, s: a receiver speaks once a
-/// second.
+/// Largest time, s, between the last bytes of lines that count as silent together. A receiver sends once a second.
 const TOGETHER_S: f64 = 2.5;
-/// Lines that end together do so one after the other, within this, s.
+/// Time, s, within which lines end one after the other at the end of a flight.
 const CLOSING_S: f64 = 0.25;
-/// A record that goes on for longer after that says so, s.
+/// Minimum silence, s, at the end of a record that the verdict mentions.
 const SILENT_S: f64 = 0.5;
-/// What a vehicle did so shortly before the end, s, tells how it ended: upset where it was further off level, rad, or
-/// sank faster, m/s, than in any hover or landing.
+/// Time, s, before the end in which the vehicle's motion shows how the flight ended. The vehicle counts as upset above
+/// this tilt, rad, or this sink rate, m/s, which no hover and no landing reaches.
 const ENDING_S: f64 = 2.0;
 const UPSET_RAD: f64 = 0.5;
 const UPSET_MPS: f64 = 4.0;
-/// One late cycle in so many is no reason to look.
+/// One late cycle in this number of cycles is acceptable.
 const LATE_IN: usize = 1000;
 
-/// The verdict over a flight.
+/// The verdict on a flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct RecordVerdict {
     pub level: Level,
-    /// What it came to, in a sentence.
+    /// The verdict in one sentence.
     pub words: String,
-    /// What went wrong, worst first.
+    /// The faults, worst first.
     pub reasons: Vec<String>,
 }
 
 impl RecordVerdict {
-    /// For the head of a page.
+    /// The verdict for the top of a page.
     pub fn on_page(&self) -> Verdict {
         let Self { level, words, reasons } = self.clone();
         Verdict { level, words, points: reasons }
     }
 }
 
-/// What the verdict goes by beside the record.
+/// Input of the verdict in addition to the record.
 pub struct Grounds<'a> {
-    /// What the replay came to, in words, and whether it gave the same.
+    /// The result of the replay in words, and whether it was identical.
     pub replay: &'a str,
     pub is_reproduced: bool,
     pub engagements: usize,
     pub autopilot_s: f64,
 }
 
-/// The verdict over `record`.
+/// The verdict on `record`.
 pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
     let mut reasons: Vec<(Level, String)> = Vec::new();
     if !grounds.is_reproduced {
         reasons
-            .push((Level::Bad, format!("the replay differs from what flew: {}", grounds.replay)));
+            .push((Level::Bad, format!("the replay differs from the flight: {}", grounds.replay)));
     }
     if record.solutions.is_empty() {
-        reasons.push((Level::Bad, "the estimator never aligned: nothing was estimated".into()));
+        reasons.push((Level::Bad, "the estimator never aligned: there is no solution".into()));
     }
     reasons.extend(event_reasons(record));
     reasons.extend(upset_at_the_end(record));
@@ -81,18 +80,18 @@ pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
     let judged = match level {
         Level::Good => "Good",
         Level::Care => "With care",
-        Level::Bad => "Not as it should be",
+        Level::Bad => "Faulty",
     };
     let unnamed = reasons.len().saturating_sub(NAMED);
     reasons.truncate(NAMED);
     let mut reasons: Vec<String> = reasons.into_iter().map(|(_, words)| words).collect();
     if unnamed > 0 {
-        reasons.push(format!("and {unnamed} more among the events"));
+        reasons.push(format!("and {unnamed} more in the list of events"));
     }
     RecordVerdict { level, words: format!("{judged}: {}", in_words(record, grounds)), reasons }
 }
 
-/// What happened, whatever went wrong.
+/// A summary of the flight, independent of faults.
 fn in_words(record: &Record, grounds: &Grounds<'_>) -> String {
     let duration_s = record.end - record.header.start;
     let flew = match (grounds.engagements, record.header.config.autopilot.is_some()) {
@@ -106,18 +105,17 @@ fn in_words(record: &Record, grounds: &Grounds<'_>) -> String {
             )
         }
     };
-    let replayed =
-        if grounds.is_reproduced { "; the replay gives the same to the bit" } else { "" };
+    let replayed = if grounds.is_reproduced { "; the replay is identical to the bit" } else { "" };
     let silent = lines_end(record).map(|end| record.end - end).filter(|silent| *silent > SILENT_S);
     let silent = silent.map_or(String::new(), |silent_s| {
-        format!("; all lines fell silent together {silent_s:.1} s before the record's end")
+        format!("; all lines fell silent together {silent_s:.1} s before the end of the record")
     });
     format!("{flew}{replayed}{silent}.")
 }
 
-/// When the last line said its last, if all that ever spoke fell silent together while the pilot flew; what a flight
-/// computer notices after that is an ordinary end: it was switched off later than the rest, or than the simulation.
-/// Under an autopilot it is the loss of all of them.
+/// Time of the last byte, if all active lines fell silent together while the pilot flew. The flight computer's messages
+/// after that are an ordinary end: it was switched off later than the sensors or the simulation. Under the autopilot,
+/// silence is the loss of all sensors.
 pub fn lines_end(record: &Record) -> Option<Time> {
     let mut last: [Option<Time>; 3] = [None; 3];
     for (time, call) in &record.calls {
@@ -139,7 +137,7 @@ pub fn lines_end(record: &Record) -> Option<Time> {
     (by_hand && together).then_some(end)
 }
 
-/// A flight that ends in no attitude of a hover or of a landing.
+/// The finding for a flight that ends with a tilt or a sink rate impossible in a hover or a landing.
 fn upset_at_the_end(record: &Record) -> Option<(Level, String)> {
     let end = lines_end(record).unwrap_or(record.end);
     let late = record.solutions.iter().filter(|one| one.time <= end && end - one.time < ENDING_S);
@@ -154,7 +152,7 @@ fn upset_at_the_end(record: &Record) -> Option<(Level, String)> {
         });
     (worst.0 > UPSET_RAD || worst.1 > UPSET_MPS).then(|| {
         let words = format!(
-            "at its end the vehicle was up to {:.0}° off level and sank with up to {:.1} m/s: did it crash?",
+            "at the end the vehicle tilted up to {:.0}° and sank at up to {:.1} m/s: did it crash?",
             worst.0.to_degrees(),
             worst.1
         );
@@ -162,22 +160,23 @@ fn upset_at_the_end(record: &Record) -> Option<(Level, String)> {
     })
 }
 
-/// The events of a flight proper: from its first solution to the silence of all lines.
+/// The events of the flight proper: from its first solution to the silence of all lines.
 pub fn of_flight(record: &Record) -> impl Iterator<Item = &RecordedEvent> {
     let start = record.solutions.first().map_or(record.end, |solution| solution.time);
     let end = lines_end(record).map_or(record.end, |end| end + -CLOSING_S);
     record.events.iter().filter(move |event| {
-        // Before it is aligned nothing is lost but by its own fault.
+        // Before alignment, a missing sensor loses nothing; only critical events count.
         event.time <= end && (event.time >= start || event.level == EventLevel::Critical)
             || event.kind == "untried_gains"
     })
 }
 
-/// What of the events speaks against the flight: each kind of text once, with how often.
+/// Reasons from the events: each kind of text once, with its count.
 fn event_reasons(record: &Record) -> Vec<(Level, String)> {
     let mut all: BTreeMap<(&str, String), (usize, &RecordedEvent)> = BTreeMap::new();
     for event in of_flight(record) {
-        // What stands elsewhere, what one cycle may do, and the checks of a refusal beside it.
+        // Skipped: late cycles (counted separately), failed checks (listed with the refusal), and remarks on priority
+        // and UTC.
         let is_counted = ["deadline_missed", "not_ready", "priority", "utc"];
         if event.level < EventLevel::Warning || is_counted.contains(&event.kind.as_str()) {
             continue;
@@ -189,7 +188,7 @@ fn event_reasons(record: &Record) -> Vec<(Level, String)> {
     kinds.sort_by(|(_, a), (_, b)| b.level.cmp(&a.level).then(a.time.cmp(&b.time)));
     kinds
         .into_iter()
-        // A measurement now and then beyond its gate is what gates are for.
+        // A gate is meant to reject an occasional measurement.
         .filter(|(count, event)| event.kind != "innovation_rejected" || *count > 2)
         .map(|(count, event)| {
             let level = if event.level == EventLevel::Critical { Level::Bad } else { Level::Care };
@@ -198,7 +197,7 @@ fn event_reasons(record: &Record) -> Vec<(Level, String)> {
         .collect()
 }
 
-/// An event in words, as the warnings of the page have it where it was alone.
+/// An event in words; the warnings of the page use it with a `count` of 1.
 pub fn sentence(event: &RecordedEvent, count: usize, record: &Record) -> String {
     let refusal = event.kind == "autopilot" && event.text.contains("does not take over");
     let checks: Vec<&str> = record
@@ -208,7 +207,8 @@ pub fn sentence(event: &RecordedEvent, count: usize, record: &Record) -> String 
         .map(|other| other.text.as_str())
         .collect();
     let checks = if checks.is_empty() { String::new() } else { format!(": {}", checks.join("; ")) };
-    let times = if count > 1 { format!(" ({count} times, this the first)") } else { String::new() };
+    let times =
+        if count > 1 { format!(" ({count} times, first at this time)") } else { String::new() };
     let whose = if event.part.is_empty() || event.text.contains(&event.part) {
         String::new()
     } else {

@@ -1,4 +1,4 @@
-//! What `hovernav simulate` can be asked for.
+//! Arguments of `hovernav simulate`.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -11,45 +11,45 @@ use super::excitation::TestInput;
 use super::failure::Failure;
 use crate::arguments::{OutageWindow, finite, second};
 
-/// Where to write unless given.
+/// The default output directory.
 pub const OUT: &str = "out/simulated";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Where to write the dataset and its report; out/simulated unless given. With --flight and --lines
-    /// there is no report: `hovernav estimate` on the dataset makes one
+    /// Directory to write the dataset and its report [default: out/simulated]. With --flight and --lines no report is
+    /// written; run `hovernav estimate` on the dataset for a report
     #[arg(long, visible_alias = "record", value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Follow this path exactly, without autopilot, instead of flying the closed loop
+    /// Follow this path exactly, without the autopilot, instead of simulating the closed loop
     #[arg(long, value_enum, conflicts_with_all = [
         "model", "autopilot", "disturbance", "test_points", "duration", "wind", "sensors", "outage",
         "truth"
     ])]
     pub flight: Option<FlightPath>,
-    /// Seed of every gust and sensor error: the same seed gives the same dataset
+    /// Seed of all gusts and sensor errors: the same seed gives the same dataset
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to start: latitude and longitude in degrees, height above the ellipsoid in metres. The ground is at
-    /// height 0, or 50 m below a start that is lower
+    /// Start position: latitude and longitude in degrees, height above the ellipsoid in metres. The ground is at height
+    /// 0, or 50 m below the start if the start is lower
     #[arg(long, value_name = "LAT,LON,HEIGHT", default_value = "1.3521,103.8198,50", value_parser = place, allow_hyphen_values = true)]
     pub place: Geodetic,
-    /// Heading to start with, degrees from true north
+    /// Heading at the start, degrees from true north
     #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = heading, allow_hyphen_values = true)]
     pub heading: f64,
-    /// Model to design the autopilot for, a model.toml or raptor60, thesis, r50: raptor60 unless
-    /// given. What flies is the nonlinear 60-class helicopter
+    /// Model to design the autopilot for: a model.toml, raptor60, thesis or r50 [default: raptor60]. The simulated
+    /// vehicle is always the nonlinear 60-class helicopter
     #[arg(long, conflicts_with = "autopilot")]
     pub model: Option<String>,
-    /// The autopilot.toml to fly with, as `hovernav design` writes it
+    /// The autopilot.toml to fly with, written by `hovernav design`
     #[arg(long, value_name = "FILE")]
     pub autopilot: Option<PathBuf>,
-    /// Throw the vehicle out of its hover: p, q, r in rad/s, phi, theta, psi in rad, u, v, w in m/s.
-    /// The first comes at 30 s, each further one 20 s later, or at the second given. It takes
-    /// 0.3 s, so that the sensors feel it; with --truth it comes at once
+    /// Disturb the vehicle in hover: p, q, r in rad/s, phi, theta, psi in rad, u, v, w in m/s. Without SECOND, the
+    /// first disturbance starts at 30 s and each further one 20 s later. It takes 0.3 s, so that the sensors measure
+    /// it; with --truth it is instantaneous
     #[arg(long, value_name = "NAME=VALUE[@SECOND]", allow_hyphen_values = true)]
     pub disturbance: Vec<TimedDisturbance>,
-    /// Fly test points for `hovernav identify`: from 30 s on each stick is stepped by SIZE of its full
-    /// travel for 1.5 s, three times, by a pilot who sees the truth
+    /// Fly test points for `hovernav identify`: from 30 s on, each stick is stepped three times by SIZE of its full
+    /// travel, for 1.5 s each, by a pilot who knows the true state
     #[arg(
         long,
         value_name = "SIZE",
@@ -59,45 +59,44 @@ pub struct Arguments {
         conflicts_with = "disturbance"
     )]
     pub test_points: Option<f64>,
-    /// Let the autopilot fly a test input on a stick: lateral, longitudinal, collective, pedal, or `all`
-    /// for one after another; step, doublet, 3211 or sweep; its size in full travel, 0.1 unless given;
-    /// how long a step, a side of the doublet, a unit of 3-2-1-1 or the sweep lasts. The first comes at
-    /// 30 s, each further one 8 s after the end of the one before, or at the second given. What is
-    /// injected is in controls.csv
+    /// Inject a test input on a stick during the autopilot flight. STICK: lateral, longitudinal, collective, pedal, or
+    /// `all` for one after another. KIND: step, doublet, 3211 or sweep. SIZE: fraction of full travel [default: 0.1].
+    /// S: duration of a step, of one side of a doublet, of one unit of 3-2-1-1, or of the sweep. Without SECOND, the
+    /// first input starts at 30 s and each further one 8 s after the end of the previous one. controls.csv contains the
+    /// injected input
     #[arg(
         long,
         value_name = "STICK=KIND[:SIZE[:S]][@SECOND]",
         conflicts_with_all = ["disturbance", "test_points", "flight"]
     )]
     pub excite: Vec<TestInput>,
-    /// Let something on the vehicle fail: the engine (power-loss), after which the air alone turns the
-    /// rotors, or the servo of a stick, which stays where it is (jam-lateral, jam-longitudinal,
-    /// jam-collective, jam-pedal); may be repeated
+    /// Simulate a failure: the engine (power-loss), after which only the air drives the rotors, or the servo of a
+    /// stick, which stays at its position (jam-lateral, jam-longitudinal, jam-collective, jam-pedal); may be repeated
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
-    /// How long to fly, s. Unless given, 120 s, or longer: until 30 s after the last disturbance, test point or
-    /// test input. With --lines it is also how long to wait for the flight computer; unless given, the
-    /// flight then has no limit and the wait 300 s
+    /// Duration of the flight, s [default: 120, or until 30 s after the last disturbance, test point or test input].
+    /// With --lines it is also the time to wait for the flight computer [default: no limit of the flight, 300 s for the
+    /// wait]
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
-    /// Wind: `calm`, or speed in m/s, where it comes from in degrees, gusts in m/s (one sigma);
-    /// 3,135,1.5 unless given
+    /// Wind: `calm`, or SPEED in m/s, FROM (the direction it comes from) in degrees, GUST (one sigma) in m/s [default:
+    /// 3,135,1.5]. Without FROM it is 0, without GUST half the speed
     #[arg(long, value_name = "SPEED[,FROM[,GUST]]")]
     pub wind: Option<WindArgument>,
-    /// The sensors: thesis, modern or poor
+    /// Sensor grade: thesis, modern or poor
     #[arg(long, value_name = "GRADE", default_value = "thesis", value_parser = grade)]
     pub sensors: SensorGrade,
-    /// Lose GPS from START for DURATION seconds; may be repeated
+    /// Lose GPS for DURATION seconds from START on; may be repeated
     #[arg(long, value_name = "START:DURATION")]
     pub outage: Vec<OutageWindow>,
-    /// Let the autopilot fly on the truth instead of the estimate: what the loops alone can do
+    /// Feed the autopilot with the true state instead of the estimate, to test the loops alone
     #[arg(long)]
     pub truth: bool,
-    /// Write no report.html
+    /// Do not write report.html
     #[arg(long)]
     pub no_report: bool,
-    /// Put the helicopter, its sensors and a pilot behind the serial lines that --config names, in real
-    /// time, for `hovernav fly --config` of the same file to fly
+    /// Connect the helicopter, its sensors and a pilot to the serial lines that --config names, in real time, as the
+    /// environment of `hovernav fly --config` with the same file
     #[cfg(feature = "lines")]
     #[arg(long, requires = "config", conflicts_with_all = [
         "flight", "disturbance", "test_points", "excite", "outage", "truth", "fault"
@@ -107,8 +106,8 @@ pub struct Arguments {
     #[cfg(feature = "lines")]
     #[arg(long, value_name = "FILE", requires = "lines")]
     pub config: Option<PathBuf>,
-    /// With --lines: what the pilot does and what is lost, ACT@START[:DURATION] in seconds, `engage@30:60`
-    /// or `stick-pedal=0.3@50:2` say; may be repeated
+    /// With --lines: actions of the pilot and failures of sensors, as ACT@START[:DURATION] in seconds, such as
+    /// `engage@30:60` or `stick-pedal=0.3@50:2`; may be repeated
     #[cfg(feature = "lines")]
     #[arg(long = "do", value_name = "ACT", requires = "lines")]
     pub act: Vec<hovernav_hil::TimedAct>,
@@ -122,7 +121,7 @@ fn place(text: &str) -> Result<Geodetic, String> {
         }
         _ => None,
     }
-    .ok_or_else(|| format!("found \"{text}\", expected LAT,LON,HEIGHT of a place on Earth"))
+    .ok_or_else(|| format!("found \"{text}\", expected LAT,LON,HEIGHT of a position on Earth"))
 }
 
 fn heading(text: &str) -> Result<f64, String> {
@@ -131,7 +130,7 @@ fn heading(text: &str) -> Result<f64, String> {
 
 fn step(text: &str) -> Result<f64, String> {
     let size = text.parse().ok().filter(|size| (0.03..=0.5).contains(size));
-    size.ok_or_else(|| format!("found \"{text}\", expected a part of full travel, 0.03 to 0.5"))
+    size.ok_or_else(|| format!("found \"{text}\", expected a fraction of full travel, 0.03 to 0.5"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -144,7 +143,7 @@ fn grade(text: &str) -> Result<SensorGrade, String> {
     found.ok_or_else(|| format!("found \"{text}\", expected thesis, modern or poor"))
 }
 
-/// A path to follow exactly.
+/// A prescribed path.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum FlightPath {
     /// Five minutes of hover
@@ -155,7 +154,7 @@ pub enum FlightPath {
     Tour,
 }
 
-/// `NAME=VALUE[@SECOND]`: a disturbance, and when it comes if that is given.
+/// `NAME=VALUE[@SECOND]`: a disturbance, with its start time if given.
 #[derive(Clone, Copy)]
 pub struct TimedDisturbance {
     pub disturbance: Disturbance,
@@ -178,7 +177,7 @@ impl FromStr for TimedDisturbance {
             Some((value, at)) => (value, Some(second(at).ok_or_else(expected)?)),
         };
         let value = finite(value).ok_or_else(expected)?;
-        // What is further off is degrees.
+        // A larger angle was probably meant in degrees.
         let (most, unit) = match name.trim() {
             "phi" | "theta" => (1.5, "rad"),
             "psi" => (3.15, "rad"),

@@ -17,10 +17,10 @@ use super::summary::{ClosedLoopSummary, Summary};
 use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
 use crate::output;
 
-/// How much of the work is flying.
+/// Share of the progress bar for the flight itself.
 const FLYING: f64 = 0.75;
 
-/// The flight that the arguments ask for.
+/// The flight configuration of the arguments.
 fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_log::read_autopilot(path)?,
@@ -55,7 +55,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         config.events.push((at_s, event(disturbance.disturbance)));
     }
     if let Some(size) = arguments.test_points {
-        // A pilot flies test points, not an autopilot that jumps with each fix.
+        // Test points are flown by a pilot. The autopilot on estimates would react to every fix.
         config.feedback = Feedback::Truth;
         config.events = FlightEvent::test_points(30.0, size);
     }
@@ -76,7 +76,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
     if let Some((last_s, what)) = last {
         ensure!(
             last_s < config.duration_s,
-            "{what} at {last_s} s: found a flight of {} s, expected it to happen within",
+            "{what} at {last_s} s: found a flight of {} s, expected the event before its end",
             config.duration_s
         );
     }
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(fly_config) = arguments.config.as_deref().filter(|_| arguments.lines) {
         return super::lines::run(arguments, config, fly_config);
     }
-    // Seconds of flight; what is estimated from the record counts as more of them.
+    // Steps are seconds of flight; the estimation adds the remaining share of steps.
     let bar = output::bar((config.duration_s / FLYING).ceil() as usize);
     let flight = config.fly_with(|second| bar.set_position(second as u64))?;
     let out = arguments.out.clone().unwrap_or_else(|| OUT.into());

@@ -1,4 +1,4 @@
-//! What the filter makes of a simulated flight whose dataset is written.
+//! Runs the filter over a simulated flight after its dataset is written.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::flight_page::{self, FlightData};
 use crate::output;
 use crate::summary::RunSummary;
 
-/// A simulated flight as estimated from its record, held against its truth.
+/// The estimate of a simulated flight, scored against the truth.
 pub struct Estimate {
     pub run: Run,
     pub reference: Option<Reference>,
@@ -18,8 +18,8 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Runs the filter over `dataset`, which stands in `out` with its truth beside it; `progress` is told how many
-    /// samples are done.
+    /// Runs the filter over `dataset`, whose files and truth are in `out`. `progress` receives the number of processed
+    /// samples.
     pub fn of(dataset: &mut Dataset, out: &Path, progress: impl Fn(usize)) -> anyhow::Result<Self> {
         let settings = dataset.settings()?;
         let run = dataset.estimate(&settings, progress);
@@ -32,12 +32,12 @@ impl Estimate {
         Ok(Self { run, reference, score, summary })
     }
 
-    /// Writes `report.html` to `out`; a flight without a solution has none, which is said.
+    /// Writes `report.html` to `out`. Without a solution it writes no page and prints the reason.
     pub fn write_page(&self, title: &str, dataset: &Dataset, out: &Path) -> anyhow::Result<()> {
         let Self { run, reference, score, summary } = self;
         if run.solutions.is_empty() {
             output::say(
-                "no report.html: the filter did not align, and there is no solution to draw",
+                "no report.html: the filter did not align, so there is no solution to show",
             );
             output::remove_stale(out, [output::REPORT]);
             return Ok(());

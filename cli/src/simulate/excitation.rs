@@ -1,4 +1,4 @@
-//! `--excite`: test inputs that the autopilot flies.
+//! `--excite`: test inputs during the autopilot flight.
 
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use hovernav_sim::FlightEvent;
 
 use crate::arguments::{finite, second};
 
-/// When the first test input comes, and the pause after each, s.
+/// Start of the first test input, and pause after each, s.
 const FIRST_S: f64 = 30.0;
 const PAUSE_S: f64 = 8.0;
 
@@ -39,9 +39,7 @@ impl FromStr for TestInput {
         let mut number = || parts.next().map(|part| finite(part).ok_or_else(expected)).transpose();
         let (amplitude, lasts_s) = (number()?.unwrap_or(0.1), number()?);
         if amplitude == 0.0 {
-            return Err(format!(
-                "found \"{text}\", a test input that moves nothing, expected a SIZE other than 0"
-            ));
+            return Err(format!("found \"{text}\" with size 0, expected a SIZE other than 0"));
         }
         if parts.next().is_some() {
             return Err(expected());
@@ -73,7 +71,7 @@ impl FromStr for TestInput {
     }
 }
 
-/// When each of `inputs` is flown.
+/// The start time, s, of each of `inputs`, with its event.
 pub fn events(inputs: &[TestInput]) -> Vec<(f64, FlightEvent)> {
     let mut next_s = FIRST_S;
     let mut events = Vec::new();
@@ -87,13 +85,13 @@ pub fn events(inputs: &[TestInput]) -> Vec<(f64, FlightEvent)> {
     events
 }
 
-/// Why a test input ended early.
+/// The reason for the early end of a test input.
 pub fn in_words(abort: ExcitationAbort) -> &'static str {
     match abort {
-        ExcitationAbort::Mode => "the autopilot no longer held velocity",
-        ExcitationAbort::Tilt => "roll or pitch went beyond its limit",
-        ExcitationAbort::Rate => "an angular rate went beyond its limit",
-        ExcitationAbort::Speed => "the speed went beyond its limit",
-        _ => "a limit was crossed",
+        ExcitationAbort::Mode => "the autopilot left the modes that hold velocity",
+        ExcitationAbort::Tilt => "roll or pitch exceeded its limit",
+        ExcitationAbort::Rate => "an angular rate exceeded its limit",
+        ExcitationAbort::Speed => "the speed exceeded its limit",
+        _ => "a limit was exceeded",
     }
 }

@@ -1,4 +1,4 @@
-//! `--fault`: what fails on the vehicle.
+//! `--fault`: failures of the vehicle.
 
 use std::str::FromStr;
 
@@ -7,7 +7,7 @@ use hovernav_sim::FlightEvent;
 
 use crate::arguments::second;
 
-/// `NAME@SECOND`: what fails, and when.
+/// `NAME@SECOND`: a failure and its time.
 #[derive(Clone, Debug)]
 pub struct Failure {
     pub event: FlightEvent,

@@ -1,4 +1,4 @@
-//! The helicopter behind the serial lines of a flight computer, in real time.
+//! The simulated helicopter behind the serial lines of a flight computer, in real time.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -18,7 +18,7 @@ use super::estimate::Estimate;
 use crate::arguments::read_fly_config;
 use crate::output;
 
-/// What the flight came to, in `summary.json`.
+/// The result of the flight, for `summary.json`.
 #[derive(Serialize)]
 struct LinesSummary {
     tool: &'static str,
@@ -27,7 +27,7 @@ struct LinesSummary {
     duration_s: f64,
     wall_s: f64,
     imu_samples: usize,
-    /// All that the receiver measured: the flight computer's record tells what became of them.
+    /// All fixes that the receiver measured. The flight computer's record shows their use.
     gps_fixes_used: usize,
     gps_fixes_rejected: usize,
     crashed_s: Option<f64>,
@@ -41,7 +41,7 @@ struct LinesSummary {
     servo_packets: ServoPacketSummary,
 }
 
-/// How steadily the flight computer's packets came to the servos.
+/// Regularity of the servo packets from the flight computer.
 #[derive(Serialize)]
 struct ServoPacketSummary {
     came: u64,
@@ -50,7 +50,7 @@ struct ServoPacketSummary {
     longest_gap_s: f64,
 }
 
-/// From the last byte of an inertial packet to the first byte for the servos, s.
+/// Time from the last byte of an inertial packet to the first byte for the servos, s.
 #[derive(Serialize)]
 struct Turnaround {
     median: f64,
@@ -59,30 +59,30 @@ struct Turnaround {
     longest: f64,
 }
 
-/// Without a packet for longer than this the servos' own pass-through, at 0.2 s, is near, s.
+/// Gap between servo packets, s, that is reported. The servos switch to pass-through at 0.2 s.
 const LONG_GAP_S: f64 = 0.1;
 
-/// Whether the machine had a part in it.
+/// The regularity of the servo packets, with the likely cause of gaps.
 fn packets_in_words(packets: &ServoPackets) -> String {
     let ServoPackets { came, late, missing, longest_gap_s } = packets;
     if *late == 0 {
         return format!(
-            "all {came} servo packets came in time, {longest_gap_s:.3} s apart at most"
+            "all {came} servo packets were in time, at most {longest_gap_s:.3} s apart"
         );
     }
     let busy = if *longest_gap_s > LONG_GAP_S {
-        ": the machine was too busy, or the flight computer was held up"
+        ": this machine was too busy, or the flight computer was delayed"
     } else {
         ""
     };
     format!(
-        "of {came} servo packets {late} came late, {missing} were missing, the longest gap was \
+        "of {came} servo packets {late} were late and {missing} were missing; the longest gap was \
          {longest_gap_s:.3} s{busy}"
     )
 }
 
 impl LinesSummary {
-    /// How it went, in a few lines.
+    /// Prints the result in a few lines.
     fn say(&self, packets: &ServoPackets) {
         let say = |line: std::fmt::Arguments<'_>| crate::output::say(line);
         match self.crashed_s {
@@ -95,7 +95,7 @@ impl LinesSummary {
         let [u, v, w] = self.velocity_rms_mps;
         say(format_args!(
             "switch closed {:.1} s in {} engagement{}: u, v, w {u:.2}, {v:.2}, {w:.2} m/s RMS, heading within \
-             {:.1} deg, place within {:.1} m, largest step of a stick {:.1} %",
+             {:.1} deg, position within {:.1} m, largest step of a stick {:.1} %",
             self.engaged_s,
             self.engagements,
             if self.engagements == 1 { "" } else { "s" },
@@ -112,7 +112,7 @@ impl LinesSummary {
     }
 }
 
-/// Flies `flight` behind the lines that `fly_config` names.
+/// Simulates `flight` behind the lines that `fly_config` names.
 pub fn run(
     arguments: &Arguments,
     mut flight: FlightConfig,
@@ -122,7 +122,7 @@ pub fn run(
     let config = read_fly_config(fly_config)?;
     let place = |section: &str, key: &str| {
         format!(
-            "{}: [{section}] {key}: found none, expected one: it is a line of the simulation",
+            "{}: [{section}] {key}: missing, expected a serial port: the simulation connects to it",
             fly_config.display()
         )
     };
@@ -165,7 +165,7 @@ pub fn run(
             && flying.elapsed_s().is_none()
             && ready.elapsed() >= Duration::from_secs_f64(longest_s)
         {
-            bail!("nothing was flown: no flight computer opened all lines within {longest_s} s");
+            bail!("no flight: no flight computer opened all lines within {longest_s} s");
         }
         let seconds = flying.elapsed_s().unwrap_or_default() as u64;
         if seconds >= told + 10
@@ -184,7 +184,7 @@ pub fn run(
     let crashed_s = flying.crashed_s();
     let elapsed_s = flying.elapsed_s().unwrap_or_default();
     let (mut dataset, samples) = flying.end()?;
-    ensure!(!samples.is_empty(), "nothing was flown: no flight computer opened all lines");
+    ensure!(!samples.is_empty(), "no flight: no flight computer opened all lines");
     dataset.manifest = config.navigation.clone();
     let statistics = LiveStatistics::of(&samples);
     let summary = LinesSummary {
@@ -216,7 +216,7 @@ pub fn run(
             longest_gap_s: packets.longest_gap_s,
         },
     };
-    // Before anything is written: a disk that is full costs the files, not what was flown.
+    // Print the result first: a full disk then costs only the files.
     summary.say(&packets);
     let truth: Vec<_> = samples.iter().map(|sample| sample.truth).collect();
     dataset.write(&out, &truth)?;

@@ -1,4 +1,4 @@
-//! `hovernav simulate`: a flight whose truth is known, recorded as a dataset.
+//! `hovernav simulate`: a simulated flight with known truth, recorded as a dataset.
 
 mod arguments;
 mod closed_loop;

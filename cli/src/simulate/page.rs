@@ -1,4 +1,4 @@
-//! The page of a simulated flight: the estimate against the truth, and what the loop did.
+//! The page of a simulated flight: the estimate against the truth, and the behaviour of the loop.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::summary::{ClosedLoopSummary, Summary};
 use crate::flight_page::{self, FlightData};
 use crate::page::{Fact, Figure, Role, Row, Section, Series, Table, TableRow};
 
-/// What the page of a simulated flight shows.
+/// The contents of the page of a simulated flight.
 pub struct SimulationPage<'a> {
     pub config: &'a FlightConfig,
     pub flight: &'a Flight,
@@ -31,7 +31,7 @@ impl SimulationPage<'_> {
                 duration_s: span.end - span.start,
             })
             .collect();
-        let mut headlines = vec![Fact::new("held", self.summary.flight.in_words())];
+        let mut headlines = vec![Fact::new("hover", self.summary.flight.in_words())];
         headlines.extend(self.summary.run.headlines());
         let (facts, warnings) = (self.summary.run.facts(), &self.summary.run.warnings);
         let data = FlightData {
@@ -58,7 +58,7 @@ impl SimulationPage<'_> {
             wind(self.flight),
             modes(&self.summary.flight),
         ];
-        // After map, position, velocity, body velocity and attitude.
+        // Insert after map, position, velocity, body velocity and attitude.
         page.sections.splice(5..5, own);
         page.write(path)
     }
@@ -88,7 +88,7 @@ fn rates(flight: &Flight) -> Section {
     Section::new(
         "rates",
         "Rates",
-        "Body rates p, q, r as they were, and as the filter gave them to the autopilot.",
+        "True body rates p, q, r, and the filter's estimates that the autopilot received.",
     )
     .with(Figure::against_time(rows))
 }
@@ -105,7 +105,7 @@ fn controls(flight: &Flight) -> Section {
     Section::new(
         "controls",
         "Control activity",
-        "What the autopilot, and before it the pilot, commands, and where the servos stand, percent \
+        "Commands of the pilot and then of the autopilot, and positions of the servos, in percent \
          of full travel about trim.",
     )
     .with(Figure::against_time(rows))
@@ -117,8 +117,7 @@ fn wind(flight: &Flight) -> Section {
         Row::new(name, "m/s")
             .with(line(flight, Role::First, |m| m.wind_mps.to_array()[axis]).named("wind"))
     });
-    let explanation =
-        "Steady wind and Dryden gusts, as they act on the airframe; where the air goes to.";
+    let explanation = "Steady wind and Dryden gusts acting on the airframe, positive in the direction of the air's motion.";
     Section::new("wind", "Wind", explanation).with(Figure::against_time(rows))
 }
 
@@ -129,10 +128,10 @@ fn modes(flight: &ClosedLoopSummary) -> Section {
             vec![change.from.clone(), change.to.clone(), change.reason.clone()],
         )
     });
-    Section::new("modes", "Modes", "What the autopilot was doing, and why it changed.").with(
+    Section::new("modes", "Modes", "Modes of the autopilot, and the reason for each change.").with(
         Table {
             caption: "Changes of mode".into(),
-            heads: ["", "From", "To", "Because of"].map(Into::into).into(),
+            heads: ["", "From", "To", "Reason"].map(Into::into).into(),
             rows: rows.collect(),
         },
     )

@@ -1,4 +1,4 @@
-//! A path flown exactly, and what the sensors say of it.
+//! A prescribed path, and the measurements of the sensors on it.
 
 use std::time::Instant;
 

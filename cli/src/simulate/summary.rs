@@ -1,4 +1,4 @@
-//! `summary.json` of a flight in closed loop.
+//! `summary.json` of a closed-loop flight.
 
 use hovernav::autopilot::Transition;
 use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent, HoverStatistics};
@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use crate::summary::RunSummary;
 
-/// From when on the hover is judged, s.
+/// Start of the evaluation of the hover, s.
 const JUDGED_FROM_S: f64 = 25.0;
 
-/// For how long the worst after a disturbance is sought, s.
+/// Time after a disturbance, s, in which the largest excursion is searched.
 const FOLLOWED_S: f64 = 20.0;
 
-/// The summary of a simulated flight: that of the filter, and that of the closed loop.
+/// The summary of a simulated flight: of the filter, and of the closed loop.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     #[serde(flatten)]
@@ -20,14 +20,14 @@ pub struct Summary {
     pub flight: ClosedLoopSummary,
 }
 
-/// What the closed loop did.
+/// The behaviour of the closed loop.
 #[derive(Debug, Serialize)]
 pub struct ClosedLoopSummary {
-    /// What the autopilot flew on.
+    /// The state that the autopilot used.
     feedback: &'static str,
-    /// When it crashed.
+    /// Time of the crash, s.
     crashed_s: Option<f64>,
-    /// What it was doing at the end.
+    /// The mode at the end.
     last_mode: String,
     transitions: Vec<TransitionSummary>,
     disturbances: Vec<DisturbanceSummary>,
@@ -50,7 +50,7 @@ pub struct TransitionSummary {
 #[derive(Debug, Serialize)]
 pub struct DisturbanceSummary {
     pub time_s: f64,
-    /// Steepest tilt and fastest motion in the 20 s after it.
+    /// Largest tilt and speed in the 20 s after it.
     pub tilt_worst_deg: f64,
     pub speed_worst_mps: f64,
 }
@@ -102,7 +102,7 @@ impl ClosedLoopSummary {
         &self.transitions
     }
 
-    /// The hover in a line.
+    /// The accuracy of the hover in one line.
     pub fn in_words(&self) -> String {
         if let Some(crashed_s) = self.crashed_s {
             return format!("crashed at {crashed_s:.2} s");

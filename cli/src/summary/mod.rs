@@ -1,4 +1,4 @@
-//! `summary.json` of a run of the filter, for programs, for the page and for the terminal.
+//! `summary.json` of a filter run, for programs, for the page and for the terminal.
 
 mod reproduction;
 mod run;

@@ -1,9 +1,9 @@
-//! Whether a record's solution was reproduced.
+//! Comparison of a record's solution with its replay.
 
 use hovernav_log::record::Reproduction;
 use serde::Serialize;
 
-/// How the solution compares with the one that flew.
+/// The difference between the replayed solution and the one computed in flight.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReproductionSummary {
     compared: usize,
@@ -34,7 +34,7 @@ impl From<Reproduction> for ReproductionSummary {
 }
 
 impl ReproductionSummary {
-    /// For the terminal.
+    /// One line for the terminal.
     pub fn in_words(&self) -> String {
         let Some(first_s) = self.first_difference_s else {
             return format!("flown solution reproduced bit for bit ({} samples)", self.compared);
@@ -45,7 +45,7 @@ impl ReproductionSummary {
             self.attitude_difference_deg,
         ) {
             (Some(m), Some(mps), Some(deg)) => format!("by {m:.3e} m, {mps:.3e} m/s, {deg:.3e}°"),
-            _ => "by having no solution there".into(),
+            _ => "where only one of them has a solution".into(),
         };
         format!("flown solution not reproduced: it first differs at {first_s:.6} s, {far}")
     }

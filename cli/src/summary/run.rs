@@ -1,4 +1,4 @@
-//! The summary of a run of the filter: what it was and what it gave.
+//! The summary of a filter run: its input and its results.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,33 +14,33 @@ use serde::Serialize;
 
 use super::reproduction::ReproductionSummary;
 
-/// The summary of a run of the filter over a log.
+/// The summary of a filter run over a log.
 #[derive(Debug, Serialize)]
 pub struct RunSummary {
     tool: &'static str,
     version: &'static str,
     pub(super) input: String,
     pub duration_s: f64,
-    /// Filled in last.
+    /// Wall time of the run, s; set last.
     pub wall_s: f64,
     pub imu_samples: usize,
-    /// Fixes of which anything corrected the state.
+    /// Fixes with at least one measurement that corrected the state.
     pub gps_fixes_used: usize,
-    /// Fixes of which anything was refused by a gate; one that was taken in part counts above, too.
+    /// Fixes with at least one measurement rejected by a gate. A partly used fix also counts in `gps_fixes_used`.
     pub gps_fixes_rejected: usize,
-    /// Fixes that could not be compared at all.
+    /// Fixes that could not be compared with the state.
     pub(super) gps_fixes_unusable: usize,
     smoothed: bool,
     pub(super) alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
-    /// How it compares with the solution that flew, of a flight record.
+    /// Comparison with the solution computed in flight, for a flight record.
     #[serde(rename = "flown", skip_serializing_if = "Option::is_none")]
     pub reproduction: Option<ReproductionSummary>,
-    /// How far it is from the solution of the estimator on board, where the log has that.
+    /// Difference from the solution of the onboard estimator, if the log contains one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onboard: Option<OnboardDifference>,
-    /// The innovations of the estimator on board beside ours, where the log has them.
+    /// Innovations of the onboard estimator next to ours, if the log contains them.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub onboard_innovations: BTreeMap<&'static str, InnovationSizes>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,29 +51,29 @@ pub struct RunSummary {
     error_over_sigma: Option<BTreeMap<&'static str, f64>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) outages: Vec<OutageDrift>,
-    /// Of the largest horizontal drift in each outage.
+    /// Statistics of the largest horizontal drift in each outage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) outage_drift_m: Option<Statistics>,
-    /// What was chosen or taken for granted while reading, one plain sentence each.
+    /// Choices and assumptions while reading the log, one sentence each.
     pub(super) notes: Vec<String>,
-    /// What deserves a second look, one plain sentence each.
+    /// Points to check, one sentence each.
     pub warnings: Vec<String>,
-    /// What happened when, each a span with a sentence; the warnings are among them.
+    /// Events with their time span and a sentence; the warnings are among them.
     pub findings: Vec<Finding>,
-    /// Readings that could not be used for a fault of theirs.
+    /// Number of readings that were unusable because of an error in them.
     aids_unusable: UnusedReadings,
-    /// Readings left out by design.
+    /// Number of readings that were left out by design.
     aids_left_out: UnusedReadings,
 }
 
-/// How and when the filter was aligned.
+/// Time, duration and result of the alignment of the filter.
 #[derive(Debug, Serialize)]
 pub struct AlignmentSummary {
     pub(super) end_s: f64,
     pub(super) duration_s: f64,
     pub(super) heading: &'static str,
     pub(super) heading_sigma_deg: f64,
-    /// When a heading unknown at first was found.
+    /// Time at which an initially unknown heading was found, s.
     pub(super) heading_found_s: Option<f64>,
     pub(super) attitude: &'static str,
     pub(super) at_rest: bool,
@@ -83,7 +83,7 @@ pub struct AlignmentSummary {
 struct ChannelSummary {
     used: usize,
     rejected: usize,
-    /// Mean square of the normalised innovations that were used: 1 of a consistent filter.
+    /// Mean square of the normalised innovations that were used; 1 for a consistent filter.
     mean_square: f64,
 }
 
@@ -101,19 +101,19 @@ struct Reopened {
     innovation: f64,
 }
 
-/// How far the solution drifted in one span without GPS.
+/// Drift of the solution in one span without GPS.
 #[derive(Debug, Serialize)]
 pub struct OutageDrift {
     pub start_s: f64,
     pub duration_s: f64,
     pub max_horizontal_m: Option<f64>,
-    /// Whether the log has no moment of it.
+    /// Whether the outage lies outside the log.
     #[serde(skip)]
     pub is_outside: bool,
 }
 
 impl RunSummary {
-    /// What a run over `dataset` gave; scores and times are still to come.
+    /// The summary of a run over `dataset`, without scores and wall time, which are added later.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
         let mut summary = Self {
             tool: "hovernav",
@@ -147,18 +147,18 @@ impl RunSummary {
         if run.solutions_left_out > 0 {
             let (kept, all) = (run.solutions.len(), run.solutions.len() + run.solutions_left_out);
             summary.notes.push(format!(
-                "page, scores and findings rest on {kept} of {all} solutions, evenly thinned"
+                "page, scores and findings use {kept} of {all} solutions, thinned evenly"
             ));
         }
         if run.fixes_left_out > 0 {
             summary.notes.push(format!(
-                "page and findings leave out {} comparisons of fixes that were accepted, evenly; all are counted",
+                "page and findings omit {} comparisons of accepted fixes, thinned evenly; the counts include all",
                 run.fixes_left_out
             ));
         }
         if run.comparisons_left_out > 0 {
             summary.notes.push(format!(
-                "the page leaves out {} comparisons of aids that were accepted, evenly; all are counted",
+                "the page omits {} accepted measurements of other sensors, thinned evenly; the counts include all",
                 run.comparisons_left_out
             ));
         }
@@ -184,7 +184,7 @@ impl RunSummary {
                     });
                 }
                 Notice::HeadingFound { time, sigma_rad, .. } => {
-                    // One found later was lost in a gap.
+                    // Only the first time counts; a heading found later had been lost in a gap.
                     let first = self.alignment.as_mut().filter(|by| by.heading_found_s.is_none());
                     if let Some(alignment) =
                         first.filter(|by| by.heading == heading_name(HeadingSource::Unknown))
@@ -200,7 +200,7 @@ impl RunSummary {
         self.innovations = run.channels.iter().map(|(name, tally)| (*name, tally.into())).collect();
     }
 
-    /// Tells of the axes that the filter was reopened for.
+    /// Records the axes on which the filter was reset to the measurement.
     fn add_reopened(&mut self, report: &hovernav::ekf::Report) {
         let reopened = report.innovations().filter(|axis| axis.verdict == Verdict::Reopened);
         self.reopened.extend(reopened.map(|axis| Reopened {
@@ -210,7 +210,7 @@ impl RunSummary {
         }));
     }
 
-    /// Adds what was found apart from the run.
+    /// Adds findings from outside the run.
     pub fn add_findings(&mut self, findings: Vec<Finding>) {
         self.warnings.extend(sentences(&findings));
         self.findings.extend(findings);

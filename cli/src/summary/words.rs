@@ -11,14 +11,14 @@ use super::run::{AlignmentSummary, RunSummary};
 use crate::page::Fact;
 
 impl RunSummary {
-    /// The facts of the run as the page's table has them.
+    /// The facts of the run for the table of the page.
     pub fn facts(&self) -> Vec<Fact> {
         let mut facts = vec![
             Fact::new("input", &self.input),
             Fact::new("duration", format!("{:.1} s", self.duration_s)),
             Fact::new("inertial samples", self.imu_samples),
             Fact::new(
-                "fixes used / refused / unusable",
+                "fixes used / rejected / unusable",
                 format!(
                     "{} / {} / {}",
                     self.gps_fixes_used, self.gps_fixes_rejected, self.gps_fixes_unusable
@@ -32,7 +32,7 @@ impl RunSummary {
             let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
             let drift = match outage.max_horizontal_m {
                 Some(drift) => format!("drifted {drift:.2} m"),
-                None if outage.is_outside => "outside the log: nothing was left out".into(),
+                None if outage.is_outside => "outside the log: no fix was ignored".into(),
                 None => "not covered by a reference".into(),
             };
             facts.push(Fact { label: span, value: drift });
@@ -45,7 +45,7 @@ impl RunSummary {
         facts
     }
 
-    /// The few numbers to see first.
+    /// The headline numbers.
     pub fn headlines(&self) -> Vec<Fact> {
         let Some(error) = &self.error else { return Vec::new() };
         let mut headlines = Vec::new();
@@ -64,8 +64,7 @@ impl RunSummary {
         headlines
     }
 
-    /// Root mean square of the horizontal error, m, and of the velocity error, m/s, where there is a
-    /// reference.
+    /// Root mean square of the horizontal error, m, and of the velocity error, m/s; `None` without a reference.
     pub fn row_errors(&self) -> [Option<f64>; 2] {
         let rmse = |axis: &str| Some(self.error.as_ref()?.get(axis)?.rmse);
         let velocity = ["vn_mps", "ve_mps", "vd_mps"].map(rmse);
@@ -73,7 +72,7 @@ impl RunSummary {
         [rmse("horizontal_m"), squares.map(f64::sqrt)]
     }
 
-    /// What the terminal shows.
+    /// The text for the terminal.
     pub fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();
         for fact in self.facts() {
@@ -85,7 +84,7 @@ impl RunSummary {
         if let Some(onboard) = &self.onboard {
             write_sizes(
                 &mut text,
-                &format!("difference to {} on board", onboard.name),
+                &format!("difference from onboard {}", onboard.name),
                 &onboard.difference,
             );
         }
@@ -103,7 +102,7 @@ impl RunSummary {
     }
 }
 
-/// A table of sizes, axis by axis.
+/// A table of error statistics, one row per axis.
 fn write_sizes(text: &mut String, title: &str, sizes: &BTreeMap<&'static str, Statistics>) {
     let _ = writeln!(text, "{title:<32} {:>9} {:>9} {:>9} {:>9}", "rmse", "median", "p95", "max");
     for axis in Axis::ALL {
@@ -114,17 +113,16 @@ fn write_sizes(text: &mut String, title: &str, sizes: &BTreeMap<&'static str, St
     }
 }
 
-/// The innovations of the estimator on board beside ours: their size, and their mean square in units of
-/// what was expected.
+/// The innovations of the onboard estimator next to ours: root mean square, and normalised mean square.
 fn write_innovations(text: &mut String, sizes: &BTreeMap<&'static str, InnovationSizes>) {
     let _ = writeln!(
         text,
         "{:<32} {:>9} {:>9} {:>9} {:>9}",
-        "innovations, on board and ours", "rms", "ours", "nis", "ours"
+        "innovations, onboard and ours", "rms", "ours", "nis", "ours"
     );
     let number = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
     for (name, InnovationSizes { onboard, ours }) in sizes {
-        // Angles are told in degrees.
+        // Angles are shown in degrees.
         let (name, scale) = match name.strip_suffix("_rad") {
             Some(name) => (format!("{name}_deg"), 180.0 / std::f64::consts::PI),
             None => ((*name).to_owned(), 1.0),
@@ -149,7 +147,7 @@ impl AlignmentSummary {
         };
         let rest = if self.at_rest { "at rest" } else { "in motion" };
         format!(
-            "at {:.2} s, {rest}, roll and pitch {}, {source}, sure to {:.1}°",
+            "at {:.2} s, {rest}, roll and pitch {}, {source}, one sigma {:.1}°",
             self.end_s, self.attitude, self.heading_sigma_deg
         )
     }

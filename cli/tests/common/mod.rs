@@ -1,4 +1,4 @@
-//! What the tests of the command share.
+//! Common functions of the tests of the command.
 #![allow(dead_code, reason = "no test uses all of it")]
 
 use std::fs;
@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 
-/// The helicopter's flight that comes with the project.
+/// The helicopter flight in the repository.
 pub const HELI: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../datasets/heli-hover");
 
 /// Runs the command.
@@ -16,7 +16,7 @@ pub fn hovernav(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hovernav")).args(arguments).output().expect("the command runs")
 }
 
-/// What the command wrote to standard output; it must have succeeded.
+/// Standard output of the command, which must succeed.
 #[track_caller]
 pub fn succeeds(arguments: &[&str]) -> String {
     let run = hovernav(arguments);
@@ -24,7 +24,7 @@ pub fn succeeds(arguments: &[&str]) -> String {
     String::from_utf8(run.stdout).expect("text")
 }
 
-/// The one line with which the command refuses, at exit status 1.
+/// The one line on standard error of a command that fails with exit status 1.
 #[track_caller]
 pub fn refusal(arguments: &[&str]) -> String {
     let run = hovernav(arguments);
@@ -34,7 +34,7 @@ pub fn refusal(arguments: &[&str]) -> String {
     message
 }
 
-/// An empty directory of this name, which each test has to itself.
+/// An empty directory with this name, for one test only.
 pub fn place(name: &str) -> PathBuf {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&place);
@@ -42,8 +42,8 @@ pub fn place(name: &str) -> PathBuf {
     place
 }
 
-/// Where the autopilot lies that `design` finds for the 60-class helicopter: once for all tests of a program, for the
-/// search takes its time.
+/// The directory with the autopilot that `design` computes for the 60-class helicopter. The search runs once per test
+/// program, because it is slow.
 pub fn designed() -> &'static Path {
     static DESIGNED: LazyLock<PathBuf> = LazyLock::new(|| {
         let out = place(concat!("designed-", env!("CARGO_CRATE_NAME")));
@@ -57,13 +57,13 @@ pub fn text(path: &Path) -> &str {
     path.to_str().expect("the path is text")
 }
 
-/// The `summary.json` that a verb left in `out`.
+/// The `summary.json` in `out`.
 pub fn summary(out: &Path) -> Value {
     let text = fs::read_to_string(out.join("summary.json")).expect("a summary");
     serde_json::from_str(&text).expect("valid JSON")
 }
 
-/// Asserts that a summary has what each verb's has and then `more`.
+/// Asserts that a summary has the keys of every summary, and `more`.
 #[track_caller]
 pub fn assert_keys(summary: &Value, more: &[&str]) {
     const ALWAYS: [&str; 8] = [
@@ -81,7 +81,7 @@ pub fn assert_keys(summary: &Value, more: &[&str]) {
     }
 }
 
-/// A copy of those files of a dataset for which `change` gives a new text.
+/// A copy of the dataset files for which `change` returns a new text.
 pub fn changed(
     dataset: &str,
     name: &str,

@@ -50,8 +50,7 @@ fn a_campaign_with_the_design_of_another_helicopter_says_so() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
     let words = succeeds(&[&["campaign"][..], &own].concat());
-    let expected =
-        "the autopilot is designed for thesis-hover, what flies is the nonlinear 60-class";
+    let expected = "the autopilot is designed for thesis-hover, but the simulated aircraft is the nonlinear 60-class";
     assert!(words.contains(&format!("warning: {expected}")), "{words}");
     assert!(summary(&out)["warnings"][0].as_str().is_some_and(|text| text.starts_with(expected)));
     assert!(fs::read_to_string(out.join("report.html")).expect("a page").contains(expected));

@@ -1,4 +1,4 @@
-//! What other programs rely on: the command's files, columns and exit status.
+//! The interface for other programs: files, columns and exit status of the command.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use crate::common::{
     HELI, assert_keys, changed, hovernav, place, refusal, succeeds, summary, text,
 };
 
-/// A copy of the helicopter's first minute, one `file` of it changed by `change`.
+/// A copy of the helicopter's first minute, with one `file` changed by `change`.
 fn damaged(name: &str, file: &str, change: impl Fn(String) -> String) -> PathBuf {
     changed(HELI, name, &["imu.csv", "gps.csv", "dataset.toml"], |part, mut content| {
         if part == "imu.csv" {
@@ -114,10 +114,7 @@ fn what_is_not_there_is_told_with_what_was_expected() {
             "imu.csv: found one file of the dataset that dataset.toml beside it",
         ),
         (&["score", "nowhere", HELI], "nowhere: no such file or directory, expected a trajectory"),
-        (
-            &["score", HELI, HELI],
-            "heli-hover: found neither a solution.csv nor a mapping.toml in it",
-        ),
+        (&["score", HELI, HELI], "heli-hover: found neither solution.csv nor mapping.toml"),
         (&["report", &csv], "imu.csv: at byte 0: found \"t_s,gyro\", expected an MCAP file"),
     ] {
         let message = refusal(arguments);

@@ -1,4 +1,4 @@
-//! The commands that design, fly and judge the autopilot, as a user runs them.
+//! The commands that design, simulate and evaluate the autopilot, as a user runs them.
 
 use std::fs;
 use std::path::Path;
@@ -31,7 +31,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
     let summary = summary(&out);
     assert!(summary["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
     for stick in ["lateral", "longitudinal", "collective", "pedal"] {
-        // With the servo's lag in the loop.
+        // With the lag of the servo in the loop.
         let phase_deg = summary["margins"][stick]["phase_deg"].as_f64().expect("a number");
         assert!(phase_deg >= 45.0, "{stick}: {phase_deg}");
     }
@@ -39,14 +39,14 @@ fn the_thesis_design_is_reproduced_and_replaced() {
     assert!(fs::metadata(out.join("report.html")).expect("a page").len() > 1_000_000);
 }
 
-/// What was designed for a shipped model.
+/// Asserts a complete design for a shipped model.
 fn assert_can_be_flown(out: &Path) {
     let written = fs::read_to_string(out.join("autopilot.toml")).expect("an autopilot");
     assert!(written.starts_with("# Designed by hovernav"));
     assert!(summary(out)["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
 }
 
-// One test a model, so that they run side by side.
+// One test per model, so that they run in parallel.
 #[test]
 fn the_shipped_raptor60_gets_an_autopilot_that_can_be_flown() {
     assert_can_be_flown(designed());
@@ -88,7 +88,7 @@ fn a_design_is_flown_and_its_flight_estimated() {
     assert!(fs::metadata(flight.join("report.html")).expect("a page").len() > 1_000_000);
 
     succeeds(&["estimate", text(&flight), "--out", text(&again), "--no-report"]);
-    // Angles are recorded in degrees: the same to that rounding.
+    // Angles are recorded in degrees; the results agree to that rounding.
     for axis in ["north_m", "vd_mps", "roll_deg", "yaw_deg"] {
         let error = |summary: &Value| summary["error"][axis]["rmse"].as_f64().expect("scored");
         let (simulated, estimated) = (error(&flown), error(&summary(&again)));
@@ -163,19 +163,19 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
     for verb in ["simulate", "campaign"] {
         assert_refused(
             &[verb, "--model", text(&model), "--out", text(&dir)],
-            "\"do not fly\" (Lb has the wrong sign), expected a model to fly by; an autopilot that \
-             `hovernav design --force` makes of it is flown by --autopilot",
+            "\"do not fly\" (Lb has the wrong sign), expected a model to fly by; design an autopilot for it \
+             with `hovernav design --force` and pass that with --autopilot",
         );
     }
     let design = ["design", text(&model), "--out", text(&dir)];
-    assert_refused(&design, "--force designs all the same");
-    // Weights of its own, so that none are searched for.
+    assert_refused(&design, "--force designs for it anyway");
+    // With given weights, no search is needed.
     let weights = dir.join("weights.toml");
     fs::write(&weights, "").expect("writable");
     let words = succeeds(&[&design[..], &["--weights", text(&weights), "--force"]].concat());
     assert!(words.contains("the model\u{2019}s verdict is \"do not fly\": Lb has"), "{words}");
     let page = fs::read_to_string(dir.join("report.html")).expect("a page");
-    assert!(page.contains("Do not fly it: the model it is designed for"));
+    assert!(page.contains("Do not fly: the design is based on a model"));
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
     let expected = "found the covariance of identified parameters and no verdict";
     assert_refused(&design, expected);
     assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
-    // Whichever of the traces of an identification is left.
+    // Any one of the traces of an identification is sufficient.
     let slopes =
         "slopes = [{ parameter = \"Nr\", row = \"r\", column = \"r\", slope = 1.0 }]\nstates = [";
     fs::write(&model, with_parameters.replacen("states = [", slopes, 1)).expect("writable");
@@ -221,7 +221,7 @@ fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
                     collective stick it sinks; ";
     fs::write(&model, by_hand.replacen("-9.56839882414713", "9.56839882414713", 1))
         .expect("writable");
-    assert_refused(&design, &format!("{expected}--force designs all the same"));
+    assert_refused(&design, &format!("{expected}--force designs for it anyway"));
     assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
     for (from, to, expected) in [
         ("102.68219389546671", "-102.68219389546671", "A, row p, column b: found Lb -102.6"),
@@ -237,11 +237,11 @@ fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
         fs::write(&model, by_hand.replacen(from, to, 1)).expect("writable");
         assert_refused(&design, expected);
     }
-    // The last one's matrices are those of what flies.
+    // The matrices of the last model are those of the vehicle.
     let words = succeeds(&[&design[..], &["--force"]].concat());
-    assert!(words.contains("the model is not to be flown by: parameters: found Nr 3.7"), "{words}");
+    assert!(words.contains("the model must not be flown: parameters: found Nr 3.7"), "{words}");
     let page = fs::read_to_string(dir.join("report.html")).expect("a page");
-    assert!(page.contains("Do not fly it: the model it is designed for"));
+    assert!(page.contains("Do not fly: the design is based on a model"));
 }
 
 #[test]
@@ -257,13 +257,13 @@ fn a_notch_is_counted_in_the_margins_and_its_phase_told() {
     };
     let (without, _) = phase(&[]);
     let (with, words) = phase(&["--notch", "25:5", "--imu-rate", "200"]);
-    assert!(words.contains("notch at 25 Hz in samples of 200 Hz: 1.3 ms late"), "{words}");
+    assert!(words.contains("notch at 25 Hz in samples of 200 Hz: delay 1.3 ms"), "{words}");
     for (name, cost) in with["notch"]["loops"].as_object().expect("loops") {
         let lost_deg = cost["phase_lost_deg"].as_f64().expect("a number");
         let margin = |of: &Value| of["margins"][name]["phase_deg"].as_f64().expect("a margin");
         assert!((margin(&without) - margin(&with) - lost_deg).abs() < 0.3, "{name}: {lost_deg}");
     }
-    assert!(words.contains("estimator 6.5 ms late in rates"), "{words}");
+    assert!(words.contains("delay of the estimator: 6.5 ms in rates"), "{words}");
     assert_eq!(hovernav(&["design", "raptor60", "--notch", "25:0"]).status.code(), Some(2));
 }
 
@@ -292,7 +292,7 @@ fn a_flight_that_crashes_fails_after_its_record_is_written() {
 #[test]
 fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
     let dir = place("unstable_mode");
-    // Heave rolls it, and roll heaves it: what velocity holds down, attitude alone does not.
+    // Heave and roll are coupled: stable with velocity hold, unstable with attitude hold alone.
     let model = dir.join("coupled.toml");
     let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let coupled = shipped.replacen("0.07815841890740173", "60.0", 1).replacen(
@@ -309,8 +309,8 @@ fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
     let design =
         ["design", text(&model), "--weights", text(&weights), "--no-report", "--out", text(&dir)];
     fs::write(dir.join("autopilot.toml"), "of an earlier design").expect("writable");
-    assert_refused(&design, "holding attitude the loops are unstable: no autopilot.toml");
-    assert!(!dir.join("autopilot.toml").exists(), "nor is that of an earlier design left");
+    assert_refused(&design, "the loops are unstable in the mode attitude: no autopilot.toml");
+    assert!(!dir.join("autopilot.toml").exists(), "the file of an earlier design must be removed");
     assert!(summary(&dir)["modes"]["attitude"].is_null());
     succeeds(&[&design[..], &["--force"]].concat());
     assert!(dir.join("autopilot.toml").exists());
@@ -346,7 +346,7 @@ fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_left_out_is
     let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let delay = "parameters = [{ name = \"tau_ped\", value = 0.4, unit = \"s\" }]\nstates = [";
     fs::write(&late, shipped.replacen("states = [", delay, 1)).expect("writable");
-    // Left out, it would be the model's own, as far as the design counts delays.
+    // Without this line, the tail servo lag is the model's delay, up to the limit of the design.
     fs::write(&weights, "tail_servo_s = 0.0133\n").expect("writable");
     let arguments = design(text(&late));
     let words = succeeds(&arguments.each_ref().map(String::as_str));
@@ -376,7 +376,7 @@ fn test_points_that_are_flown_are_found_and_give_the_heave() {
     let (_, after) = model.split_once("name = \"Zw\", value = ").expect("a heave damping");
     let zw_per_s: f64 =
         after.split(',').next().and_then(|value| value.trim().parse().ok()).unwrap();
-    // The vehicle's own is -0.80 1/s.
+    // The true value of the vehicle is -0.80 1/s.
     assert!((-1.3..-0.3).contains(&zw_per_s), "{zw_per_s}");
 }
 

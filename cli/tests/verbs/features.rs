@@ -1,4 +1,4 @@
-//! A build that lacks a feature names it.
+//! A build without a feature names the missing feature.
 
 use crate::common::{HELI, hovernav, place, refusal, text};
 
@@ -27,7 +27,8 @@ fn a_verb_that_is_left_out_names_its_feature() {
     }
 }
 
-// Without the feature this cannot be asked here: `hovernav-validate`, which tests are built with, brings every format.
+// A build without the feature cannot be tested here: the tests depend on `hovernav-validate`, which enables all
+// formats.
 #[cfg(feature = "formats")]
 #[test]
 fn a_log_of_another_program_is_read_with_the_feature_formats() {

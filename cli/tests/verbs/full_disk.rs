@@ -1,5 +1,4 @@
-//! What a disk that is full leaves of a command's results: whole files and none that is cut, and an error that names
-//! the file and the cause.
+//! Results of a command on a full disk: only complete files, and an error with the file and the cause.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -8,18 +7,18 @@ use std::process::{Command, Output};
 
 use crate::common::{HELI, place, succeeds, text};
 
-/// Runs the command where no file may grow beyond `most` bytes, a multiple of 512: what a disk does to one that is full
-/// at that length, without a disk.
+/// Runs the command with a file size limit of `most` bytes, a multiple of 512. This simulates a disk that is full at
+/// that length.
 fn on_a_full_disk(most: u64, arguments: &[&str]) -> Output {
     assert_eq!(most % 512, 0);
-    // The signal would end the command; ignored, writing fails as it does on a full disk.
+    // SIGXFSZ would end the command. If it is ignored, writing fails as on a full disk.
     let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", most / 512);
     let mut command = Command::new("sh");
     command.args(["-c", &script, "sh", env!("CARGO_BIN_EXE_hovernav")]);
     command.args(arguments).output().expect("sh runs")
 }
 
-/// The files below `directory`.
+/// All files below `directory`.
 fn files(directory: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(directory).expect("a directory") {
@@ -29,8 +28,8 @@ fn files(directory: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Runs the command on disks that are full at some length up to `longest` bytes: it must fail at status 1 and name
-/// `file` and the cause, and whatever is in `out` afterwards must be whole.
+/// Runs the command with each of the limits in `most`. It must fail with status 1 and name `file` and the cause. All
+/// files in `out` must then be complete.
 #[track_caller]
 fn leaves_nothing_cut(out: &Path, arguments: &[&str], most: &[u64], file: &str) {
     for &most in most {
@@ -96,7 +95,7 @@ fn settings_are_written_whole_or_not_at_all() {
     for form in ["rust", "c", "postcard"] {
         let out = place(&format!("full-emit-{form}"));
         let arguments = ["estimate", HELI, "--no-report", "--emit", form, "--out", text(&out)];
-        // The solution fits neither: it is the file that is told of.
+        // The solution does not fit either: the error names that file.
         leaves_nothing_cut(&out, &arguments, &[0, 512], "");
     }
 }
@@ -105,11 +104,11 @@ fn settings_are_written_whole_or_not_at_all() {
 #[test]
 fn a_design_and_its_page_are_written_whole_or_not_at_all() {
     let out = place("full-design");
-    // Weights of its own, so that none are searched for.
+    // With given weights, no search is needed.
     let weights = place("full-design-weights").join("weights.toml");
     fs::write(&weights, "").expect("writable");
     let arguments = ["design", "raptor60", "--weights", text(&weights), "--out", text(&out)];
-    // The page alone does not fit: a design takes its time, so no other length is tried.
+    // Only the page does not fit. A design is slow, so only one limit is tested.
     leaves_nothing_cut(&out, &arguments, &[1 << 16], "report.html");
 }
 
@@ -129,7 +128,7 @@ fn a_copy_with_faults_is_written_whole_or_not_at_all() {
     leaves_nothing_cut(&out, &arguments, &[0, 1 << 12], "");
 }
 
-/// What is not asked for stays as it was: the limit is above what there is to write.
+/// A limit above the size of all results changes nothing.
 #[test]
 fn a_disk_with_room_changes_nothing() {
     let (there, here) = (place("roomy-there"), place("roomy-here"));

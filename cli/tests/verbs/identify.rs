@@ -1,4 +1,4 @@
-//! From a recorded flight to a model that others can read, or to one line that says why not.
+//! From a recorded flight to a model file, or to a one-line error with the reason.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,15 +11,15 @@ use crate::common::{
     HELI, assert_keys, changed, hovernav, place, refusal, succeeds, summary, text,
 };
 
-/// A copy of the flight, which has three test points on each stick, without what scores it; `change`
-/// gives a file's new text, or takes it away.
+/// A copy of the flight, which has three test points per stick, without the reference. `change` returns a file's new
+/// text, or `None` to omit the file.
 fn flight(name: &str, change: impl Fn(&str, String) -> Option<String>) -> PathBuf {
     changed(HELI, name, &["imu.csv", "gps.csv", "controls.csv", "dataset.toml"], change)
 }
 
 #[test]
 fn an_identification_leaves_a_model_a_summary_and_a_page() {
-    // Without the reference and the true parameters: neither may be needed.
+    // Without the reference and the true parameters: the command must not need them.
     let flight = flight("identify-flight", |_, content| Some(content));
     let out = place("identify-hybrid");
     let words = succeeds(&["identify", text(&flight), "--model", "hybrid", "--out", text(&out)]);
@@ -82,7 +82,7 @@ fn a_flight_without_sticks_is_refused() {
     let message =
         refusal(&["identify", text(&dir), "--out", text(&place("identify-no-sticks-out"))]);
     assert!(
-        message.contains("controls.csv") && message.contains("nothing to identify from"),
+        message.contains("controls.csv") && message.contains("needs the pilot's inputs"),
         "{message}"
     );
 }
@@ -103,8 +103,8 @@ fn a_pedal_that_never_moves_is_named() {
     let yaw = ["identify", text(&dir), "--model", "yaw", "--out", text(&out)];
     let message = refusal(&yaw);
     assert!(message.contains("pedal") && message.contains("no test point"), "{message}");
-    // The rest of the helicopter is still identified, and the reader is told; nobody flies by a model
-    // without a pedal, which is what the exit status says.
+    // The rest of the helicopter is still identified, with a warning. A model without pedal must not be flown, hence
+    // the exit status.
     let output = hovernav(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert_eq!(summary(&out)["verdict"], "do not fly");

@@ -1,4 +1,4 @@
-//! `hovernav inject` as a user meets it.
+//! `hovernav inject`, as a user runs it.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -65,7 +65,7 @@ fn a_campaign_writes_its_tables() {
     let done = inject(&[LOG, "--campaign", "--fault", "gap", "--seeds", "2", "--out", dir]);
     assert!(done.status.success(), "{}", text(&done.stderr));
     let results = std::fs::read_to_string(out.path().join("results.csv")).unwrap();
-    // A header, the flight without fault, two seeds.
+    // A header, the flight without fault, and two seeds.
     assert_eq!(results.lines().count(), 4);
     let summary = std::fs::read_to_string(out.path().join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();

@@ -1,4 +1,4 @@
-//! What is written of a log, how often, and what it takes.
+//! Output rate and memory for long logs.
 
 use std::fs;
 use std::path::Path;
@@ -30,7 +30,7 @@ fn a_rate_leaves_rows_out_and_changes_none() {
     assert_eq!(refused.status.code(), Some(2));
 }
 
-/// Without memory for it nothing is begun, and both numbers are told.
+/// Without sufficient memory, smoothing does not start, and the error contains both numbers.
 #[cfg(target_os = "linux")]
 #[test]
 fn smoothing_is_refused_before_it_runs_out_of_memory() {
@@ -43,13 +43,13 @@ fn smoothing_is_refused_before_it_runs_out_of_memory() {
         .unwrap();
     let message = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(1), "{message}");
-    let told = "smoothing 9899 samples takes 0.09 GB of memory beside the log, found 0.0";
+    let told = "smoothing 9899 samples takes 0.09 GB of memory in addition to the log, found 0.0";
     assert!(message.contains(told), "{message}");
     assert!(!out.join("solution.csv").exists());
 }
 
-/// Fifty minutes at 200 Hz of a vehicle that stands and shakes, sticks and reference at the same rate: 82 MB of samples
-/// in memory, 43 of sticks, 77 of the reference.
+/// Fifty minutes at 200 Hz of a vehicle at rest with vibration, with sticks and reference at the same rate. In memory:
+/// 82 MB of samples, 43 MB of sticks, 77 MB of the reference.
 #[cfg(target_os = "linux")]
 fn fifty_minutes(log: &Path) {
     use std::fmt::Write as _;
@@ -87,7 +87,8 @@ fn fifty_minutes(log: &Path) {
     fs::write(log.join("gps.csv"), gps + &fixes.collect::<String>()).unwrap();
 }
 
-/// What has to be in memory does not grow with the samples; what reads them whole says so beforehand.
+/// The memory of `estimate` does not grow with the number of samples. A command that loads all samples reports too
+/// little memory beforehand.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_long_log_is_estimated_in_less_memory_than_its_samples_take() {
@@ -110,6 +111,6 @@ fn a_long_log_is_estimated_in_less_memory_than_its_samples_take() {
     assert!(summary["error"]["horizontal_m"]["rmse"].as_f64().unwrap() < 0.5);
     let (code, message) = limited(80_000, "info \"$1\"");
     assert_eq!(code, Some(1), "{message}");
-    let told = "to read it takes about 0.27 GB of memory, found 0.0";
+    let told = "reading takes about 0.27 GB of memory, found 0.0";
     assert!(message.contains(told) && message.lines().count() == 1, "{message}");
 }

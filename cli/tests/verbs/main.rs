@@ -1,4 +1,4 @@
-//! What the verbs of the command leave, say and refuse, as a user runs them.
+//! Files, output and errors of the subcommands, as a user runs them.
 
 #[cfg(feature = "lab")]
 mod campaign;

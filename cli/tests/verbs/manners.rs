@@ -1,4 +1,4 @@
-//! What a command does in a pipe, in a script and in wrong hands.
+//! The command in pipes and scripts, and with wrong input.
 
 #[cfg(feature = "export")]
 use std::fs;
@@ -108,7 +108,7 @@ fn several_logs_make_a_table_and_a_directory_each() {
     assert_eq!(said.lines().count(), 3, "{said}");
     assert!(out.join("heli-hover/solution.csv").exists());
     assert!(out.join("heli-hover-2/summary.json").exists());
-    // One that fails does not take the others with it, but the exit status tells.
+    // A failed log does not stop the others, but it changes the exit status.
     let run = hovernav(&[&arguments[..5], &[text(&nowhere)]].concat());
     assert_eq!(run.status.code(), Some(1));
     assert_eq!(String::from_utf8(run.stdout).expect("text").lines().count(), 2);
@@ -136,7 +136,7 @@ fn what_an_earlier_run_left_is_removed_and_what_is_anybodys_is_named() {
     let estimate = ["estimate", HELI, "--out", text(&out)];
     let run = hovernav(&[&estimate[..], &["--no-report"]].concat());
     let told = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert!(told.contains("report.html: not of this run"), "{told}");
+    assert!(told.contains("report.html was not written by this run"), "{told}");
     assert_eq!(fs::read_to_string(out.join("report.html")).expect("still there"), foreign);
 
     succeeds(&[&estimate[..], &["--export", "kml,mcap"]].concat());

@@ -1,4 +1,4 @@
-//! `hovernav play` as a flight computer finds it: ports where it was told, and nothing left behind.
+//! `hovernav play` from the side of a flight computer: ports at the requested paths, and a clean end.
 #![cfg(all(unix, feature = "fly"))]
 
 use std::io::{BufRead as _, BufReader};
@@ -9,7 +9,7 @@ use crate::common::{HELI, hovernav, place};
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
 use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 
-/// The command, ready, and its further output.
+/// The command when it is ready, and its further output.
 fn play(place: &Path, more: &[&str]) -> (Child, impl Iterator<Item = String>) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_hovernav"))
         .args(["play", HELI, "--dmu"])

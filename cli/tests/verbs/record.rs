@@ -1,4 +1,4 @@
-//! What the command makes of a flight record.
+//! Commands that read a flight record.
 #![cfg(all(feature = "fly", feature = "lab"))]
 
 #[path = "../../../tests/record/flight.rs"]
@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use crate::common::{place, refusal, succeeds, summary, text};
 use hovernav_log::record::{Entry, Recorder};
 
-/// A place of this test's own, with the record of a flight in it.
+/// A directory of this test, with the record of a flight in it.
 fn recorded(name: &str) -> (PathBuf, PathBuf) {
     let place = place(&format!("record-{name}"));
     let path = place.join("flight.mcap");
@@ -34,14 +34,14 @@ fn an_estimate_of_a_record_says_that_it_is_what_flew() {
     assert!(samples > 700, "{samples}");
     let sentence = format!("flown solution reproduced bit for bit ({samples} samples)");
     assert!(words.contains(&sentence), "{words}");
-    // With other settings there is nothing to reproduce.
+    // With other settings, no reproduction is expected.
     let thinned =
         ["estimate", text(&path), "--out", text(&out), "--no-report", "--gps-rate", "0.5"];
     succeeds(&thinned);
     assert!(summary(&out)["flown"].is_null());
 }
 
-/// Without memory for it nothing is read, and both numbers are told.
+/// Without sufficient memory, nothing is read, and the error contains both numbers.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_record_that_memory_will_not_hold_is_not_reported_on() {
@@ -57,7 +57,7 @@ fn a_record_that_memory_will_not_hold_is_not_reported_on() {
         .expect("a shell");
     let message = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(1), "{message}");
-    let told = "to read it takes about 2.15 GB of memory, found 0.";
+    let told = "reading takes about 2.15 GB of memory, found 0.";
     assert!(message.contains(told) && !out.exists(), "{message}");
 }
 
@@ -93,7 +93,7 @@ fn a_converted_record_is_a_dataset_like_any_other() {
         succeeds(&["estimate", text(&path), "--out", text(&out), "--no-report"]);
         summary(&out)
     });
-    // Tables go by time and the record by the loop, so alignment may end a sample apart.
+    // Tables are ordered by time and the record by the loop, so the alignment may end one sample apart.
     for key in ["imu_samples", "gps_fixes_used"] {
         assert_eq!(of_dataset[key], of_record[key], "{key}");
     }

@@ -1,4 +1,4 @@
-//! What `design` makes of a model that says how sure it is, and of one that says nonsense.
+//! `design` with a model with covariance, and with an invalid covariance.
 
 use std::fs;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::common::{place, refusal, succeeds, summary, text};
 
-/// An identified model by hand, with one parameter of Mq's and one of a delay's known to `variance`.
+/// A model like an identified one: a parameter with `variance`, and a delay.
 fn identified(variance: &str, covariance: &str, slopes: &str) -> String {
     let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let told = format!(
@@ -20,7 +20,7 @@ fn identified(variance: &str, covariance: &str, slopes: &str) -> String {
 
 const SLOPE: &str = "{ parameter = \"Nr\", row = \"r\", column = \"r\", slope = 1.0 }";
 
-/// The model and weights, in a directory of this name.
+/// The model and weights, in a directory with this name.
 fn written(name: &str, model: &str) -> [PathBuf; 3] {
     let dir = place(name);
     let (file, weights) = (dir.join("model.toml"), dir.join("weights.toml"));
@@ -34,8 +34,11 @@ fn what_the_identification_leaves_open_is_sampled_and_bounded_and_the_two_agree(
     let [dir, model, weights] = written("robustness", &identified("0.25", "1e-5", SLOPE));
     let out = ["--weights", text(&weights), "--out", text(&dir)];
     let words = succeeds(&[&["design", text(&model)][..], &out].concat());
-    assert!(words.contains("500 of 500 stable in every mode; one in twenty has less"), "{words}");
-    assert!(words.contains("2 directions, are off by less than"), "{words}");
+    assert!(
+        words.contains("500 of 500 stable in every mode; margins of the weakest 5 % below"),
+        "{words}"
+    );
+    assert!(words.contains("2 directions, deviate by less than"), "{words}");
     let found = &summary(&dir)["sampled"];
     let number = |value: &Value| value.as_f64().expect("a number");
     assert_eq!((number(&found["of"]), number(&found["directions"])), (500.0, 2.0));
@@ -46,10 +49,10 @@ fn what_the_identification_leaves_open_is_sampled_and_bounded_and_the_two_agree(
         assert!(number(&own["proven_sigmas"]) > 0.0);
     }
     let page = fs::read_to_string(dir.join("report.html")).expect("a page");
-    assert!(page.contains("What the identification leaves open"));
-    // One that does not tell is judged by every derivative off alone, as ever.
+    assert!(page.contains("Uncertainty of the identification"));
+    // A model without covariance is only tested with errors in every derivative.
     let words = succeeds(&[&["design", "raptor60"][..], &out].concat());
-    assert!(!words.contains("drawn from the covariance") && words.contains("off by up to 20 %"));
+    assert!(!words.contains("drawn from the covariance") && words.contains("errors of up to 20 %"));
     assert_eq!(summary(&dir)["sampled"], Value::Null);
 }
 
@@ -63,10 +66,10 @@ fn a_model_of_which_little_is_known_is_warned_of() {
     let found = &summary(&dir)["sampled"];
     assert!(found["within_proven"].as_u64() <= found["stable"].as_u64(), "{found}");
     assert_eq!(found["modes"]["velocity"]["worst"]["phase_deg"], 0.0);
-    // So little that no motion can be told is no reason to design nothing.
+    // Even with an unlimited variance, an autopilot is designed.
     fs::write(&model, identified("1e12", "0.0", SLOPE)).expect("writable");
     let words = succeeds(&[&["design", text(&model)][..], &out].concat());
-    assert!(words.contains("off by less than 0.00 sigmas, where 0 of"), "{words}");
+    assert!(words.contains("deviate by less than 0.00 sigmas; 0 of"), "{words}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What signals do to a flight: most nothing, and those that end it let it end in order.
+//! Effect of signals on a flight: most are ignored, and the others end the flight in order.
 #![cfg(all(feature = "fly", target_os = "linux"))]
 
 use std::fs;
@@ -19,7 +19,7 @@ fn send(signals: &[&str], flight: &Child) {
 fn a_flight_outlives_stray_signals_and_one_request_sent_twice_ends_it_in_order() {
     let directory = place("signals");
     let config = directory.join("fly.toml");
-    // Nobody is at the ports: the loop asks again and again, and goes on.
+    // The ports do not exist: the loop retries and continues.
     let ports = "[dmu]\nport = \"no-unit\"\n[receiver]\nport = \"no-receiver\"\nprotocol = \"ubx\"\n\
                  [site]\nlatitude_deg = 1.3521\nlongitude_deg = 103.8198\nheight_m = 0.0\n";
     fs::write(&config, ports).unwrap();

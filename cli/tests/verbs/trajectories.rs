@@ -1,4 +1,4 @@
-//! Solutions in others' formats, and others' trajectories scored.
+//! Solutions in the formats of other programs, and scores of trajectories of other programs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::common::{self, HELI, hovernav, place, refusal, succeeds, text};
 
-/// Where the helicopter's solution lies in every format: once for all tests, which read it.
+/// The helicopter's solution in every format, exported once for all tests.
 fn exported() -> &'static Path {
     static EXPORTED: LazyLock<PathBuf> = LazyLock::new(|| {
         let out = place("exported");
@@ -47,7 +47,7 @@ fn what_is_exported_scores_as_the_solution_does() {
             assert!(difference.abs() < 2e-4, "{name} {axis} differs by {difference}");
         }
     }
-    // Both know their axes: one read as the other says is off by half a turn.
+    // Both files define their axes. Wrong axes would cause an error of half a turn.
     let between = score(&[text(&file("solution.tum")), text(&file("solution.euroc.csv"))]);
     assert!(rmse(&between, "north_m") < 1e-4 && rmse(&between, "yaw_deg") < 1e-4, "{between}");
     let origin = fs::read_to_string(file("solution.csv")).expect("a solution");
@@ -78,7 +78,7 @@ fn what_cannot_be_scored_is_refused_with_what_would_help() {
     assert!(refused.contains("short.tum:1: expected names with t_s among them"), "{refused}");
     let other_clock = out.join("later.tum");
     fs::write(&other_clock, "1e6 0 0 0 0 0 0 1\n1000001 0 0 0 0 0 0 1\n").expect("writable");
-    assert!(refusal(&["score", text(&other_clock), HELI, "--align"]).contains("of one clock"));
+    assert!(refusal(&["score", text(&other_clock), HELI, "--align"]).contains("the same clock"));
     for arguments in [
         &["score", "a", "b", "--origin", "1,2"][..],
         &["estimate", HELI, "--export", "dwg"],
@@ -98,7 +98,7 @@ fn a_dataset_is_scored_from_where_its_own_estimate_is() {
         let difference = rmse(&summary, axis) - rmse(&own, axis);
         assert!(difference.abs() < 5e-5, "{axis} differs by {difference}");
     }
-    // Whoever says where to begin says it of the solution.
+    // `--skip` counts from the first solution.
     let from = |score: &Value| score["from_s"].as_f64().expect("a number");
     let skipped = score(&[text(out), HELI, "--skip", "40"]);
     assert!((from(&own) - 30.05).abs() < 1e-3, "{own}");

@@ -1,4 +1,4 @@
-//! The table of all sets has the numbers of the command.
+//! The table of all datasets contains the numbers of the command.
 
 use std::path::Path;
 

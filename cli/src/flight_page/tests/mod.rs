@@ -19,7 +19,7 @@ fn written(shown: &FlightData<'_>) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The page without the drawing script that it carries, which is not ours.
+/// The page without the third-party plotting script in it.
 fn own(page: &str) -> (&str, &str) {
     let start = page.find("/**\n* plotly.js").expect("the page carries plotly.js");
     let end = start + page[start..].find("</script>").unwrap();
@@ -127,7 +127,7 @@ fn names_and_warnings_cannot_become_markup() {
     let page = written(&shown);
     assert!(!page.contains("<script>alert") && !page.contains("<img"));
     assert_eq!(page.matches("</script>").count(), 3);
-    // The verdict says the warning, and the list of warnings does not say it again.
+    // The verdict states the warning; the list of warnings does not repeat it.
     assert_eq!(page.matches("&lt;/script&gt;&lt;script&gt;alert(&#39;&amp;&#39;)").count(), 7);
     assert_eq!(page.matches("{{data}}").count(), 7);
 }

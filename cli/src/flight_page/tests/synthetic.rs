@@ -1,4 +1,4 @@
-//! A flight of sines and noise, as the filter, its sensors and a reference might have seen it.
+//! A flight of sines and noise, with estimate, measurements and reference.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
@@ -9,7 +9,7 @@ use hovernav_log::{Axis, AxisScore, ErrorPoint, Outage, ReferenceMoment, Score, 
 
 use super::super::data::FlightData;
 
-/// Normal numbers, the same on every run: the sum of twelve uniform ones (Knuth's generator).
+/// Normally distributed numbers, identical in every run: the sum of twelve uniform numbers (Knuth's generator).
 struct Noise(u64);
 
 impl Noise {
@@ -32,7 +32,7 @@ fn outage(start_s: f64, duration_s: f64) -> Outage {
     Outage { start: Time::from_seconds(start_s).unwrap(), duration_s }
 }
 
-/// A flight, as the filter, its sensors and a reference might have seen it.
+/// A flight with estimate, measurements and reference.
 #[derive(Default)]
 pub struct SyntheticFlight {
     pub solutions: Vec<Solution>,
@@ -168,7 +168,7 @@ fn scored(errors: &[[[f64; 3]; 3]], solutions: &[Solution]) -> Score {
     Score { from: Time::ZERO, heading_known: None, axes: axes.collect() }
 }
 
-/// Pushes a noisy fix and its six innovations; now and then one far off, which is refused.
+/// Adds a noisy fix and its six innovations. Some fixes are far off; the filter rejects them or is reset to them.
 fn fix(
     flight: &mut SyntheticFlight,
     noise: &mut Noise,

@@ -1,4 +1,4 @@
-//! The page as a whole.
+//! The page of an identification as a whole.
 
 use hovernav_log::Dataset;
 use hovernav_model::ModelError;
@@ -12,7 +12,7 @@ use super::poles::poles;
 use super::responses::{responses, second_opinion};
 use crate::page::{Fact, Page, Section, Verdict};
 
-/// What the page of an identification shows.
+/// The contents of the page of an identification.
 pub struct IdentificationPage<'a> {
     pub title: &'a str,
     pub facts: &'a [Fact],
@@ -21,40 +21,40 @@ pub struct IdentificationPage<'a> {
     pub verdict: Verdict,
     pub dataset: &'a Dataset,
     pub found: &'a Identification,
-    /// The same from held GPS velocity, or why there is none.
+    /// The identification from held GPS velocity, or the reason for its failure.
     pub held: Result<&'a Identification, &'a IdentifyError>,
-    /// The same flight in the frequency domain, or why it says nothing there.
+    /// The identification in the frequency domain, or the reason for its failure.
     pub frequency: Result<&'a FrequencyDomain, &'a FrequencyError>,
 }
 
 impl<'a> IdentificationPage<'a> {
-    /// The page.
+    /// Builds the page.
     ///
     /// # Errors
-    /// Where the poles do not settle.
+    /// If the computation of the poles does not converge.
     pub fn build(&self) -> Result<Page<'a>, ModelError> {
         let found = self.found;
         let mut sections =
             vec![parameters(self.found, self.held.ok()), second_opinion(self.frequency)];
         let fit = found.fit();
         let (title, points) = match found.validation {
-            Some(_) => ("Validation", "test points held back: the search never saw them"),
-            None => ("Fit", "the test points the parameters are from, as none could be held back"),
+            Some(_) => ("Validation", "validation test points, which the search did not use"),
+            None => ("Fit", "the test points of the search, because none are left for validation"),
         };
         let runs = runs_of(found);
         let explanation = format!(
-            "Over {points}. The model runs free for {:.1} s at a time from an initial state of its own, \
-             with nothing but the sticks to go by; offsets are those of the test point.",
+            "Over {points}. The model runs freely for {:.1} s at a time from its own initial state, \
+             with the sticks as its only input. The offsets are those of the test point.",
             fit.window_s()
         );
         let section = Section::new("histories", title, explanation);
         let section = histories(self.dataset, found, &runs).fold(section, Section::with);
         sections.push(section.folded("Flight and model over each test point"));
-        sections.push(residuals(found, &runs).folded("Flight less model over each test point"));
+        sections.push(residuals(found, &runs).folded("Flight minus model over each test point"));
         sections.push(responses(self.frequency));
         sections.push(poles(found, self.held.ok())?);
         let held = compared(self.dataset, found, self.held);
-        sections.push(held.folded("Both fits, and the flight as the receiver saw it"));
+        sections.push(held.folded("Both fits, and the flight as the receiver measured it"));
         Ok(Page {
             verdict: Some(self.verdict.clone()),
             title: self.title,

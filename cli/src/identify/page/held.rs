@@ -1,4 +1,4 @@
-//! The comparison with GPS velocity held from fix to fix.
+//! The comparison with GPS velocity held between fixes.
 
 use hovernav_log::Dataset;
 use hovernav_sysid::helicopter::{Identification, IdentifyError};
@@ -15,15 +15,14 @@ pub fn compared(
 ) -> Section {
     let section = Section::new(
         "held-gps",
-        "The same from held GPS velocity",
-        "What the estimator's velocity is worth: the same search on the same test points, fed with \
-         the receiver's own velocity, each fix held until the next, as was done before. Its flight \
-         curves are what it was given, so its fits count against those steps; its parameters stand \
-         beside the others in the table above.",
+        "Identification from held GPS velocity",
+        "A check of the benefit of the estimated velocity: the same search on the same test points, but with the \
+         receiver\u{2019}s velocity, each fix held until the next. The flight curves here show this stepped input, so \
+         the fits refer to the steps. The parameters are in the table above, next to the others.",
     );
     let held = match held {
         Ok(held) => held,
-        Err(error) => return section.with(vec![format!("Nothing could be identified: {error}")]),
+        Err(error) => return section.with(vec![format!("The identification failed: {error}")]),
     };
     let runs = runs_of(held);
     let mut section = section.with(side_by_side(found, held));
@@ -33,7 +32,7 @@ pub fn compared(
     histories(dataset, held, &runs).fold(section, Section::with)
 }
 
-/// Fits and noise floors of both, with what bounds both.
+/// Fits and noise floors of both identifications, with the parameter bounds of both.
 fn side_by_side(found: &Identification, held: &Identification) -> Table {
     let rows = found.fit().channels().0.iter().map(|channel| {
         let percent = |value: f64| format!("{value:.1} %");

@@ -31,7 +31,7 @@ pub fn runs_of(found: &Identification) -> Vec<PointRuns<'_>> {
 }
 
 impl PointRuns<'_> {
-    /// Times of the runs' samples and what `value` makes of each run's sample, a gap between runs.
+    /// The times of all samples, and `value` of each sample, with a gap between runs.
     fn line(&self, period_s: f64, value: impl Fn(&Run, usize) -> f64) -> (Vec<f64>, Vec<f64>) {
         let (mut times, mut values) = (Vec::new(), Vec::new());
         for run in &self.runs {
@@ -48,7 +48,7 @@ impl PointRuns<'_> {
         (times, values)
     }
 
-    /// First and last second.
+    /// Start and end, s.
     fn span(&self, period_s: f64) -> [f64; 2] {
         let last = self.runs.last().map_or(0, |run| run.first_sample + run.measured.nrows());
         [seconds(self.point), seconds(self.point) + last as f64 * period_s]
@@ -59,7 +59,7 @@ impl PointRuns<'_> {
     }
 }
 
-/// Seconds of a test point's start on the page: within the day where the clock counts from far away.
+/// Start of a test point on the page, s. Large clock values are shown relative to the start's whole second.
 fn seconds(point: &TestPoint) -> f64 {
     point.start.seconds() - zero(point)
 }
@@ -76,7 +76,7 @@ fn time_label(point: &TestPoint) -> String {
     }
 }
 
-/// Flight and model over each test point, the sticks above.
+/// Flight and model over each test point, with the sticks above.
 pub fn histories<'a>(
     dataset: &'a Dataset,
     found: &'a Identification,
@@ -111,14 +111,14 @@ pub fn histories<'a>(
     })
 }
 
-/// Flight less model over each test point.
+/// Flight minus model over each test point.
 pub fn residuals(found: &Identification, runs: &[PointRuns<'_>]) -> Section {
     let period_s = found.identified.period_s;
     let section = Section::new(
         "residuals",
         "Residuals",
-        "Flight less model over the same runs. The shaded range is twice the size that the \
-         identified noise alone would give a perfect model: what stays inside is not the model's.",
+        "Flight minus model over the same runs. The shaded range is ±2σ of the residuals of a perfect \
+         model with the identified noise. Residuals inside this range are not errors of the model.",
     );
     runs.iter().fold(section, |section, runs| {
         let rows = found.fit().channels().0.iter().enumerate().map(|(output, channel)| {

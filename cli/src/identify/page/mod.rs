@@ -1,4 +1,4 @@
-//! The page of an identification: what flew, what the model says of it, and how far to trust it.
+//! The page of an identification: the flight, the model and its verdict.
 
 mod document;
 mod held;

@@ -1,4 +1,4 @@
-//! The parameters with their bounds, and the fit beside them.
+//! The parameters with their bounds, and the fit.
 
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Estimate;
@@ -6,7 +6,7 @@ use hovernav_sysid::methods::prediction_error::Estimate;
 use super::super::words::{bounds_in_words, early_sticks, level, meaning};
 use crate::page::{Level, Section, Table, TableRow, digits};
 
-/// Fits beside what noise alone would allow, with the parameters' bounds in the caption.
+/// The fits next to the noise floors, with the parameter bounds in the caption.
 pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     let fit = found.fit();
     let rows = fit.channels().0.iter().map(|channel| {
@@ -24,9 +24,9 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     });
     Table {
         caption: format!(
-            "Fit of free runs of {:.1} s, what a perfect model would reach in the mean of flights with the \
-             noise that was found, residual (RMS), and the fit from held GPS velocity. A fit above the \
-             noise floor says that these seconds were calmer than the flight. Bounds of the parameters (1σ): {}",
+            "Fit of free runs of {:.1} s; fit that a perfect model would reach on average with the identified noise \
+             (noise floor); residual (RMS); fit from held GPS velocity. A fit above the noise floor means that \
+             these seconds were calmer than the flight on average. Bounds of the parameters (1σ): {}",
             fit.window_s(),
             bounds_in_words(found)
         ),
@@ -35,12 +35,12 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     }
 }
 
-/// A share of a value; of zero there is none.
+/// A percentage of a value; a dash if the value is zero.
 fn percent(value: f64) -> String {
     if value.is_finite() { format!("{value:.1} %") } else { "–".into() }
 }
 
-/// What was found, and how sure it is; `held` is the same from held GPS velocity.
+/// The parameters and their bounds; `held` is the identification from held GPS velocity.
 pub fn parameters(found: &Identification, held: Option<&Identification>) -> Section {
     let held = |name: &str| held?.identified.estimates.get(name);
     let rows = found.parameters().iter().map(|estimate| {
@@ -61,7 +61,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     });
     let heads = [
         "",
-        "What it is",
+        "Meaning",
         "Value",
         "Unit",
         "Bound (1σ)",
@@ -70,8 +70,8 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         "From held GPS velocity",
     ];
     let table = Table {
-        caption: "Continuous-time derivatives per full stick. Those marked ! are to be taken with care, those marked ✗ not \
-                  to be flown by"
+        caption: "Continuous-time derivatives per full stick. Use those marked ! with care; do not fly on \
+                  those marked ✗"
             .into(),
         heads: heads.map(Into::into).into(),
         rows: rows.collect(),
@@ -79,7 +79,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     let pairs = found.strong_correlations(LEAST_CORRELATION);
     let table_of_pairs = Table {
         caption: format!(
-            "Correlations above {LEAST_CORRELATION} in size; beyond 0.9 the data cannot tell the two apart"
+            "Correlations of magnitude above {LEAST_CORRELATION}; above 0.9 the data cannot separate the two"
         ),
         heads: ["Pair", "Correlation"].map(Into::into).into(),
         rows: pairs
@@ -92,9 +92,9 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     let section = Section::new(
         "parameters",
         "Parameters",
-        "What was found, how far chance alone may have moved it (Cramér–Rao, one sigma, widened for \
-         correlated innovations), and how far it could move alone before the fit would notice \
-         (insensitivity). Below the table what was left out of the model, and why.",
+        "Identified values; their random error (Cramér–Rao bound, one sigma, widened for correlated innovations); \
+         and the change of one parameter alone that would not visibly worsen the fit (insensitivity). The list \
+         below the table names the dropped parameters, with reasons.",
     )
     .with(table);
     let section = if pairs.is_empty() { section } else { section.with(table_of_pairs) };
@@ -108,7 +108,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     }
 }
 
-/// Correlations smaller than this get no line.
+/// Smallest magnitude of the listed correlations.
 const LEAST_CORRELATION: f64 = 0.7;
 
 fn in_short(estimate: &Estimate) -> String {

@@ -1,4 +1,4 @@
-//! The poles with the regions that the bounds leave them.
+//! The poles with their regions of uncertainty.
 
 use hovernav_model::ModelError;
 use hovernav_sysid::helicopter::Identification;
@@ -6,7 +6,7 @@ use hovernav_sysid::helicopter::Pole;
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 
-/// The poles of `found`, and those of the same from held GPS velocity.
+/// The poles of `found`, and the poles from held GPS velocity.
 pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Section, ModelError> {
     let poles = found.identified.poles()?;
     let others = match held {
@@ -27,11 +27,9 @@ pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Se
         let row = Row { limits: Some([-up, up]), ..Row::new("Imaginary part", "1/s") }
             .with(
                 Series::curve(Role::Limit, [(0.0, -10.0 * up), (0.0, 10.0 * up)])
-                    .named("Border of stability"),
+                    .named("Stability limit"),
             )
-            .with(
-                Series::curve(Role::AlternativeRegion, outlines(&others)).named("its 95 % region"),
-            )
+            .with(Series::curve(Role::AlternativeRegion, outlines(&others)).named("95 % region"))
             .with(marks(Role::AlternativePole, &others).named("From held GPS velocity"))
             .with(Series::curve(Role::Region, outlines(&poles)))
             .with(marks(Role::Pole, &poles).named("Pole"));
@@ -46,9 +44,9 @@ pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Se
     let mut section = Section::new(
         "poles",
         "Poles",
-        "The eigenvalues of the vehicle in continuous time: further left dies away faster, right of \
-         the dashed line grows, off the real axis oscillates. Each with the region in which the \
-         parameters' bounds leave it 95 times of 100; of a real pole that is a stretch of the axis.",
+        "Eigenvalues of the vehicle in continuous time. Poles further left decay faster, poles right of the dashed \
+         line are unstable, and poles off the real axis oscillate. Each pole has its 95 % region, derived from the \
+         bounds of the parameters. For a real pole this region is an interval on the axis.",
     )
     .with(figure(whole, "All"));
     if size > 5.0 && poles.len() > 1 {

@@ -1,60 +1,60 @@
-//! The frequency responses, and what they say of the parameters.
+//! The frequency responses, and the parameters identified from them.
 
 use hovernav_sysid::helicopter::{Basis, FrequencyDomain, PairCost, StickResponse};
 use hovernav_sysid::methods::frequency::FrequencyError;
 
 use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 
-/// Below this, a response is not worth fitting: Tischler and Remple, section 7.5.1.
+/// Minimum coherence of a response that is worth fitting: Tischler and Remple, section 7.5.1.
 const GOOD_COHERENCE: f64 = 0.6;
 
 /// Both methods side by side.
 pub fn second_opinion(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
     let section = Section::new(
         "second-opinion",
-        "A second opinion: the frequency domain",
-        "The same equations fitted anew to the flight\u{2019}s frequency responses, each with the other sticks \
-         taken out. A parameter on which the two methods differ by more than three sigma is one that the flight \
-         does not settle.",
+        "Comparison with the frequency domain",
+        "The same equations fitted again, to the flight\u{2019}s frequency responses. In each response, the effect of \
+         the other sticks is removed. If the two methods differ by more than three sigma in a parameter, the \
+         flight does not determine that parameter.",
     );
     let frequency = match frequency {
         Ok(frequency) => frequency,
-        Err(error) => return section.with(vec![format!("There is none: {error}.")]),
+        Err(error) => return section.with(vec![format!("Not available: {error}.")]),
     };
     let rests_on = match frequency.basis {
         Basis::Sticks => {
-            "The responses rest on what the sticks did over the test points, which is right where nobody \
-             answers gusts with them."
+            "The responses use the stick movements over the test points. This is valid if the sticks do not \
+             respond to gusts."
         }
         Basis::Injected => {
-            "The responses rest on what was injected on the sticks beside whoever held the flight, over all \
-             of it that is near a hover: what answers gusts does not disturb them."
+            "The responses use the injected test inputs, over the whole flight near a hover. Corrections of \
+             gusts by the pilot or the autopilot do not disturb them."
         }
     };
     let mut notes = vec![rests_on.to_owned()];
     if !frequency.untold.is_empty() {
         let untold = frequency.untold.join(", ");
         notes.push(format!(
-            "Not told by the responses, held as the time domain has them: {untold}."
+            "Not determined by the responses, held at the values of the time domain: {untold}."
         ));
     }
     section.with(both(frequency)).with(costs(frequency)).with(notes)
 }
 
-/// Flight and model from each stick to the output that answers to it.
+/// Frequency responses of flight and model, from each stick to its main output.
 pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Section {
     let section = Section::new(
         "bode",
         "Frequency responses",
-        "Amplification and phase from each stick to the output that answers to it, the other sticks taken out: \
-         the flight, and the model found in the time domain, which never saw them. Where the coherence is low, \
-         or the stick has no power of its own, believe neither.",
+        "Gain and phase from each stick to its main output, with the effect of the other sticks removed: of the \
+         flight, and of the model from the time domain, which was not fitted to them. Both are unreliable where \
+         the coherence or the power of the stick is low.",
     );
     let responses = frequency.map(FrequencyDomain::stick_responses).unwrap_or_default();
     if responses.is_empty() {
-        return section.with(vec!["There are none to show.".to_owned()]);
+        return section.with(vec!["No responses are available.".to_owned()]);
     }
-    let section = section.folded("A figure for each stick");
+    let section = section.folded("One figure per stick");
     responses.iter().fold(section, |section, response| {
         let StickResponse { stick, output, unit, frequencies_hz, .. } = response;
         let points = |values: Vec<f64>| frequencies_hz.clone().into_iter().zip(values);
@@ -92,7 +92,7 @@ pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Sectio
                 .with(Series::curve(Role::Flight, points(response.coherence.clone())))
                 .with(
                     Series::curve(Role::Limit, ends.map(|end| (end, GOOD_COHERENCE)))
-                        .named("0.6: good enough"),
+                        .named("0.6: minimum"),
                 ),
         ];
         let axis = Axis::logarithmic("Frequency", "Hz").within(ends);
@@ -101,11 +101,11 @@ pub fn responses(frequency: Result<&FrequencyDomain, &FrequencyError>) -> Sectio
     })
 }
 
-/// Every parameter that both methods tell.
+/// Every parameter that both methods determine.
 fn both(frequency: &FrequencyDomain) -> Table {
     let rows = frequency.parameters.iter().map(|own| {
         let apart = match own.disagrees() {
-            true => format!("{:.1}: they disagree", own.apart()),
+            true => format!("{:.1}: disagree", own.apart()),
             false => format!("{:.1}", own.apart()),
         };
         let shown = |(value, bound): (f64, f64)| format!("{} ±{}", digits(value), digits(bound));
@@ -114,12 +114,14 @@ fn both(frequency: &FrequencyDomain) -> Table {
     });
     Table {
         caption: "Parameters by both methods, ±1σ".into(),
-        heads: ["", "Time domain", "Frequency domain", "Unit", "Apart, σ"].map(Into::into).into(),
+        heads: ["", "Time domain", "Frequency domain", "Unit", "Difference, σ"]
+            .map(Into::into)
+            .into(),
         rows: rows.collect(),
     }
 }
 
-/// How far each model is from each response.
+/// The cost of each model against each response.
 fn costs(frequency: &FrequencyDomain) -> Table {
     let pair = |own: &PairCost| {
         TableRow::new(
@@ -135,8 +137,8 @@ fn costs(frequency: &FrequencyDomain) -> Table {
     let mean =
         TableRow::new("mean", vec![String::new(), format!("{time:.1}"), format!("{fitted:.1}")]);
     Table {
-        caption: "Cost J of each response that is coherent: below 100 a model is good for most uses, below 50 it \
-                  is hardly told from the vehicle"
+        caption: "Cost J of each coherent response. Below 100 a model is good for most uses; below 50 it \
+                  is nearly indistinguishable from the vehicle"
             .into(),
         heads: ["Response", "Frequencies", "Time domain\u{2019}s model", "Frequency domain\u{2019}s"]
             .map(Into::into)
