@@ -229,5 +229,5 @@ fn what_was_not_recorded_is_left_out_and_told() {
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
     let told =
         identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).map(drop).unwrap_err();
-    assert!(told.to_string().contains("no moment in common"), "{told}");
+    assert!(told.to_string().contains("do not overlap in time"), "{told}");
 }

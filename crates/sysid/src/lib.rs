@@ -1,15 +1,15 @@
-//! Identification: from a recorded flight to a model that can be trusted, or to the reason why not.
+//! Identification: from a recorded flight to a validated model, or to the reasons why it cannot be trusted.
 //!
-//! Three modules, each of which uses only those before it:
+//! Three modules, each of which uses only those above it:
 //!
-//! | module | holds |
+//! | module | contents |
 //! |---|---|
-//! | [`record`] | the record of a flight: [`Experiment`](record::Experiment), what to fly, test points, vibration's lines, filters, kinematic consistency |
+//! | [`record`] | the record of a flight: [`Experiment`](record::Experiment), manoeuvres, test points, vibration tones, filters, kinematic consistency |
 //! | [`methods`] | excitation, subspace identification, frequency responses, prediction error on equations with unknown parameters, validation |
 //! | [`helicopter`] | the equations of a small helicopter, and all of the above applied to a recorded flight |
 //!
-//! Every model found is a [`LinearModel`](hovernav_model::LinearModel) or
-//! [`StateSpace`](hovernav_model::StateSpace), which say in which time domain they are.
+//! Every identified model is a [`LinearModel`](hovernav_model::LinearModel) or
+//! [`StateSpace`](hovernav_model::StateSpace), which state whether they are continuous or discrete in time.
 //!
 //! ```
 //! use hovernav_sysid::methods::prediction_error::{Settings, identify};

@@ -1,4 +1,4 @@
-//! Is a flight fit to be identified from? What a reader must know before the numbers.
+//! Checks of a flight before identification: warnings about sticks, kinematics and missing data.
 
 use super::flight::{FlightRecord, MOTION};
 use super::gaps::Gap;
@@ -7,14 +7,14 @@ use crate::methods::excitation::{InputFault, check_inputs};
 use crate::record::STICKS;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};
 
-/// Where this much of a rest was not recorded, it is no rest.
+/// Fraction of an interval with a still stick that may be missing; from it on the stick does not count as still.
 const UNRECORDED: f64 = 0.9;
 
-/// What is wrong with the sticks and the motion of `flight`, one plain sentence each: sticks that do
-/// not move or move together, attitude, rates and velocity that are not of one body.
+/// Warnings about the sticks and the motion of `flight`, one sentence each: sticks that do not move or move together,
+/// and attitude, rates and velocity that are inconsistent as the motion of one rigid body.
 ///
-/// Only the sticks and outputs that `kind` uses are looked at. Times are those of the flight; what was not recorded is
-/// told by [`FlightRecord::gaps`] alone.
+/// Only the sticks and outputs of `kind` are checked. Times are those of the flight. [`FlightRecord::gaps`] reports the
+/// parts without data.
 #[must_use]
 pub fn flight_warnings(flight: &FlightRecord, kind: Kind) -> Vec<String> {
     let record = &flight.experiment;
@@ -54,7 +54,7 @@ pub fn flight_warnings(flight: &FlightRecord, kind: Kind) -> Vec<String> {
     warnings
 }
 
-/// How much of `from` to `to`, s, was not recorded, s.
+/// Time without data between `from` and `to`, s.
 fn unrecorded_s(flight: &FlightRecord, [from, to]: [f64; 2]) -> f64 {
     let within = |gap: &Gap| (gap.to.seconds().min(to) - gap.from.seconds().max(from)).max(0.0);
     flight.gaps.iter().map(within).sum()

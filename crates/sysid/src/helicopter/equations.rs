@@ -1,13 +1,13 @@
 //! Parametrised hover dynamics of a small helicopter, from yaw alone to Mettler's 13 states.
 //!
-//! States and inputs have the names of a flight record: u, v, w m/s; p, q, r rad/s;
-//! phi, theta rad; lateral, longitudinal, collective, pedal −1…1 about trim. Derivatives are in SI,
-//! per unit stick. Every structure is continuous in time.
+//! States and inputs have the names of a flight record: u, v, w m/s; p, q, r rad/s; phi, theta rad; lateral,
+//! longitudinal, collective, pedal −1…1 about trim. Derivatives are in SI, per unit stick. Every structure is
+//! continuous in time.
 //!
 //! # Source
-//! Paw (2005), *System identification and control system design for a model helicopter in hover*,
-//! NTU, doi:10.32657/10356/47095, equations 3.39–3.57 and section 5.6.1.3. Mettler, Tischler and Kanade
-//! (2002), *J. AHS* 47(1), the R-50.
+//! Paw (2005), *System identification and control system design for a model helicopter in hover*, NTU,
+//! doi:10.32657/10356/47095, equations 3.39–3.57 and section 5.6.1.3. Mettler, Tischler and Kanade (2002), *J. AHS*
+//! 47(1), the R-50.
 
 use super::kind::Kind;
 use super::velocity_error::{SlowError, VelocityError};
@@ -15,7 +15,7 @@ use crate::methods::prediction_error::Estimates;
 use crate::methods::structure::{Parameter, Structure};
 use crate::record::STICKS;
 
-/// Name, unit, start, lower, upper. The starts are round numbers of a 60-class machine.
+/// Name, unit, initial value, lower and upper limit. The initial values are round numbers of a 60-class helicopter.
 type Row = (&'static str, &'static str, f64, f64, f64);
 
 const YAW: &[Row] = &[("Nr", "1/s", -5.0, -60.0, 5.0), ("Nped", "rad/s²", 20.0, -500.0, 500.0)];
@@ -43,8 +43,8 @@ const REDUCED: &[Row] = &[
     ("Ylat", "m/s²", 0.0, -100.0, 100.0),
     ("Ylon", "m/s²", 0.0, -100.0, 100.0),
 ];
-/// Equation 3.39 has Ba, 3.40 Ab; hub moments La and Mb are left to Lb and Ma alone, which with the
-/// flapping's own coupling say the same.
+/// Equation 3.39 contains Ba, 3.40 Ab. The hub moments La and Mb are omitted: Lb and Ma with the flapping's own
+/// cross-coupling are equivalent.
 const FLAPPING: &[Row] = &[
     ("tau_f", "s", 0.1, 0.01, 1.0),
     ("Ab", "", 0.0, -5.0, 5.0),
@@ -54,7 +54,7 @@ const FLAPPING: &[Row] = &[
     ("Lb", "1/s²", 120.0, 5.0, 1000.0),
     ("Ma", "1/s²", 80.0, 5.0, 1000.0),
 ];
-/// A stabiliser bar, whose tilt c, d turns the swashplate by Ac, Bd. Both 0: there is none.
+/// Stabiliser bar: its tilts c and d turn the swashplate by Ac and Bd. Ac = Bd = 0 means no bar.
 const BAR: &[Row] = &[
     ("Ac", "", 0.0, -2.0, 2.0),
     ("Bd", "", 0.0, -2.0, 2.0),
@@ -62,7 +62,7 @@ const BAR: &[Row] = &[
     ("Clon", "rad", 0.0, -2.0, 2.0),
     ("Dlat", "rad", 0.0, -2.0, 2.0),
 ];
-/// Mettler's values are the starts: Mettler, Tischler and Kanade (2002), table 2, feet made metres.
+/// Initial values from Mettler, Tischler and Kanade (2002), table 2, feet converted to metres.
 const R50: &[Row] = &[
     ("Xu", "1/s", -0.050_46, -2.0, 2.0),
     ("Xa", "m/s²", -9.814_56, -50.0, 0.0),
@@ -101,9 +101,9 @@ const R50: &[Row] = &[
     ("Dlat", "rad", 0.2731, -5.0, 5.0),
 ];
 
-/// From the stick's sample to what the sensors' sample says of it. Negative where a stick is recorded
-/// after it has moved: half a period where it moves on between samples. Each stick has its own, as
-/// where a step falls between two samples is chance.
+/// Range of the delay from a stick sample to the sensor sample that shows the response, s. The delay is negative where
+/// a stick is recorded after it moved: by half a period where it moves between samples. Each stick has its own delay,
+/// because the position of a step between two samples is random.
 const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
 const CYCLIC_DELAY: &[Row] = &[
     ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
@@ -112,12 +112,12 @@ const CYCLIC_DELAY: &[Row] = &[
 const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 
-/// Time constants of the gusts, first-order Gauss–Markov in each axis: the scale of turbulence at 10 m,
-/// 67 m along the ground and 10 m vertically after MIL-F-8785C, blown past at a few m/s.
+/// Time constants of the gusts, first-order Gauss–Markov on each axis. MIL-F-8785C gives the turbulence scale at 10 m:
+/// 67 m horizontally, 10 m vertically. The wind carries it past at a few m/s.
 const GUST: &[Row] = &[("tau_gust", "s", 15.0, 0.5, 100.0)];
 const VERTICAL_GUST: &[Row] = &[("tau_gust_w", "s", 3.0, 0.3, 30.0)];
 
-/// Time constants of the servos: first-order answers of corners from 5 to 13 Hz.
+/// Range of the servo time constants, s: first-order lags, typically with corners from 5 to 13 Hz.
 const SERVO_LAG: (f64, f64) = (0.0, 0.1);
 const CYCLIC_LAG: &[Row] = &[
     ("lag_lat", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1),
@@ -126,10 +126,10 @@ const CYCLIC_LAG: &[Row] = &[
 const COLLECTIVE_LAG: &[Row] = &[("lag_col", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
 const PEDAL_LAG: &[Row] = &[("lag_ped", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
 
-/// What is known of a helicopter of a few kilograms in hover before it flies, value and one sigma.
+/// Prior values of a hovering helicopter of a few kilograms: value and one sigma.
 ///
-/// Zw of a hovering rotor is −2 a A_b ρ ΩR λ / ((16 λ + a s) m), −0.6 to −1 1/s on models of one to two
-/// metres of rotor, where a wind of some m/s adds as much as half; the others are small, of either sign.
+/// Zw of a hovering rotor is −2 a A_b ρ ΩR λ / ((16 λ + a s) m): −0.6 to −1 1/s for models with a rotor of 1 to 2 m. A
+/// wind of some m/s adds up to half of it. The other derivatives are small, of either sign.
 ///
 /// # Source
 /// Padfield, *Helicopter Flight Dynamics*, section 4.3.3; Mettler, Tischler and Kanade (2002), table 2;
@@ -147,18 +147,17 @@ const EXPECTED: [(&str, f64, f64); 11] = [
     ("lag_col", 0.005, 0.012),
     ("lag_ped", 0.005, 0.012),
 ];
-/// Time constants of the error of the measured velocity; what they are is known from the estimator.
+/// Correlation times of the error of the measured velocity; their values come from the estimator.
 const VELOCITY_ERROR: &[Row] = &[("tau_vh", "s", 5.0, 0.01, 1000.0)];
 const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
 
-/// What gusts do to each axis is a slow acceleration of its own, dp to dw: a gust's answer can then be
-/// larger than what the derivative makes of a gust, and none grows as its derivative vanishes. kw, as ku, kv, kphi and
-/// ktheta below, is what the kinematics of a rigid body add to the linear equation, known from the
-/// flight.
+/// The effect of gusts on each axis is a slow acceleration of its own, dp to dw. The response to a gust can then exceed
+/// what the derivative predicts, and no gust grows as its derivative vanishes. kw, and ku, kv, kphi and ktheta below,
+/// are the terms that rigid-body kinematics add to the linear equations; they are known from the flight.
 ///
-/// A gust along the disc adds lift, as slow as gusts along the ground are: dl. What it does to roll and pitch it
-/// does by the disc that it tilts, dp and dq then a rate of tilt, where there is flapping: as an acceleration it
-/// would answer faster than any rotor, and the rotor be found faster for it.
+/// A gust along the disc adds lift, dl, as slowly as horizontal gusts do. It acts on roll and pitch by tilting the
+/// disc: with flapping, dp and dq are therefore rates of tilt. Modelled as accelerations they would act faster than any
+/// rotor, and the identified rotor would be too fast.
 const HEAVE_EQUATIONS: &str = "
     w' = Zw*w + Zcol*collective + kw + dw + dl";
 const VERTICAL_GUST_EQUATION: &str = "
@@ -176,7 +175,7 @@ const GUST_EQUATIONS: &str = "
     dq' = -dq/tau_gust + n_dq
     du' = -du/tau_gust + n_du
     dv' = -dv/tau_gust + n_dv";
-/// The error of a smoothed velocity is as slow as the blend of accelerometers and GPS is.
+/// The error of a smoothed velocity varies as slowly as the blend of accelerometers and GPS.
 const VELOCITY_EQUATIONS: &str = "
     eu' = -eu/tau_vh + n_eu
     ev' = -ev/tau_vh + n_ev
@@ -219,21 +218,19 @@ const R50_EQUATIONS: &str = "
     d' = -p - d/tau_s + Dlat/tau_s*lateral";
 
 impl Kind {
-    /// The parametrised model, its parameters at starts and within bounds that suit model helicopters
-    /// of a metre or two of rotor.
+    /// The parametrised model. Initial values and limits suit model helicopters with a rotor of 1 to 2 m.
     #[must_use]
     pub fn structure(self) -> Structure {
         structure(self)
     }
 
-    /// A start for the σ of each process noise of [`Kind::structure`]: gusts and what the equations
-    /// leave out, as an acceleration per sample of `period_s`; for that of the velocity's `error` half
-    /// of its own.
+    /// Initial σ of each process noise of [`Kind::structure`]. Gusts and unmodelled dynamics are accelerations per
+    /// sample of `period_s`; the noise of the velocity's `error` starts at half its own σ.
     #[must_use]
     pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
-            // Of a rate of tilt, of which a rotor makes ten times an acceleration and more.
+            // A rate of tilt: a rotor turns it into an angular acceleration at least ten times as large.
             "n_dp" | "n_dq" if matches!(self, Self::Flapping | Self::Hybrid) => 0.01,
             "n_dp" | "n_dq" | "n_du" | "n_dv" | "n_dl" | "n_dr" => 0.5,
             "n_dw" => 1.0,
@@ -244,13 +241,12 @@ impl Kind {
         self.structure().noises.iter().map(of).collect()
     }
 
-    /// Outputs whose noise is not to be estimated, with the σ to hold, rad and m/s.
+    /// Outputs whose noise is fixed instead of estimated, with its σ, rad and m/s.
     ///
-    /// An estimator's attitude is the integral of its gyros, noise included: taken at its own
-    /// precision it would say that the rates have no noise. A σ far above it lets the attitude
-    /// say what it alone knows, where level is, and leaves the dynamics to the rates.
-    /// Velocity that has a slow `error` has no other to speak of: its white part is set to a little of
-    /// what the slow one moves in a sample of `period_s`.
+    /// An estimator's attitude is the integral of its gyros, noise included. Used at its own precision it would imply
+    /// rates without noise. A much larger σ leaves the attitude only the information that it alone has, the direction
+    /// of gravity, and leaves the dynamics to the rates. A velocity with a slow `error` has hardly any white noise: its
+    /// σ is a small part of the slow error's change within a sample of `period_s`.
     #[must_use]
     pub fn held_sigma(self, error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
         let white = |error: &SlowError| WHITE * error.drive(period_s) * period_s;
@@ -274,15 +270,14 @@ impl Kind {
     }
 }
 
-/// Parameters that are not searched for.
-/// Where the search starts for the noise that drives the error of a smoothed velocity, in what would make
-/// the error its whole size: a smoother takes vibration for noise, and vibration is notched out here.
-/// Held too large, the likelihood takes the helicopter's motion for the error of its measurement.
+/// Initial σ of the noise that drives the error of a smoothed velocity, as a part of the σ that explains the whole
+/// error. A smoother counts vibration as noise, but here vibration is notched out. With too large a σ the likelihood
+/// assigns the helicopter's motion to the measurement error.
 const DRIVEN: f64 = 0.5;
-/// White part of that error, in what the drive moves in a sample.
+/// White part of that error, in units of the slow error's change within a sample.
 const WHITE: f64 = 0.03;
 
-/// Starts and what is expected of a rotor that a stabiliser bar turns: value and one sigma.
+/// Initial values and priors of a rotor with a stabiliser bar: value and one sigma.
 ///
 /// # Source
 /// Mettler, Tischler and Kanade (2002), table 2; Gavrilets, Mettler and Feron (2003).
@@ -295,25 +290,26 @@ const WITH_BAR: [(&str, f64, f64); 6] = [
     ("Dlat", 0.0, 0.4),
 ];
 
+/// Parameters that are fixed at their initial values.
 const HELD: [&str; 4] = ["tau_gust", "tau_gust_w", "tau_vh", "tau_vv"];
 
-/// Parameters that are never left out: what each stick does, how late, and what damps its axis.
+/// Parameters that are never dropped: the main effect of each stick, its delay, and the damping of its axis.
 const NEEDED: [&str; 20] = [
     "Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "tau_lat", "tau_lon", "tau_col", "tau_ped",
     "tau_f", "Lb", "Ma", "Lp", "Mq", "Nr", "Zw", "Xu", "Yv", "Clon",
 ];
 
-/// How large the σ of a process noise can be, by name, as an acceleration per sample of `period_s`: that of
-/// the vertical velocity's `error` as large as the smoother states it. Vibration, which is notched out here, is
-/// noise to a smoother, so that it states rather too much. Without the limit the likelihood has a second
-/// optimum, in which gusts are errors of the velocity, the collective does too little and that too late.
+/// Upper limits of process noises, by name: σ as an acceleration per sample of `period_s`. The vertical velocity's
+/// `error` is at most as large as the smoother states. A smoother counts vibration as noise and states too much; here
+/// vibration is notched out. Without the limit the likelihood has a second optimum: gusts count as velocity errors, and
+/// the collective acts too weakly and too late.
 pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
     vec![("n_ew".to_owned(), error.vertical.drive(period_s))]
 }
 
 impl Structure {
-    /// The same with what the input `stick` does, and how late, held at 0: it never moves. A delay that it
-    /// shares with a stick that moves stays.
+    /// The structure with the effect and the delay of the input `stick`, which never moves, fixed at 0. A delay shared
+    /// with a stick that moves stays free.
     pub(super) fn with_still(mut self, stick: &str) -> Self {
         let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
         let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
@@ -327,7 +323,8 @@ impl Structure {
         self
     }
 
-    /// The same with a stabiliser bar: bar and stick share what the stick was `found` to do without.
+    /// The structure with a stabiliser bar. Bar and stick share the effect that was `found` for the stick without a
+    /// bar.
     pub(super) fn with_bar(self, found: &Estimates) -> Self {
         let mut with = self;
         let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
@@ -342,7 +339,7 @@ impl Structure {
             {
                 let own = shared.iter().find(|(_, bar, _)| *bar == name);
                 let start = own.map_or(value, |(.., of_stick)| *of_stick);
-                // It steadies: what did the opposite would be none.
+                // A stabiliser bar stabilises: the opposite sign is impossible.
                 let lower = if matches!(name, "Ac" | "Bd") { 0.0 } else { parameter.lower };
                 let known = parameter.clone().within(lower, parameter.upper).expected(value, sigma);
                 *parameter = Parameter { start, fixed: false, ..known };
@@ -351,7 +348,7 @@ impl Structure {
         with
     }
 
-    /// The inputs that a pilot moves.
+    /// Inputs that a pilot moves.
     pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
         self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
     }
@@ -389,8 +386,8 @@ fn structure(kind: Kind) -> Structure {
         ([rows, &slow, &rest, &lags, &air, &vertical].concat(), text)
     };
     let (rows, text): (Vec<&[Row]>, String) = match kind {
-        // Both sticks come by the same way to servos that are much alike, and yaw alone tells little of when
-        // the collective came: it shares the pedal's delay and lag.
+        // Both sticks pass through the same electronics to similar servos. Yaw alone contains little information about
+        // the collective's delay, so the collective shares the pedal's delay and lag.
         Kind::Yaw => (
             vec![YAW, YAW_COUPLING, PEDAL_DELAY, PEDAL_LAG, GUST],
             format!(
@@ -427,7 +424,7 @@ fn structure(kind: Kind) -> Structure {
             let parameter = Parameter::new(name, unit, start).within(lower, upper);
             let is_bar = kind != Kind::R50 && BAR.iter().any(|row| row.0 == name);
             let parameter = if is_bar { parameter.held() } else { parameter };
-            // A flight of minutes cannot tell it from the noise it shapes.
+            // A flight of minutes cannot separate it from the noise that it filters.
             let parameter = if HELD.contains(&name) { parameter.held() } else { parameter };
             let parameter = match EXPECTED.iter().find(|(known, ..)| *known == name) {
                 Some(&(_, value, sigma)) if kind != Kind::R50 => parameter.expected(value, sigma),
@@ -461,7 +458,7 @@ mod tests {
         assert!(is_held(&structure.with_still("pedal")));
     }
 
-    /// Collective and pedal both late by a sample, as one computer hands them on.
+    /// A step response with collective and pedal both delayed by a sample, as from one computer.
     #[test]
     fn torque_that_comes_as_late_as_the_pedal_does_not_slow_the_yaw() {
         const PERIOD_S: f64 = 0.03;

@@ -1,4 +1,4 @@
-//! Why a flight cannot be identified from.
+//! Reasons why a flight cannot be identified.
 
 use thiserror::Error;
 
@@ -7,16 +7,16 @@ use crate::methods::prediction_error::PredictionErrorError;
 use crate::record::ExperimentError;
 use crate::record::preprocess::PreprocessError;
 
-/// Why a flight cannot be identified from.
+/// Reasons why a flight cannot be identified.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
     /// No sticks were recorded.
-    #[error("no controls recorded: there is nothing to identify from")]
+    #[error("no controls recorded: identification needs the stick positions")]
     NoControls,
-    /// The sticks were recorded at another time than the flight.
+    /// Sticks and motion do not overlap in time.
     #[error(
-        "sticks recorded from {:.2} s to {:.2} s and motion from {:.2} s to {:.2} s, no moment in common: expected one clock",
+        "sticks and motion do not overlap in time: sticks span {:.2}–{:.2} s, motion {:.2}–{:.2} s. Do they use the same clock?",
         sticks_s[0], sticks_s[1], motion_s[0], motion_s[1]
     )]
     Apart {
@@ -28,38 +28,38 @@ pub enum IdentifyError {
     /// Too few solutions for a record.
     #[error("found {found} solutions, expected at least 100")]
     NoSolution {
-        /// Solutions there are.
+        /// Number of solutions.
         found: usize,
     },
-    /// Nothing of the flight is near a hover.
+    /// No part of the flight is near a hover.
     #[error(
-        "{kind}: no test point, and no {least_s} s of flight within 2.5 m/s of standing still, level to 25° and on one heading"
+        "{kind}: no test point, and no {least_s} s of hover (speed below 2.5 m/s, tilt below 25°, constant heading)"
     )]
     NoHover {
-        /// The model asked for.
+        /// The requested model.
         kind: Kind,
-        /// The least of it that would do, s.
+        /// Shortest usable hover, s.
         least_s: f64,
     },
     /// A stick of the model never moves.
     #[error(
-        "{kind}: no test point on {stick}: it never moves by {least}, nothing can be said of it"
+        "{kind}: no test point on {stick}: the stick never moves by {least} of its travel, so its derivatives cannot be identified"
     )]
     StillStick {
-        /// The model asked for.
+        /// The requested model.
         kind: Kind,
         /// The stick.
         stick: String,
-        /// The least that would do, of full travel on one side.
+        /// Smallest usable movement, as a part of full travel on one side.
         least: f64,
     },
-    /// The record itself.
+    /// The record is invalid.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
-    /// The record is too short to be filtered.
+    /// The record is too short to filter.
     #[error(transparent)]
     Preprocess(PreprocessError),
-    /// The search.
+    /// The parameter search failed.
     #[error(transparent)]
     PredictionError(#[from] PredictionErrorError),
 }

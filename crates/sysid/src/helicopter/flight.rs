@@ -11,33 +11,33 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// The signals of a flight, in order: what the estimator says of the motion.
+/// The signals of a flight, in order: the motion as estimated.
 pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
 
-/// What the kinematics of a rigid body add to the linear equations of u, v, w (m/s²), φ and θ (rad/s).
+/// Terms that rigid-body kinematics add to the linear equations of u, v, w (m/s²), φ and θ (rad/s).
 pub(super) const KINEMATIC: [&str; 5] = ["ku", "kv", "kw", "kphi", "ktheta"];
 
-/// What an autopilot injected on each stick, in the order of [`STICKS`].
+/// Movement that an autopilot injected on each stick, in the order of [`STICKS`].
 pub(super) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
-/// What test points stepped on each stick, where a record does not say what was injected.
+/// Steps of the test points on each stick, used where a record does not contain the injected movement.
 pub(super) const STEPPED: [&str; 4] =
     ["stepped_lateral", "stepped_longitudinal", "stepped_collective", "stepped_pedal"];
 
-/// Order of the filter before samples are thinned out, and its corner as a part of half the new rate.
+/// Order of the anti-alias filter before decimation, and its corner as a part of half the new sample rate.
 const ALIAS_ORDER: usize = 8;
 const ALIAS_PART: f64 = 0.8;
 
 /// Gravity of the equations, m/s².
 pub(super) const GRAVITY_MPS2: f64 = 9.81;
 
-/// Whose velocity is identified from.
+/// Source of the velocity used for identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Velocity {
-    /// The estimator's.
+    /// The estimator's velocity.
     Estimated,
-    /// The receiver's own, each fix held until the next, turned into body axes: what the thesis had.
+    /// The receiver's own velocity, each fix held until the next and rotated into body axes, as in the thesis.
     HeldGps,
 }
 
@@ -46,19 +46,19 @@ pub enum Velocity {
 pub struct FlightRecord {
     /// Time of the first sample.
     pub start: Time,
-    /// Inputs are [`STICKS`] and what of them was injected, or else stepped; outputs [`MOTION`], then what kinematics add to the linear equations:
-    /// ku, kv, kw, m/s², kphi and ktheta, rad/s.
+    /// The inputs are [`STICKS`] and their injected movement, or else their steps. The outputs are [`MOTION`], then the
+    /// kinematic terms of the linear equations: ku, kv, kw, m/s², kphi and ktheta, rad/s.
     pub experiment: Experiment,
     /// Heading at each sample, rad.
     pub heading_rad: Vec<f64>,
-    /// Where there were no sticks or no motion: the samples there are what was before, or between.
+    /// Parts without sticks or motion; the samples there hold the last value or are interpolated.
     pub gaps: Vec<Gap>,
 }
 
 impl FlightRecord {
-    /// `solutions` of `dataset`, in time order, on a uniform grid at their median interval: motion
-    /// interpolated, each stick the mean over the interval to the next sample of what was held, so that
-    /// a step between two samples keeps its time.
+    /// Samples `solutions` of `dataset`, in time order, on a uniform grid at their usual interval. Motion is
+    /// interpolated. Each stick is the mean of its held values over the interval to the next sample, so that a step
+    /// between two samples keeps its time.
     ///
     /// # Errors
     /// [`IdentifyError`] where there are no controls or no solutions.
@@ -78,7 +78,7 @@ impl FlightRecord {
             return Err(short);
         }
         let usual = intervals[intervals.len() / 2];
-        // The mean of the usual intervals: a median alone has the clock's rounding in it.
+        // The mean of the usual intervals: a median alone contains the rounding of the clock.
         let usual: Vec<f64> = intervals
             .into_iter()
             .filter(|interval| (0.9..1.1).contains(&(interval / usual)))
@@ -140,7 +140,7 @@ impl FlightRecord {
         Ok(Self { start: first.time, experiment, heading_rad, gaps })
     }
 
-    /// The record without `tones`: see [`without_tones`].
+    /// The record without `tones`; see [`without_tones`].
     pub(super) fn without_tones(&self, tones: &[Tone], filled: &[&str]) -> Self {
         let later_s = notch_delay_s(tones, self.experiment.period_s);
         Self {
@@ -151,18 +151,18 @@ impl FlightRecord {
         }
     }
 
-    /// Whether sticks and motion were recorded all the time from `from` to `to`, and so long before that filters
-    /// which look back have forgotten what was not.
+    /// Whether sticks and motion were recorded from `from` to `to`, and long enough before `from` for the filters to
+    /// settle after a gap.
     pub(super) fn is_whole(&self, from: Time, to: Time) -> bool {
-        /// Three time constants of the narrowest notch.
+        /// Settling time, three time constants of the narrowest notch.
         const FORGOTTEN_S: f64 = 2.0;
         !self.gaps.iter().any(|gap| gap.from < to && from < gap.to.offset_by(FORGOTTEN_S))
     }
 
-    /// The record at the longest whole multiple of its period up to `longest_s`, low-passed for it.
+    /// The record low-pass filtered and decimated to the longest whole multiple of its period up to `longest_s`.
     ///
-    /// A stick is then the mean over each new interval. Held, that shows (sin x / x)² of a movement, x
-    /// half a period's angle, which is made good to second order.
+    /// Each stick is then the mean over each new interval. Holding it reduces a movement by (sin x / x)², with x half a
+    /// period's angle; this is compensated to second order.
     ///
     /// # Errors
     /// [`PreprocessError::TooShort`].
@@ -252,8 +252,7 @@ fn motion(solution: &Solution, fixes: &[Fix], velocity: Velocity) -> [f64; 8] {
     [u, v, w, p, q, r, angles.roll_rad, angles.pitch_rad]
 }
 
-/// What the equations of a rigid body have beyond u̇ = −gθ, v̇ = gφ, ẇ = 0, φ̇ = p, θ̇ = q, its forces
-/// left aside.
+/// Terms of the rigid-body equations in addition to u̇ = −gθ, v̇ = gφ, ẇ = 0, φ̇ = p, θ̇ = q, without forces.
 ///
 /// # Source
 /// Equation (I25) of docs/equations.md.
@@ -282,7 +281,7 @@ mod tests {
         assert_abs_diff_eq!(held(1.0)[1], 0.2 * 2.0 / 3.0, epsilon = 1e-9);
         assert_abs_diff_eq!(held(1.02)[3], -0.1, epsilon = 1e-12);
         assert_abs_diff_eq!(held(7.0)[0], 0.1, epsilon = 1e-12);
-        // Before the first record the sticks stand as it says.
+        // Before the first record the sticks are at its values.
         assert_eq!(held(-1.0), [0.0; 4]);
     }
 }

@@ -1,4 +1,4 @@
-//! The same helicopter from the same flight in the frequency domain: a second opinion.
+//! Identification of the same helicopter from the same flight in the frequency domain, as a cross-check.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -15,10 +15,10 @@ use crate::methods::frequency::{
 use crate::methods::prediction_error::Identified;
 use crate::record::{Experiment, STICKS};
 
-/// What the responses are taken to: rates, and what accelerometers at the centre of gravity feel.
+/// Outputs of the responses: rates, and the accelerations that accelerometers at the centre of gravity measure.
 ///
-/// Attitude and velocity are the integrals of these and say nothing more, but what they had before a window
-/// of some seconds lasts through it.
+/// Attitude and velocity are their integrals and add no information. Their initial values, however, last through a
+/// window of some seconds.
 const OUTPUTS: [Output; 6] = [
     Output { name: "p", state: "p", felt: None },
     Output { name: "q", state: "q", felt: None },
@@ -32,13 +32,13 @@ const OUTPUTS: [Output; 6] = [
 struct Output {
     name: &'static str,
     state: &'static str,
-    /// Where its state's rate of change is meant: less this term of kinematics, plus this tilt times
+    /// For an acceleration: the kinematic term to subtract from the state's rate of change, and the tilt to add, times
     /// gravity.
     felt: Option<(&'static str, &'static str, f64)>,
 }
 
 impl Output {
-    /// What the record has of it; `None` where a signal is missing.
+    /// The output in the record; `None` where a signal is missing.
     fn measured(&self, piece: &Experiment) -> Option<DVector<f64>> {
         let state = piece.signal(self.state).ok()?;
         let Some((kinematic, tilt, gravity_mps2)) = self.felt else { return Some(state) };
@@ -52,39 +52,39 @@ impl Output {
     }
 }
 
-/// The slowest movement a test point of ten seconds holds, Hz, and the fastest a step still excites.
+/// Lowest frequency that a test point of ten seconds contains and highest that a step still excites, Hz.
 const FIRST_HZ: f64 = 0.15;
 const LAST_HZ: f64 = 4.0;
-/// Frequencies of the spectra, and of the fit.
+/// Number of frequencies of the spectra, and of the fit.
 const SPECTRAL_POINTS: usize = 160;
 const FIT_POINTS: usize = 32;
-/// A response is fitted where so many of them are coherent.
+/// Smallest number of coherent frequencies at which a response is fitted.
 const LEAST_POINTS: usize = 8;
-/// Where a stick has less than this part of the power it has beside, nothing is fitted.
+/// Frequencies are not fitted where a stick has less than this part of the power at neighbouring frequencies.
 const GAP: f64 = 0.1;
-/// Least span of a stick, and of what was injected on it, that says something, of full travel.
+/// Smallest usable span of a stick, and of the movement injected on it, as a part of full travel.
 const LEAST_MOVE: f64 = 0.02;
-/// A parameter whose bound is more than this part of it is not told by the responses; of a delay, s.
+/// A parameter is not identifiable from the responses when its bound exceeds this part of its value; for a delay, s.
 const UNTOLD: f64 = 1.0;
 const UNTOLD_DELAY_S: f64 = 0.03;
-/// A search ends where this part of the cost is left to gain.
+/// The search stops when the relative decrease of the cost falls below this.
 const LEAST_DECREASE: f64 = 1e-4;
-/// How many sigma the methods may be apart by chance.
+/// Largest difference between the two methods that chance explains, in sigma.
 const APART: f64 = 3.0;
 
-/// What the responses rest on.
+/// Excitation from which the responses are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
-    /// The sticks themselves, over the test points: right where nobody answers gusts with them.
+    /// The sticks themselves, over the test points. Valid where no feedback moves the sticks against gusts.
     Sticks,
-    /// What was injected beside a controller, over all of the flight near a hover.
+    /// The movement injected on top of a controller's, over all flight near a hover.
     Injected,
 }
 
 impl Basis {
-    /// Coherence of a point that is fitted. Tischler and Remple's 0.6 for the sticks, as what answers the
-    /// vehicle is coherent too; of what was injected a low coherence says that gusts drown it, for which it is
-    /// weighed down already, and steps of 1.5 s leave little more in a wind.
+    /// Smallest coherence of a frequency point to fit. For sticks it is Tischler and Remple's 0.6, because feedback is
+    /// coherent too. Low coherence of injected movement means that gusts dominate; the fit already weights such points
+    /// down, and steps of 1.5 s in wind rarely reach more.
     const fn least_coherence(self) -> f64 {
         match self {
             Self::Sticks => 0.6,
@@ -92,7 +92,7 @@ impl Basis {
         }
     }
 
-    /// In a word.
+    /// Name of the basis in files and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -102,12 +102,12 @@ impl Basis {
     }
 }
 
-/// One parameter by both methods.
+/// One parameter as identified by both methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SideBySide {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its unit.
+    /// Unit.
     pub unit: String,
     /// Value and bound, one sigma, in the time domain.
     pub time: (f64, f64),
@@ -116,65 +116,64 @@ pub struct SideBySide {
 }
 
 impl SideBySide {
-    /// How far the two are apart, in sigma of both together.
+    /// Difference of the two values, in sigma of both together.
     #[must_use]
     pub fn apart(&self) -> f64 {
         (self.time.0 - self.frequency.0).abs() / self.time.1.hypot(self.frequency.1)
     }
 
-    /// Whether they are further apart than chance allows.
+    /// Whether the difference is larger than chance allows.
     #[must_use]
     pub fn disagrees(&self) -> bool {
         self.apart() > APART
     }
 }
 
-/// How far both models are from the flight's response of one output to one stick.
+/// Cost J of both models against the flight's response of one output to one stick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairCost {
     /// The stick.
     pub stick: String,
     /// The output.
     pub output: String,
-    /// Coherent frequencies.
+    /// Number of coherent frequencies.
     pub points: usize,
-    /// Cost J of the model from the time domain.
+    /// Cost J of the model identified in the time domain.
     pub time: f64,
     /// Cost J of the model fitted to the responses.
     pub frequency: f64,
 }
 
-/// What the frequency domain makes of a flight.
+/// Identification of a flight in the frequency domain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyDomain {
-    /// What the responses rest on.
+    /// Excitation from which the responses are computed.
     pub basis: Basis,
-    /// The flight's responses of all outputs to all sticks that moved, each with the other sticks taken out.
+    /// The flight's responses of all outputs to all sticks that moved, conditioned on the other sticks.
     pub measured: FrequencyResponse,
-    /// What the model from the time domain makes of them, at the same frequencies.
+    /// Responses of the model identified in the time domain, at the same frequencies.
     pub modelled: Responses,
-    /// Parameters that the responses tell, by both methods.
+    /// Parameters identifiable from the responses, by both methods.
     pub parameters: Vec<SideBySide>,
-    /// Parameters that they do not tell, held at what the time domain found.
+    /// Parameters not identifiable from the responses, fixed at their time-domain values.
     pub untold: Vec<String>,
-    /// Every response that was coherent over enough frequencies.
+    /// Costs of every response that was coherent at enough frequencies.
     pub costs: Vec<PairCost>,
-    /// Mean cost of the model from the time domain, and of that fitted to the responses.
+    /// Mean cost of the time-domain model, and of the model fitted to the responses.
     pub mean_cost: (f64, f64),
-    /// Whether the fit ended where nothing was left to gain.
+    /// Whether the fit converged.
     pub converged: bool,
 }
 
 impl FrequencyDomain {
-    /// Fits the equations of `found` to the frequency responses of `record`, the flight it was identified
-    /// from.
+    /// Fits the equations of `found` to the frequency responses of `record`, the flight that `found` comes from.
     ///
-    /// Started at what the time domain found, and led by the responses alone. Lags of servos are held: up
-    /// to 4 Hz they are delays. Parameters that the responses do not tell are held one by one, the least
-    /// told first.
+    /// The fit starts at the time-domain values and uses the responses alone. Servo lags are fixed, because up to 4 Hz
+    /// they are equivalent to delays. Parameters that are not identifiable from the responses are fixed one by one, the
+    /// least identifiable first.
     ///
     /// # Errors
-    /// [`FrequencyError`] where no stick moved by itself, or nothing answers it coherently.
+    /// [`FrequencyError`] where no stick moved independently, or no output responds to one coherently.
     ///
     /// # Source
     /// Tischler & Remple, chapters 9 to 12.
@@ -242,7 +241,7 @@ impl FrequencyDomain {
 }
 
 impl FrequencyDomain {
-    /// One sentence for each parameter of which the two methods say what chance does not explain.
+    /// One sentence for each parameter whose two values differ by more than chance allows.
     pub fn disagreements(&self) -> impl Iterator<Item = String> {
         self.parameters.iter().filter(|own| own.disagrees()).map(|own| {
             let SideBySide { name, unit, time, frequency } = own;
@@ -259,7 +258,7 @@ impl FrequencyDomain {
     }
 }
 
-/// The responses, and what they rest on.
+/// The flight's frequency responses, and their basis.
 fn measured(
     found: &Identification,
     record: &FlightRecord,
@@ -315,15 +314,15 @@ fn measured(
     Ok((basis, joint_response(&pieces, references, &settings)?))
 }
 
-/// The equations' responses as a flight shows them: sticks held from sample to sample, late and lagging.
+/// Frequency responses of the equations as a flight shows them: sticks held between samples, with delay and lag.
 struct Responder<'a> {
     identified: &'a Identified,
     kept: Vec<usize>,
-    /// State, where its rate is meant tilt and gravity: places among the states kept.
+    /// Index of the state; for an acceleration also the index of its tilt, and gravity. Indices count the kept states.
     outputs: Vec<(usize, Option<(usize, f64)>)>,
-    /// Places among all sticks.
+    /// Indices among all sticks.
     sticks: Vec<usize>,
-    /// Delay and lag of each stick, indices of their parameters.
+    /// Indices of the delay and lag parameters of each stick.
     late: Vec<[Option<usize>; 2]>,
     period_s: f64,
 }
@@ -336,7 +335,7 @@ impl<'a> Responder<'a> {
         let output = |name: &String| {
             let output = OUTPUTS.iter().find(|output| output.name == name)?;
             let state = place(output.state)?;
-            // Without a tilt among the states, as of heave alone, gravity has no part in it.
+            // Without a tilt among the states, as for heave alone, gravity has no effect.
             let felt = output.felt.map(|(_, tilt, gravity_mps2)| {
                 place(tilt).map_or((state, 0.0), |t| (t, gravity_mps2))
             });
@@ -362,7 +361,7 @@ impl<'a> Responder<'a> {
         let held = self.identified.vehicle_at(values, &self.kept).held(self.period_s)?;
         let one = |&radps: &f64| {
             let whole = held.frequency_response(radps)?;
-            // What the central difference of samples makes of a rate.
+            // Gain of the central difference of samples for a rate.
             let rate = Complex::new(0.0, (radps * self.period_s).sin() / self.period_s);
             Some(DMatrix::from_fn(self.outputs.len(), self.sticks.len(), |output, stick| {
                 let [delay_s, lag_s] =
@@ -381,15 +380,15 @@ impl<'a> Responder<'a> {
     }
 }
 
-/// `values` with `theta` in the places `free`.
+/// `values` with `theta` at the indices `free`.
 fn with(values: &[f64], free: &[usize], theta: &[f64]) -> Vec<f64> {
     let mut all = values.to_vec();
     free.iter().zip(theta).for_each(|(&place, value)| all[place] = *value);
     all
 }
 
-/// Those of `free` that the responses do not tell: all that could move alone unnoticed, or else the one whose
-/// bound is widest for it.
+/// Parameters of `free` that are not identifiable from the responses: all with too large an insensitivity, or else the
+/// one with the widest bound.
 fn least_told(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec<usize> {
     let doubts = |spread: &[f64]| -> Vec<(usize, f64)> {
         let own = free.iter().zip(fit.parameters.iter().zip(spread));
@@ -408,7 +407,7 @@ fn least_told(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec
     worst.map(|(parameter, _)| parameter).into_iter().collect()
 }
 
-/// Every response of which both costs are known, on-axis first.
+/// Costs of every response with coherent points, in the order of the sticks.
 fn pairs(measured: &FrequencyResponse, time: &DMatrix<f64>, fit: &ResponseFit) -> Vec<PairCost> {
     let mut pairs = Vec::new();
     for (input, stick) in measured.input_names.iter().enumerate() {

@@ -1,21 +1,21 @@
-//! Where a flight was not recorded.
+//! Gaps in the record of a flight.
 
 use std::fmt;
 
 use hovernav::time::Time;
 
-/// Rows further apart than this, s, and than [`USUAL`] of the usual intervals have nothing between them.
+/// Rows form a gap when they are further apart than this, s, and than [`USUAL`] median intervals.
 const LONGEST_S: f64 = 0.3;
 const USUAL: f64 = 10.0;
 
-/// A part of a flight of which a record says nothing.
+/// A part of a flight without data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// What was not recorded.
+    /// The missing data: sticks or motion.
     pub of: &'static str,
-    /// The last row before it.
+    /// Time of the last row before the gap.
     pub from: Time,
-    /// The first row after it.
+    /// Time of the first row after the gap.
     pub to: Time,
 }
 
@@ -24,14 +24,14 @@ impl fmt::Display for Gap {
         let Self { of, from, to } = self;
         write!(
             f,
-            "{of} not recorded from {:.2} s to {:.2} s: that part is left out",
+            "{of} not recorded from {:.2} s to {:.2} s: this part is skipped",
             from.seconds(),
             to.seconds()
         )
     }
 }
 
-/// Where rows at `times`, in order, leave out parts of a flight from `first` to `last`.
+/// Gaps between rows at `times`, in time order, within a flight from `first` to `last`.
 pub(super) fn gaps(of: &'static str, times: &[Time], [first, last]: [Time; 2]) -> Vec<Gap> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     intervals.sort_by(f64::total_cmp);

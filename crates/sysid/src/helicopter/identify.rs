@@ -1,4 +1,4 @@
-//! From a flight and its estimate to an identified helicopter.
+//! Identification of a helicopter model from a flight and its navigation solution.
 
 use rayon::prelude::*;
 
@@ -18,63 +18,61 @@ use crate::record::{Tone, find_tones};
 use hovernav::ekf::Solution;
 use hovernav_log::Dataset;
 
-/// Windows of the simulated fits, s: long enough for an answer, short enough for an unstable plant.
+/// Windows of the simulated fits, s: long enough for a response, short enough for an unstable vehicle.
 const WINDOW_S: f64 = 5.0;
-/// How much wider than the innovations tell a bound is given: servos, droop and bar are not in the
-/// structure. Tischler and Remple, section 12.3, double it.
+/// Factor on the bounds for effects that the structure omits: servo and governor dynamics. Tischler and Remple, section
+/// 12.3, use 2.
 const WIDENED: f64 = 1.5;
-/// Least span of a stick that says something, of full travel on one side.
+/// Smallest usable span of a stick, as a part of full travel on one side.
 const LEAST_MOVE: f64 = 0.02;
-/// Longest sample period to identify at, s: well above the fastest that sticks and air excite.
+/// Longest sample period for identification, s: its rate is well above the frequencies that sticks and gusts excite.
 const LONGEST_PERIOD_S: f64 = 0.045;
-/// Below this a line may be the helicopter's own mode, Hz.
+/// Lowest frequency of a vibration tone, Hz; below it a line may be a mode of the helicopter.
 const LEAST_TONE_HZ: f64 = 5.0;
-/// Whose bands are filled again where a tone was taken out: what accelerometers were integrated to.
+/// Signals that are refilled in the band of a removed tone: integrals of accelerometers.
 pub(super) const FILLED: [&str; 3] = ["u", "v", "w"];
-/// Over which residuals may be correlated, s: about a gust.
+/// Longest time over which residuals may be correlated, s: about the length of a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
 
-/// An identified helicopter and what it was identified from.
+/// An identified helicopter and the data that it was identified from.
 #[derive(Debug, Clone)]
 pub struct Identification {
-    /// The model.
+    /// The identified model.
     pub kind: Kind,
-    /// Whose velocity.
+    /// Source of the velocity.
     pub velocity: Velocity,
-    /// Vibration's tones, notched out of every signal.
+    /// Vibration tones, notched out of every signal.
     pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
-    /// Flight that the parameters are from, s: all that is near a hover, what was held back to judge the
-    /// model with it.
+    /// Length of the flight used for the parameters, s: all flight near a hover, including the validation data.
     pub estimated_s: f64,
-    /// The test points among it: indices into `test_points`.
+    /// The test points used for estimation: indices into `test_points`.
     pub estimation_points: Vec<usize>,
-    /// Those held back.
+    /// The test points held back for validation.
     pub validation_points: Vec<usize>,
-    /// The parameters with their bounds, the log of what was dropped.
+    /// The parameters with their bounds, and the log of dropped terms.
     pub identified: Identified,
-    /// The cyclic's model with a stabiliser bar, where it is likelier than the one without but not by
-    /// enough to be taken.
+    /// The cyclic model with a stabiliser bar, where its likelihood is higher than without, but not by enough to select
+    /// it.
     pub passed_over: Option<Identified>,
-    /// Fit over windows of the test points the parameters are from.
+    /// Fit over windows of the estimation test points.
     pub estimation: Fit,
-    /// Fit over those held back, where there are any, of the model that had not seen them.
+    /// Fit over the validation test points, if any, of the model identified without them.
     pub validation: Option<Fit>,
-    /// How long before its sticks move in the record the vehicle answers, s, where that is more than any record
-    /// of sticks that moves on between its samples has: the sticks are late by that and by what servos take.
+    /// Time by which the vehicle responds before its sticks move in the record, s, if that is too long for sampling to
+    /// explain. The stick record is late by this time plus the lag of the servos.
     pub answers_early_s: Option<f64>,
-    /// What a reader must know, one plain sentence each.
+    /// Warnings for the reader, one sentence each.
     pub warnings: Vec<String>,
 }
 
 /// Identifies a helicopter of `kind` from a flight.
 ///
-/// A model is searched for on all of the flight that is near a hover, less what is held back: the last
-/// repetition on each stick where there are at least two, or where the pilot flew no test points the
-/// last quarter. What is held back judges that model; then its parameters are searched on with it, where a
-/// stabiliser bar that was found has to be worth its price again. The windows of the fits are simulated over
-/// 5 s from an initial state of their own.
+/// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
+/// with at least two is held back; for a flight without test points, the last quarter is. The validation data judge
+/// that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
+/// justify its extra parameters. The windows of the fits are simulated over 5 s, each from its own initial state.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -135,7 +133,7 @@ pub fn identify(
             return Err(IdentifyError::NoHover { kind, least_s: stretches::LEAST_S });
         }
         warnings.push(format!(
-            "no test point found on {}: the parameters rest on what the pilot did besides",
+            "no test point found on {}: the parameters come from the pilot's other stick movements",
             structure.inputs_of_pilot().collect::<Vec<_>>().join(", ")
         ));
         let held_back = pieces.len() / 4;
@@ -180,7 +178,7 @@ pub fn identify(
         [] => None,
         validation => Some(judged.simulate(validation, WINDOW_S)?),
     };
-    // The structure has stood the test: its parameters are from all that there is.
+    // The structure is validated: the final parameters use all data.
     let identified = on_all.unwrap_or(judged);
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in structure.inputs_of_pilot() {
@@ -188,7 +186,7 @@ pub fn identify(
             |&point: &usize| test_points[point].stick.is_some_and(|stick| STICKS[stick] == input);
         let any = estimation_points.iter().any(|&point| test_points[point].stick.is_some());
         if any && !estimation_points.iter().any(tested) {
-            warnings.push(format!("no test point steps the {input} stick: its derivatives rest on what the pilot did besides"));
+            warnings.push(format!("no test point steps the {input} stick: its derivatives come from the pilot's other stick movements"));
         }
     }
     if !identified.converged {
@@ -211,7 +209,7 @@ pub fn identify(
     })
 }
 
-/// `structure` with the time constants of the velocity's `error`.
+/// `structure` with the correlation times of the velocity's `error`.
 fn with_error(structure: Structure, error: &VelocityError) -> Structure {
     structure.with("tau_vh", error.horizontal.time_s, true).with(
         "tau_vv",
@@ -220,11 +218,11 @@ fn with_error(structure: Structure, error: &VelocityError) -> Structure {
     )
 }
 
-/// What a search found.
+/// Result of a search.
 struct Found {
     kind: Kind,
     identified: Identified,
-    /// The same without the stabiliser bar that it has.
+    /// The selected model with a bar has this counterpart without one.
     without_bar: Option<Identified>,
     /// See [`Identification::passed_over`].
     passed_over: Option<Identified>,
@@ -235,7 +233,7 @@ impl Found {
         Self { kind, identified, without_bar: None, passed_over: None }
     }
 
-    /// Of the models `with` and `without` a stabiliser bar the one to take.
+    /// Selects between the models `with` and `without` a stabiliser bar.
     fn of_two(kind: Kind, with: Identified, without: Identified) -> Self {
         if with.aic < without.aic - bars_price(&with, &without) {
             Self { kind, identified: with, without_bar: Some(without), passed_over: None }
@@ -246,7 +244,7 @@ impl Found {
     }
 }
 
-/// What is searched.
+/// Data and settings of a search.
 struct Search<'a> {
     stretches: &'a [Experiment],
     error: &'a VelocityError,
@@ -273,7 +271,7 @@ impl Search<'_> {
         }
     }
 
-    /// Each part of `kind` by itself, or all of it at once where it has none.
+    /// Identifies each part of `kind` on its own, or all of it at once where it has no parts.
     fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
         match kind.parts() {
             [] => Ok(vec![self.best(kind)?]),
@@ -281,8 +279,8 @@ impl Search<'_> {
         }
     }
 
-    /// The parts on from what was found on less. A stabiliser bar that does not stand on more is taken out of
-    /// `parts` as well.
+    /// Continues the search of each part on these data. A stabiliser bar that more data do not justify is removed from
+    /// `parts` too.
     fn on_from(&self, parts: &mut [Found]) -> Result<Vec<Found>, PredictionErrorError> {
         let on_from = |part: &mut Found| {
             let settings = self.settings(part.kind);
@@ -304,7 +302,7 @@ impl Search<'_> {
         parts.par_iter_mut().map(on_from).collect()
     }
 
-    /// The model of `kind` from its `parts`.
+    /// The model of `kind`, assembled from its `parts`.
     fn whole(&self, kind: Kind, parts: &[Found]) -> Result<Identified, PredictionErrorError> {
         let parts = parts.iter().map(|part| self.with_injected_delay(part));
         let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
@@ -315,8 +313,8 @@ impl Search<'_> {
         prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
     }
 
-    /// `part`, the delay of the collective as what was injected on it tells, or else the steps of its test points: who
-    /// holds the height answers to gusts, and the likelihood takes the answer for late.
+    /// `part` with the collective's delay re-estimated from the injected movement, or else from the steps of its test
+    /// points. A height controller responds to gusts, and the likelihood takes that response for a delay.
     fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
         if part.kind != Kind::Heave {
@@ -334,8 +332,8 @@ impl Search<'_> {
         Ok(found.clone())
     }
 
-    /// How long before its sticks the vehicle answers, of yaw or else of heave, where their delay ended on the lower
-    /// limit of its search: the same search on without that limit, from every sample.
+    /// Time by which the vehicle responds before its sticks move, s, from yaw or else from heave. It is searched where
+    /// the part's delay ended on its lower limit: the search is repeated without that limit, starting at every sample.
     fn answers_early_s(&self, parts: &[Found]) -> Option<f64> {
         const EARLIEST_S: f64 = -0.3;
         let of = |kind: Kind| parts.iter().find(|part| part.kind == kind);
@@ -365,12 +363,12 @@ impl Search<'_> {
         self.still.iter().any(|still| still == stick)
     }
 
-    /// The likeliest of what the searches from every start find.
+    /// The most likely result of the searches from all starts.
     ///
-    /// Where process noise can stand in for an answer to the sticks the likelihood has a second
-    /// optimum: the search goes from both sides.
+    /// Where process noise can replace the response to the sticks, the likelihood has a second optimum. The searches
+    /// therefore start on both sides.
     fn best(&self, kind: Kind) -> Result<Found, PredictionErrorError> {
-        /// Parameter, start, and process noise in its usual start.
+        /// Parameter, its initial value, and a factor on the initial process noise.
         const STARTS: [(Kind, &str, f64, f64); 5] = [
             (Kind::Flapping, "tau_f", 0.1, 1.0),
             (Kind::Yaw, "Nr", -4.0, 1.0),
@@ -379,7 +377,7 @@ impl Search<'_> {
             (Kind::Heave, "Zw", -0.7, 10.0),
         ];
         let structure = self.prepared(kind.structure());
-        // A velocity held from fix to fix is there to be compared with: one search shows what it is worth.
+        // A velocity held from fix to fix serves for comparison only: one search is enough.
         let is_held = *self.error == VelocityError::NONE;
         let most = if is_held { 1 } else { STARTS.len() };
         let starts: Vec<_> = STARTS.iter().filter(|(of, ..)| *of == kind).take(most).collect();
@@ -400,7 +398,7 @@ impl Search<'_> {
                 }
                 let structure = structure.clone().with(name, start, false);
                 let found = prediction_error::identify(&structure, self.stretches, &settings);
-                // A start is as good as its best delay.
+                // Starts are compared at their best delays.
                 found.map(|found| if is_held { found } else { self.hopped(found, kind) })
             })
             .collect();
@@ -422,10 +420,10 @@ impl Search<'_> {
         Ok(alone(best))
     }
 
-    /// The likeliest of `found` and its neighbours, whose one stick comes whole samples earlier or later.
+    /// The more likely of `found` and its neighbours, with the part's delay changed by whole samples.
     ///
-    /// Between two samples the held stick is their mean, so that the likelihood has an optimum in the delay
-    /// for each sample, and under feedback the next one is nearly as likely.
+    /// Between two samples the held stick is their mean. The likelihood therefore has an optimum in the delay at each
+    /// sample, and under feedback the neighbouring one is nearly as likely.
     fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
         const MOST: usize = 3;
         let Some(delay) = kind.own_delay() else { return found };
@@ -445,10 +443,11 @@ impl Search<'_> {
         found
     }
 
-    /// Of `known` and what a search of `structure` finds, which has a bar besides, the one to take.
+    /// Selects between `known` and the result of a search with `structure`, which adds a stabiliser bar.
     fn with_bar(&self, known: Identified, kind: Kind, structure: &Structure) -> Found {
-        // Noise is what was found without, and a gust tilts the disc as far, so as much faster as the rotor is. From
-        // the usual start noise ends now and then standing in for what the bar does.
+        // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so its rate of
+        // tilt scales with the speed of the rotor. From the default start, noise sometimes replaces the effect of the
+        // bar.
         let rotor = structure.parameter("tau_f");
         let faster = rotor.map_or(1.0, |own| known.values()[own] / structure.parameters[own].start);
         let noises = structure.noises.iter().zip(known.process_sigma());
@@ -466,14 +465,14 @@ impl Search<'_> {
     }
 }
 
-/// How much lower Akaike's criterion must be `with` a stabiliser bar than `without`: Schwarz's penalty for each of
-/// the parameters that the flight tells only with it, the logarithm of the samples that count, in likelihoods that
-/// count. Innovations that are not white overstate the likelihood of these parameters: as often as the innovations
-/// tell, whatever the bounds are widened for besides.
+/// Decrease of Akaike's criterion that justifies a stabiliser bar: the model `with` it against the model `without`. It
+/// is Schwarz's penalty, the logarithm of the effective number of samples, for each parameter that only the model with
+/// a bar identifies. Innovations that are not white overstate the likelihood of these parameters. The factor of
+/// overstatement comes from the innovations alone, without the widening of the bounds.
 ///
 /// # Source
-/// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that takes
-/// what is correlated for independent. Equation (I32) of docs/equations.md.
+/// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats
+/// correlated data as independent. Equation (I32) of docs/equations.md.
 fn bars_price(with: &Identified, without: &Identified) -> f64 {
     let is_told = |name: &str| without.estimates.get(name).is_some_and(Estimate::is_estimated);
     let names = with.free_parameters().map(|own| &*with.estimates.list[own].name);

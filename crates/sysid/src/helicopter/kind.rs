@@ -1,16 +1,16 @@
-//! Which part of the helicopter is identified.
+//! The part of the helicopter to identify.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Which part of the helicopter, in how much detail.
+/// Part of the helicopter to identify, and its level of detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// r from pedal and collective.
     Yaw,
     /// w from collective.
     Heave,
-    /// p, q, φ, θ, u, v from the cyclic, flapping taken as instantaneous: the thesis's reduced model.
+    /// p, q, φ, θ, u, v from the cyclic, with instantaneous flapping: the thesis's reduced model.
     RollPitch,
     /// The same with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
     Flapping,
@@ -23,7 +23,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 7] = [
         Self::Yaw,
         Self::Heave,
@@ -34,8 +34,8 @@ impl Kind {
         Self::R50,
     ];
 
-    /// The parts that the equations fall into, each identified by itself with the motion of the others
-    /// for known; none where they do not.
+    /// Parts that the equations decouple into. Each is identified on its own, with the motion of the others as known
+    /// inputs. Empty for equations that do not decouple.
     #[must_use]
     pub const fn parts(self) -> &'static [Self] {
         match self {
@@ -45,7 +45,7 @@ impl Kind {
         }
     }
 
-    /// The one delay of a part with a single stick of its own.
+    /// The delay of a part with a single stick of its own.
     pub(super) const fn own_delay(self) -> Option<&'static str> {
         match self {
             Self::Yaw => Some("tau_ped"),
@@ -54,7 +54,7 @@ impl Kind {
         }
     }
 
-    /// The name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -75,7 +75,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A model's name that is none.
+/// An unknown name of a model.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("found \"{0}\", expected yaw, heave, roll-pitch, flapping, hybrid, hover or r50")]
 pub struct UnknownKind(String);

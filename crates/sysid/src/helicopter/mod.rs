@@ -1,8 +1,8 @@
-//! The helicopter: its equations, and the way from a recorded flight to an identified model.
+//! The helicopter: its equations, and the identification of a model from a recorded flight.
 //!
-//! [`identify`] is all of it; [`flight_warnings`] says whether the flight is fit for it,
-//! [`FrequencyDomain`] asks the same flight in the frequency domain, and the model itself, with poles and their bounds, is read off
-//! [`Identified`](crate::methods::prediction_error::Identified).
+//! [`identify`] identifies the model and [`flight_warnings`] checks the flight beforehand. [`FrequencyDomain`] repeats
+//! the identification in the frequency domain. [`Identified`](crate::methods::prediction_error::Identified) contains
+//! the model, with poles and their bounds.
 
 mod checks;
 mod equations;

@@ -1,4 +1,4 @@
-//! The on-axis responses, as a picture has them: flight and model in decibels and degrees.
+//! On-axis frequency responses for plots: flight and model in decibels and degrees.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::frequency_domain::FrequencyDomain;
 
-/// The on-axis response to one stick, flown and modelled, at the same frequencies.
+/// The on-axis response to one stick, measured and modelled, at the same frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StickResponse {
     /// The stick.
@@ -17,18 +17,18 @@ pub struct StickResponse {
     pub unit: &'static str,
     /// Frequencies, Hz, rising.
     pub frequencies_hz: Vec<f64>,
-    /// From the flight, the other sticks taken out: magnitude, dB, and phase, °, continuous.
+    /// Response from the flight, conditioned on the other sticks: magnitude, dB, and phase, °, continuous.
     pub flight: Vec<(f64, f64)>,
-    /// Partial coherence of the two, 0 to 1: what part of the output the stick alone explains linearly.
+    /// Partial coherence, 0 to 1: part of the output that the stick alone explains linearly.
     pub coherence: Vec<f64>,
-    /// Random error of the flight's response as a part of its size, one sigma.
+    /// Random error of the flight's response, one sigma, as a part of its magnitude.
     pub random_error: Vec<f64>,
-    /// From the model identified in the time domain, its sticks held from sample to sample and late as
-    /// found: magnitude, dB, and phase, °.
+    /// Response of the model identified in the time domain, with sticks held between samples and the identified delays:
+    /// magnitude, dB, and phase, °.
     pub model: Vec<(f64, f64)>,
 }
 
-/// Which output answers to which stick, and its unit.
+/// On-axis output of each stick, and its unit.
 const ON_AXIS: [(&str, &str, &str); 4] = [
     ("lateral", "p", "rad/s"),
     ("longitudinal", "q", "rad/s"),
@@ -65,7 +65,7 @@ impl FrequencyDomain {
     }
 }
 
-/// Magnitude and continuous phase; the first phase is taken within half a turn of that of `near`.
+/// Magnitude and continuous phase; the first phase is within half a turn of that of `near`.
 fn decibels_and_degrees(response: &[Complex<f64>], near: Option<Complex<f64>>) -> Vec<(f64, f64)> {
     let mut before = near.map(|value| value.arg());
     let points = response.iter().map(|value| {

@@ -1,28 +1,27 @@
-//! What a reader asks of an identification first: its fit, its bounds, its strong correlations.
+//! Summary of an identification: fit, bounds and strong correlations.
 
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Fit, Status};
 
-/// How sure the estimated parameters are: Cramér–Rao bounds, one sigma, in percent of the values.
+/// Uncertainty of the estimated parameters: Cramér–Rao bounds, one sigma, in percent of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundSummary<'a> {
-    /// The median over the parameters; of an even number the upper of the two in the middle.
+    /// Median over the parameters; the upper of the two middle values for an even number.
     pub median_percent: f64,
-    /// The worst.
+    /// Largest bound.
     pub worst_percent: f64,
-    /// The parameter that has it.
+    /// Parameter with the largest bound.
     pub worst: &'a str,
 }
 
 impl Identification {
-    /// The fit to judge it by: over held-back test points where there are any, else over those that
-    /// the parameters are from.
+    /// Fit by which the model is judged: over the validation test points if any, else over the estimation test points.
     #[must_use]
     pub fn fit(&self) -> &Fit {
         self.validation.as_ref().unwrap_or(&self.estimation)
     }
 
-    /// The test points that [`fit`](Self::fit) goes over: indices into `test_points`.
+    /// Test points of [`fit`](Self::fit): indices into `test_points`.
     #[must_use]
     pub fn fit_points(&self) -> &[usize] {
         match self.validation {
@@ -38,8 +37,8 @@ impl Identification {
         list.get(..self.identified.structure.parameters.len()).unwrap_or(list)
     }
 
-    /// The bounds without which a fit says nothing, less those of what ended on a limit of its search; `None`
-    /// where nothing was estimated.
+    /// Bounds of the estimated parameters, without those that ended on a limit of their search range. `None` where
+    /// nothing was estimated. A fit without its bounds is meaningless.
     #[must_use]
     pub fn bounds(&self) -> Option<BoundSummary<'_>> {
         let estimated = self.parameters().iter().filter(|own| own.status == Status::Free);
@@ -51,8 +50,8 @@ impl Identification {
         Some(BoundSummary { median_percent, worst_percent, worst })
     }
 
-    /// Pairs of parameters whose correlation exceeds `least` in size, strongest first; those of the
-    /// noises are the filter's own affair.
+    /// Pairs of parameters whose correlation exceeds `least` in size, strongest first. Correlations with noises are
+    /// omitted.
     #[must_use]
     pub fn strong_correlations(&self, least: f64) -> Vec<(&str, &str, f64)> {
         let structure = &self.identified.structure;

@@ -1,4 +1,4 @@
-//! The parts of a flight that a hover model holds for.
+//! Parts of a flight for which a hover model is valid.
 
 use std::ops::Range;
 
@@ -7,19 +7,19 @@ use super::flight::FlightRecord;
 use crate::record::{Experiment, TestPoint};
 use hovernav::frames::wrap_angle;
 
-/// Shortest stretch worth an initial state and offsets of its own, s.
+/// Shortest part that justifies its own initial state and offsets, s.
 pub(super) const LEAST_S: f64 = 6.0;
-/// Speed over ground up to which the derivatives are those of hover, m/s, and sink or climb.
+/// Largest horizontal and vertical speed at which hover derivatives are valid, m/s.
 const FASTEST_MPS: f64 = 2.5;
 const FASTEST_DOWN_MPS: f64 = 2.0;
-/// Bank and pitch, rad.
+/// Largest bank and pitch, rad.
 const STEEPEST_RAD: f64 = 0.44;
-/// Turn about the first heading within which the mean wind counts as constant in body axes, rad.
+/// Largest change of heading within which the mean wind counts as constant in body axes, rad.
 const TURNED_RAD: f64 = 0.5;
-/// Length of a piece of free flight, s.
+/// Length of a piece of a flight without test points, s.
 const PIECE_S: f64 = 10.0;
 
-/// All of the flight that is near a hover, less the points `held_back`.
+/// All parts of the flight near a hover, without the points `held_back`.
 pub(super) fn stretches(
     record: &FlightRecord,
     held_back: &[&TestPoint],
@@ -37,7 +37,7 @@ pub(super) fn stretches(
     pieces.collect()
 }
 
-/// The flight near a hover in pieces of 10 s, as if each were a test point of no stick.
+/// The flight near a hover in pieces of 10 s, each as a test point without a stick.
 pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
     let length = (PIECE_S / record.experiment.period_s).round().max(1.0) as usize;
     let at = |sample: usize| record.start.offset_by(sample as f64 * record.experiment.period_s);
@@ -61,7 +61,7 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples near a hover, recorded and not `left_out`.
+/// Ranges of samples near a hover that are recorded and not `left_out`.
 fn steady(record: &FlightRecord, left_out: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;

@@ -1,4 +1,4 @@
-//! How far the answer of each axis to its own stick may be off, as the flight itself tells.
+//! Uncertainty of the on-axis response to each stick, as estimated from the flight.
 
 use std::f64::consts::{LN_10, TAU};
 
@@ -9,41 +9,40 @@ use crate::methods::frequency::PHASE_WEIGHT;
 use crate::methods::prediction_error::Identified;
 use crate::record::STICKS;
 
-/// Each stick and the output that it is there for.
+/// Each stick and its main output.
 const ON_AXIS: [(&str, &str); 4] =
     [("lateral", "p"), ("longitudinal", "q"), ("collective", "w"), ("pedal", "r")];
-/// Frequencies from the first to the last, rad/s, at which responses are compared: where a hover is flown.
+/// First and last frequency, rad/s, at which responses are compared: the range in which a hover is flown.
 const FIRST_RADPS: f64 = 0.5;
 const LAST_RADPS: f64 = 12.0;
 const POINTS: usize = 30;
-/// Fewer of them are no band.
+/// Smallest number of frequencies in a band.
 const LEAST_POINTS: usize = 8;
-/// Cost up to which a model and its vehicle agree: Tischler and Remple, section 11.2.
+/// Largest cost at which model and vehicle agree: Tischler and Remple, section 11.2.
 pub(super) const COST: f64 = 100.0;
-/// A normal error exceeds so many one-sigmas on one side once in ten.
+/// Number of sigma that a normal error exceeds on one side with 10 % probability.
 const ONE_IN_TEN: f64 = 1.2816;
-/// Step of the central differences, in a parameter's bound.
+/// Step of the central differences, as a part of a parameter's bound.
 const STEP: f64 = 0.02;
 
-/// The cost J by which the response of an axis may be off: one in ten is off by more.
+/// Uncertainty of an on-axis response as a cost J; the true cost is larger with 10 % probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseUncertainty {
     /// The stick.
     pub stick: &'static str,
     /// Its output.
     pub output: &'static str,
-    /// By what the parameters' bounds leave open.
+    /// Cost J due to the bounds of the parameters.
     pub within_bounds: f64,
-    /// The frequency from which on one in ten at most is off by more than 100, rad/s, where there is one.
+    /// Lowest frequency, rad/s, from which on the cost exceeds 100 with at most 10 % probability, if there is one.
     pub known_from_radps: Option<f64>,
-    /// How far apart the models with and without a stabiliser bar are, where both were searched and the
-    /// flight does not clearly tell.
+    /// Cost J between the models with and without a stabiliser bar, where both were searched and the flight does not
+    /// clearly favour one.
     pub between_structures: Option<f64>,
 }
 
 impl ResponseUncertainty {
-    /// By what cost J the response may be off for all of these reasons: costs are squares, and those of
-    /// independent errors add up.
+    /// Total cost J: costs are squares, and those of independent errors add up.
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.within_bounds + self.between_structures.unwrap_or(0.0)
@@ -51,11 +50,11 @@ impl ResponseUncertainty {
 }
 
 impl Identification {
-    /// How far each axis that has a stick of its own may be off.
+    /// Response uncertainty of each axis with its own stick.
     ///
     /// # Source
-    /// The cost J: Tischler and Remple, section 11.2. Under the parameters' covariance it is a quadratic form
-    /// of normal errors. Equation (I30) of docs/equations.md.
+    /// The cost J: Tischler and Remple, section 11.2. Under the parameters' covariance it is a quadratic form of normal
+    /// errors. Equation (I30) of docs/equations.md.
     #[must_use]
     pub fn response_uncertainties(&self) -> Vec<ResponseUncertainty> {
         let found = &self.identified;
@@ -84,13 +83,13 @@ impl Identification {
     }
 }
 
-/// The answer of one output of a model to one stick, behind its delay and lag.
+/// On-axis response of a model to one stick, with delay and lag.
 struct Axis<'a> {
     found: &'a Identified,
     kept: Vec<usize>,
-    /// Places among the states kept and among the pilot's sticks.
+    /// Indices among the kept states and among the pilot's sticks.
     place: (usize, usize),
-    /// Delay and lag, indices of their parameters.
+    /// Indices of the delay and lag parameters.
     late: [Option<usize>; 2],
 }
 
@@ -107,7 +106,7 @@ impl<'a> Axis<'a> {
         Some(Self { found, kept, place: (row, column), late })
     }
 
-    /// From 0.5 to 12 rad/s; `None` where it has none, or no answer at all.
+    /// Response from 0.5 to 12 rad/s; `None` where it does not exist or is zero.
     fn response(&self, values: &[f64]) -> Option<Vec<Complex<f64>>> {
         let model = self.found.vehicle_at(values, &self.kept);
         let [delay_s, lag_s] = self.late.map(|of| of.map_or(0.0, |own| values[own]));
@@ -121,7 +120,7 @@ impl<'a> Axis<'a> {
         (0..POINTS).map(at).collect()
     }
 
-    /// How the parameters' bounds spread the response.
+    /// Sensitivity and covariance of the response.
     fn spread(&self, values: &[f64]) -> Option<Spread> {
         let estimates = &self.found.estimates;
         let free: Vec<usize> = self.found.free_parameters().collect();
@@ -154,20 +153,19 @@ impl<'a> Axis<'a> {
     }
 }
 
-/// How a response moves with the parameters, and how sure these are.
+/// Sensitivity of a response to the parameters, and their covariance.
 struct Spread {
-    /// In dB and weighted degrees of each frequency in turn, by each parameter.
+    /// Changes in dB and weighted degrees at each frequency in turn, per parameter.
     slopes: DMatrix<f64>,
     covariance: DMatrix<f64>,
 }
 
 impl Spread {
-    /// The cost over the frequencies from `first` on that one in ten exceeds; `None` where that is no number.
+    /// Cost over the frequencies from `first` on that is exceeded with 10 % probability; `None` where it is not finite.
     ///
     /// # Source
     /// A weighted sum of squares has nearly the distribution of a scaled χ² of the same mean and variance
-    /// (Satterthwaite, Biometrics Bulletin 2, 1946); the quantile of that by Wilson and Hilferty, PNAS 17,
-    /// 1931.
+    /// (Satterthwaite, Biometrics Bulletin 2, 1946). Its quantile is after Wilson and Hilferty, PNAS 17, 1931.
     fn from(&self, first: usize) -> Option<f64> {
         let slopes = self.slopes.rows(2 * first, 2 * (POINTS - first));
         let each = 20.0 / (POINTS - first) as f64;
@@ -180,18 +178,18 @@ impl Spread {
     }
 }
 
-/// The frequency of a point.
+/// Frequency of a point, rad/s.
 fn radps_of(point: usize) -> f64 {
     FIRST_RADPS * (LAST_RADPS / FIRST_RADPS).powf(point as f64 / (POINTS - 1) as f64)
 }
 
-/// How far two responses are apart at a frequency, in dB and in weighted degrees.
+/// Difference of two responses at a frequency, in dB and in weighted degrees.
 fn apart(one: Complex<f64>, other: Complex<f64>) -> [f64; 2] {
     let ratio = (one / other).ln();
     [20.0 / LN_10 * ratio.re, PHASE_WEIGHT.sqrt() * 360.0 / TAU * ratio.im]
 }
 
-/// The cost J of one response against another.
+/// Cost J of one response against another.
 fn cost(one: &[Complex<f64>], other: &[Complex<f64>]) -> f64 {
     let squares = one.iter().zip(other).flat_map(|(one, other)| apart(*one, *other));
     20.0 / POINTS as f64 * squares.map(|part| part * part).sum::<f64>()

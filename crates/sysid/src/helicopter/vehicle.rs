@@ -1,4 +1,4 @@
-//! What an identification leaves for others: the vehicle as a model, its poles and how sure they are.
+//! Results for other tools: the vehicle as a model, and its poles with their uncertainty.
 
 use std::f64::consts::TAU;
 
@@ -10,19 +10,19 @@ use hovernav_model::hover::unit_of;
 use hovernav_model::linalg::eigenvalues;
 use hovernav_model::{LinearModel, ModelError, Parameter, Signal, Slope, StateSpace, TimeDomain};
 
-/// An eigenvalue of an identified vehicle with what its parameters' bounds make of it.
+/// An eigenvalue of an identified vehicle, with its uncertainty due to the parameters' bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pole {
     /// The eigenvalue in continuous time, 1/s.
     pub value: Complex<f64>,
-    /// Covariance of its real and imaginary part, 1/s². A real pole that stays real has no spread
-    /// in its imaginary part.
+    /// Covariance of the real and imaginary part, 1/s². For a pole that stays real the imaginary part has zero
+    /// variance.
     pub covariance: Matrix2<f64>,
 }
 
 impl Pole {
-    /// The outline of where the pole lies 95 times of 100, to first order: a closed ellipse of
-    /// `points` points for a complex pole, both ends of an interval for a real one, 1/s.
+    /// Outline of the 95 % confidence region of the pole, to first order, 1/s: a closed ellipse of `points` points for
+    /// a complex pole, both ends of an interval for a real one.
     #[must_use]
     pub fn region_95(&self, points: usize) -> Vec<Complex<f64>> {
         // Squares of the 95 % points of χ² with two degrees of freedom and with one.
@@ -46,11 +46,10 @@ impl Pole {
 }
 
 impl Identified {
-    /// The vehicle alone, continuous in time: what of the structure is not a model of gusts
-    /// or of measurements. Outputs
-    /// are the states; sticks are in units of −1…1 about trim. With it go the parameters and their
-    /// covariance, in which what was held or dropped has none, and the slopes of the matrices by what was
-    /// estimated; transport delays are parameters, not part of the matrices.
+    /// The vehicle alone, continuous in time, without the models of gusts and measurements. Outputs are the states;
+    /// sticks are in units of −1…1 about trim. The result includes the parameters, their covariance, and the slopes of
+    /// the matrices by the estimated parameters. Fixed and dropped parameters have no covariance. Transport delays are
+    /// parameters, not part of the matrices.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a parameter is not finite.
@@ -77,7 +76,7 @@ impl Identified {
             .with_slopes(self.slopes(&kept))
     }
 
-    /// How the vehicle's matrices, of the states `kept`, move with each parameter that was estimated.
+    /// Slopes of the vehicle's matrices, of the states `kept`, by each estimated parameter.
     fn slopes(&self, kept: &[usize]) -> Vec<Slope> {
         let (structure, values) = (&self.structure, self.values());
         let n = structure.states.len();
@@ -108,8 +107,7 @@ impl Identified {
         slopes
     }
 
-    /// How the sticks move the states `kept` of the structure, all of them outputs, were its parameters
-    /// `values`.
+    /// Model from the sticks to the states `kept` of the structure, all of them outputs, with parameters `values`.
     pub(super) fn vehicle_at(&self, values: &[f64], kept: &[usize]) -> LinearModel {
         let sticks: Vec<usize> = (0..self.structure.inputs.len())
             .filter(|&input| STICKS.contains(&self.structure.inputs[input].as_str()))
@@ -120,11 +118,11 @@ impl Identified {
         LinearModel::of_states(time, a, b)
     }
 
-    /// The vehicle's poles, by rising real part, of a pair that with the positive imaginary part
-    /// first. Their covariance is that of the parameters through central differences.
+    /// The vehicle's poles by rising real part, the positive imaginary part of a pair first. Their covariance follows
+    /// from that of the parameters through central differences.
     ///
     /// # Errors
-    /// [`ModelError::Eigenvalues`] where they do not settle.
+    /// [`ModelError::Eigenvalues`] where the computation does not converge.
     pub fn poles(&self) -> Result<Vec<Pole>, ModelError> {
         let kept = self.vehicle_states();
         let values = self.values();
@@ -171,7 +169,7 @@ impl Identified {
         Ok(poles.map(|(value, slopes)| Pole { value, covariance: spread(slopes) }).collect())
     }
 
-    /// The transport delay of `input`, s; `None` where the structure has none for it.
+    /// Transport delay of `input`, s; `None` where the structure has none for it.
     #[must_use]
     pub fn delay(&self, input: &str) -> Option<&Estimate> {
         let place = self.structure.inputs.iter().position(|name| name == input)?;
@@ -179,7 +177,7 @@ impl Identified {
         self.estimates.list.get(parameter)
     }
 
-    /// The time constant of the first-order lag of `input`, s; `None` where the structure has none for it.
+    /// Time constant of the first-order lag of `input`, s; `None` where the structure has none for it.
     #[must_use]
     pub fn lag(&self, input: &str) -> Option<&Estimate> {
         let place = self.structure.inputs.iter().position(|name| name == input)?;
@@ -187,7 +185,7 @@ impl Identified {
         self.estimates.list.get(parameter)
     }
 
-    /// The structure's parameters as found.
+    /// Estimated values of the structure's parameters.
     pub(super) fn values(&self) -> Vec<f64> {
         let count = self.structure.parameters.len();
         self.estimates.list.iter().take(count).map(|estimate| estimate.value).collect()
@@ -199,7 +197,7 @@ impl Identified {
         self.estimates.free.iter().copied().filter(move |&index| index < count)
     }
 
-    /// Row, column and value of the parameters' covariance, symmetric, noises left out.
+    /// Row, column and value of the parameters' covariance, symmetric, without the noises.
     fn parameter_covariance(&self) -> Vec<(usize, usize, f64)> {
         let count = self.structure.parameters.len();
         let (free, covariance) = (&self.estimates.free, &self.estimates.covariance);
@@ -213,8 +211,8 @@ impl Identified {
         entries
     }
 
-    /// The states that something besides noise and themselves drives: all but gusts and errors of
-    /// measurement.
+    /// States that affect outputs or other states, and that other states or inputs drive: all except gusts and
+    /// measurement errors.
     pub(super) fn vehicle_states(&self) -> Vec<usize> {
         let structure = &self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
@@ -231,7 +229,7 @@ impl Identified {
     }
 }
 
-/// Step of the central differences, in a parameter's bound: small against it, large against rounding.
+/// Step of the central differences, as a part of a parameter's bound: small against it, large against rounding.
 const STEP: f64 = 0.02;
 
 fn nearest(poles: &[Complex<f64>], to: Complex<f64>) -> Complex<f64> {
@@ -251,7 +249,7 @@ mod tests {
     use crate::methods::prediction_error::{Settings, identify};
     use crate::record::Experiment;
 
-    /// Yaw by the book, r' = −4 r + 25 pedal, with a little noise and exact holds.
+    /// Textbook yaw, r' = −4 r + 25 pedal, with a little noise and exact holds.
     fn yaw() -> Identified {
         const PERIOD_S: f64 = 0.03;
         let decay = f64::exp(-4.0 * PERIOD_S);

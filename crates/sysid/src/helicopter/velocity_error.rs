@@ -1,4 +1,4 @@
-//! How wrong the velocity is that a model is identified from.
+//! Error of the velocity used for identification.
 
 use hovernav::ekf::Solution;
 use hovernav::gps::Fix;
@@ -6,23 +6,23 @@ use hovernav::gps::Fix;
 /// The error of a measured velocity: first-order Gauss–Markov on each axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VelocityError {
-    /// Of u and v.
+    /// Error of u and v.
     pub horizontal: SlowError,
-    /// Of w.
+    /// Error of w.
     pub vertical: SlowError,
 }
 
 /// A first-order Gauss–Markov error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowError {
-    /// One-sigma.
+    /// One sigma, m/s.
     pub sigma: f64,
     /// Correlation time, s.
     pub time_s: f64,
 }
 
 impl SlowError {
-    /// The σ of the noise, held from sample to sample, that drives it.
+    /// σ of the noise that drives the error, held from sample to sample, m/s².
     #[must_use]
     pub fn drive(&self, period_s: f64) -> f64 {
         let kept = (-period_s / self.time_s).exp();
@@ -31,17 +31,16 @@ impl SlowError {
 }
 
 impl VelocityError {
-    /// None to speak of.
+    /// Negligible error.
     pub const NONE: Self = Self {
         horizontal: SlowError { sigma: 1e-6, time_s: 1.0 },
         vertical: SlowError { sigma: 1e-6, time_s: 1.0 },
     };
 
-    /// That of smoothed `solutions`, from their own one-sigma and how the fixes scatter about them.
+    /// Error of smoothed `solutions`, from their own one-sigma and the scatter of the fixes about them.
     ///
-    /// Where accelerometers of white error are blended with fixes of velocity of the density
-    /// r = σ²T, forwards and backwards, the error of the blend is first-order Gauss–Markov exactly,
-    /// and its time is r / 2σₑ².
+    /// A smoother blends accelerometers of white error with velocity fixes of density r = σ²T. The error of the blend
+    /// is exactly first-order Gauss–Markov, with correlation time r / 2σₑ².
     ///
     /// # Source
     /// Equation (I26) of docs/equations.md.
@@ -80,14 +79,14 @@ impl VelocityError {
         }
     }
 
-    /// Where no fix tells: that of a usual receiver.
+    /// Without velocity fixes: the error of a typical receiver.
     const UNKNOWN: Self = Self {
         horizontal: SlowError { sigma: 0.05, time_s: 5.0 },
         vertical: SlowError { sigma: 0.08, time_s: 8.0 },
     };
 }
 
-/// A solution further from a fix than this says nothing of it, s.
+/// Longest time from a fix to the solution that it is compared with, s.
 const FAR_S: f64 = 0.2;
 const SHORTEST_S: f64 = 0.5;
 const LONGEST_S: f64 = 60.0;

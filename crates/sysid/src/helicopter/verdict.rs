@@ -1,4 +1,4 @@
-//! Whether the identified model may be flown by, and why not.
+//! Suitability of the identified model for flight control design, with the reasons.
 
 use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
@@ -7,38 +7,37 @@ use super::identify::Identification;
 use super::uncertainty::{COST, ResponseUncertainty};
 use crate::methods::prediction_error::{Estimate, Status};
 
-/// What each stick does, and the rotor's springs: a design is made of these.
+/// Control derivatives and rotor springs: the essentials of a control design.
 const CONTROL: [&str; 8] = ["Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "Lb", "Ma"];
-/// Bounds of a control derivative, percent of its value, up to which it is good, and of use.
+/// Bounds of a control derivative, percent of its value: good up to the first, usable up to the second.
 const CONTROL_PERCENT: [f64; 2] = [15.0, 50.0];
-/// A damping no better known than this, percent, is not known.
+/// Largest bound of a known damping derivative, percent of its value.
 const DAMPING_PERCENT: f64 = 100.0;
-/// How it answers to its own speed, over seconds. No better known than this, one sigma in percent of the value,
-/// they are unknown.
+/// Speed derivatives, which act over seconds. They are unknown where one sigma exceeds this percentage of the value.
 const SLOW: [&str; 7] = ["Zw", "Xu", "Yv", "Lu", "Lv", "Mu", "Mv"];
 const SLOW_PERCENT: f64 = 35.0;
-/// Pairs more strongly correlated than this are one number, not two.
+/// Correlation above which two parameters cannot be separated.
 const SAME: f64 = 0.98;
-/// Delays of sticks that are not a pilot's dream, s.
+/// Plausible stick delays, s.
 const DELAY_S: [f64; 2] = [-0.02, 0.15];
-/// Correlation of innovations up to which they count as white.
+/// Largest correlation of innovations that count as white.
 const WHITE: f64 = 0.3;
-/// Where a bound is this much of what was expected before the flight, the flight told nothing.
+/// A parameter is not identified where its bound exceeds this part of its prior sigma.
 const UNTOLD: f64 = 0.95;
-/// Growth of a mode, 1/s, that a hover does not have.
+/// Fastest growth of a mode that a hovering helicopter can have, 1/s.
 const GROWTH_PER_S: f64 = 3.0;
 
 impl Identification {
-    /// Whether the model may be flown by. `frequency` is what the frequency domain makes of the same
-    /// flight, where it makes anything of it.
+    /// Suitability of the model for flight control design. `frequency` is the identification of the same flight in the
+    /// frequency domain, if it succeeded.
     #[must_use]
     pub fn verdict(&self, frequency: Option<&FrequencyDomain>) -> Verdict {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
-        // The cause of much that follows comes first.
+        // The cause of many later findings comes first.
         if let Some(early_s) = self.answers_early_s {
             let early_ms = 1e3 * early_s;
             judge.say(Grade::DoNotFly, format!(
-                "the sticks are recorded late: the vehicle answers {early_ms:.0} ms before they move, so that controls.csv is late by about {early_ms:.0} ms, and by what the servos take besides, up to 60 ms"
+                "the sticks are recorded late: the vehicle responds {early_ms:.0} ms before they move. controls.csv is late by about {early_ms:.0} ms plus the lag of the servos, up to 60 ms"
             ));
         }
         for estimate in self.parameters() {
@@ -47,14 +46,14 @@ impl Identification {
         for (one, other, value) in self.strong_correlations(SAME) {
             judge.say(
                 Grade::Care,
-                format!("{one} and {other} cannot be told apart: their correlation is {value:.3}"),
+                format!("{one} and {other} cannot be separated: their correlation is {value:.3}"),
             );
         }
         if !self.identified.converged {
             judge.say(Grade::Care, "the search ended before it converged".into());
         }
         if self.validation.is_none() {
-            judge.say(Grade::Care, "nothing was held back to validate it on".into());
+            judge.say(Grade::Care, "no data were held back for validation".into());
         }
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
@@ -66,18 +65,18 @@ impl Identification {
         if vertical.is_some_and(|error| error.status == Status::OnBound) {
             judge.say(
                 Grade::Care,
-                "collective to w: the error of the vertical velocity is found as large as its smoother \
-                 states at most: gusts may be taken for it, and the collective for too weak"
+ "collective to w: the estimated error of the vertical velocity reached the limit that its \
+                 smoother states. Gusts may count as this error, and the collective may appear too weak"
                     .into(),
             );
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
-            // Where the noise of an output is held it is no measure of what is left.
+            // Where the noise of an output is fixed, it does not measure the residual.
             let noise = self.identified.estimates.get(&format!("σ {output}"));
             if *correlation > WHITE && noise.is_some_and(Estimate::is_estimated) {
                 judge.say(Grade::Care, format!(
-                    "{output}: what the model leaves unexplained is not white, its correlation within a second is {correlation:.2}, above {WHITE}: it lacks something that moves {output}"
+                    "{output}: the innovations are not white: their correlation within 1 s is {correlation:.2}, above {WHITE}. The model lacks an effect that moves {output}"
                 ));
             }
         }
@@ -95,13 +94,15 @@ impl Identification {
                     judge.say(Grade::DoNotFly, format!("a mode grows at {fastest:.1} 1/s"));
                 }
             }
-            Err(error) => judge.say(Grade::DoNotFly, format!("its modes cannot be told: {error}")),
+            Err(error) => {
+                judge.say(Grade::DoNotFly, format!("its modes cannot be computed: {error}"))
+            }
         }
         Verdict { grade: judge.grade, reasons: judge.reasons }
     }
 
-    /// How far one of the [`parameters`](Self::parameters) can be relied on: by what the verdict says of it, and
-    /// with care only where its bound is larger than it is, or than 35 % of it where it is slow.
+    /// Reliability of one of the [`parameters`](Self::parameters): the verdict's grade for it. The grade is at best
+    /// care where the bound exceeds the value, or 35 % of the value of a speed derivative.
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
         let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
@@ -139,7 +140,7 @@ impl Judge {
         for pair in frequency.costs.iter().filter(|pair| pair.time > COST) {
             let (stick, output, cost) = (&pair.stick, &pair.output, pair.time);
             self.say(Grade::Care, format!(
-                "{stick} to {output}: the flight\u{2019}s frequency response is off the model\u{2019}s by a cost of {cost:.0}, above {COST}"
+                "{stick} to {output}: the model does not match the flight\u{2019}s frequency response: cost J {cost:.0}, above {COST}"
             ));
         }
         for own in frequency.disagreements() {
@@ -153,31 +154,32 @@ impl Judge {
         if cost <= COST {
             return;
         }
-        let mut why = format!("{:.0} by the bounds of the parameters", axis.within_bounds);
+        let mut why = format!("{:.0} from the parameter bounds", axis.within_bounds);
         if let Some(apart) = axis.between_structures {
-            why +=
-                &format!(", {apart:.0} by a stabiliser bar that the flight does not clearly tell");
+            why += &format!(
+                ", {apart:.0} from a stabiliser bar that the flight neither confirms nor excludes"
+            );
         }
         if let Some(from) = axis.known_from_radps.filter(|_| axis.within_bounds > COST) {
-            why += &format!("; from {from:.1} rad/s on less than {COST}");
+            why += &format!("; from {from:.1} rad/s on below {COST}");
         }
         self.say(
             Grade::Care,
-            format!("{stick} to {output}: one response in ten is off by a cost above {cost:.0}, {COST} is allowed: {why}"),
+            format!("{stick} to {output}: the response is uncertain: with 10 % probability its cost J exceeds {cost:.0}, {COST} is allowed ({why})"),
         );
     }
 
-    /// Whether the flight told more of a damping than was `expected` of it: value and one sigma.
+    /// Compares a damping derivative with its `expected` value and one sigma: did the flight add information?
     fn against_expected(&mut self, found: &Estimate, (expected, sigma): (f64, f64)) {
         let Estimate { name, value, bound, unit, .. } = found;
         if is_damping(name) && found.is_estimated() && *bound > UNTOLD * sigma {
             self.say(Grade::Care, format!(
-                "{name} is not told by this flight: {value:.3} ± {bound:.3} {unit}, where {expected} ± {sigma} is usual"
+                "{name} is not identified by this flight: {value:.3} ± {bound:.3} {unit}; {expected} ± {sigma} is typical"
             ));
         }
     }
 
-    /// Names the slow ones among `parameters` that the flight did not tell, those left out too, less what is named
+    /// Names the speed derivatives among `parameters` that are not identified or dropped, unless a reason names them
     /// already.
     fn slow(&mut self, parameters: &[Estimate]) {
         let is_named = |name: &str| {
@@ -190,7 +192,7 @@ impl Judge {
             .filter_map(|own| {
                 let percent = own.bound_percent();
                 match own.status {
-                    Status::Dropped => Some(format!("{} (left out)", own.name)),
+                    Status::Dropped => Some(format!("{} (dropped)", own.name)),
                     _ if !own.is_estimated() || percent <= SLOW_PERCENT => None,
                     _ => Some(format!("{} ({percent:.0} %)", own.name)),
                 }
@@ -198,13 +200,13 @@ impl Judge {
             .collect();
         if !unknown.is_empty() {
             self.say(Grade::Care, format!(
-                "unknown: {}, one sigma in percent of the value above {SLOW_PERCENT}: this flight does not tell how it answers to its own speed over seconds",
+                "unknown: {} (one sigma above {SLOW_PERCENT} % of the value). This flight does not show how the vehicle responds to its own speed over seconds",
                 unknown.join(", ")
             ));
         }
     }
 
-    /// Whether a stick goes the way that its derivative says.
+    /// Checks the sign of a control derivative.
     fn way(&mut self, Estimate { name, unit, value, bound, .. }: &Estimate) {
         let Some(known) = KnownSign::of(name) else { return };
         let stick = known.column;
@@ -212,10 +214,10 @@ impl Judge {
             && known.sign * value < -KnownSign::SIGMAS * bound
         {
             let (found, objection) = (shown(*value, *bound), known.objection());
-            // An autopilot that has the height the wrong way round loses it at once.
+            // With a reversed collective an autopilot loses the height immediately.
             let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
             self.say(grade, format!(
-                "{name} is {found} {unit}, {objection}. Is {stick} the wrong way round in controls.csv?"
+                "{name} is {found} {unit}, {objection}. Is the sign of {stick} reversed in controls.csv?"
             ));
         }
     }
@@ -225,17 +227,20 @@ impl Judge {
         self.way(estimate);
         let is_free = estimate.is_estimated();
         let percent = estimate.bound_percent();
-        // A servo whose lag does not show ends at none.
+        // The lag of a fast servo ends at zero.
         let is_lag = name.starts_with("lag_");
         if estimate.status == Status::OnBound && !is_lag {
             let grade =
                 if CONTROL.contains(&name.as_str()) { Grade::DoNotFly } else { Grade::Care };
-            self.say(grade, format!("{name} ended on the limit of its search, {value:.3} {unit}"));
+            self.say(
+                grade,
+                format!("{name} ended on the limit of its search range, {value:.3} {unit}"),
+            );
         } else if CONTROL.contains(&name.as_str()) && !is_free {
-            self.say(Grade::DoNotFly, format!("{name} is not known: its stick never moves"));
+            self.say(Grade::DoNotFly, format!("{name} is unknown: its stick never moves"));
         } else if CONTROL.contains(&name.as_str()) {
             let found = shown(*value, *bound);
-            let known = format!("{name} is {found} {unit}, known to {percent:.0} % only");
+            let known = format!("{name} is {found} {unit}, known only to {percent:.0} %");
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
@@ -248,17 +253,14 @@ impl Judge {
                 let objection = KnownSign::of(name).map_or_else(String::new, |own| own.objection());
                 self.say(grade, format!("{name} is {value:.3} ± {bound:.3} {unit}: {objection}"));
             } else if percent.is_nan() || percent > DAMPING_PERCENT {
-                self.say(
-                    Grade::Care,
-                    format!("{name} is not known: {value:.3} ± {bound:.3} {unit}"),
-                );
+                self.say(Grade::Care, format!("{name} is unknown: {value:.3} ± {bound:.3} {unit}"));
             }
         } else if name.starts_with("tau_") && unit == "s" && is_free && name.len() == 7 {
             let [least, most] = DELAY_S;
             if !(least..=most).contains(value) {
                 self.say(
                     Grade::Care,
-                    format!("{name}, a stick\u{2019}s delay, is {:.0} ms", 1e3 * value),
+                    format!("{name} is an implausible stick delay: {:.0} ms", 1e3 * value),
                 );
             }
         }
@@ -269,7 +271,7 @@ fn is_damping(name: &str) -> bool {
     KnownSign::of(name).is_some_and(|known| known.role == DerivativeRole::Damping)
 }
 
-/// A value beside its bound with as many decimals, three at least, as the bound has something to say in.
+/// A value and its bound with at least three decimals, and enough for two significant digits of the bound.
 fn shown(value: f64, bound: f64) -> String {
     let decimals = if bound > 0.0 { (1.0 - bound.log10().floor()).clamp(3.0, 9.0) } else { 3.0 };
     let decimals = decimals as usize;

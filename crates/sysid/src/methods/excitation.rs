@@ -1,4 +1,4 @@
-//! Do the inputs tell apart what they are to tell apart?
+//! Checks that the inputs excite the system independently of each other.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use crate::methods::frequency::{Band, SpectrumSettings, Window, spectra};
 use crate::record::Experiment;
 use hovernav_model::linalg::least_squares;
 
-/// What is wrong with the inputs of a record.
+/// A fault of the inputs of a record.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum InputFault {
@@ -18,20 +18,20 @@ pub enum InputFault {
         /// The input.
         input: String,
     },
-    /// The input does not move for a large part of the record, to the last digit.
+    /// The input is exactly constant for a large part of the record.
     Still {
         /// The input.
         input: String,
-        /// The rows of its longest rest.
+        /// Rows of its longest rest.
         rows: Range<usize>,
         /// The same in seconds from the first sample.
         span_s: [f64; 2],
     },
-    /// The input is nearly a combination of the others: their effects cannot be told apart.
+    /// The input is nearly a combination of the others: their effects cannot be separated.
     Collinear {
         /// The input.
         input: String,
-        /// The part of its variance that the others explain, 0 to 1.
+        /// Part of its variance that the others explain, 0 to 1.
         explained: f64,
     },
     /// Two inputs move together over the frequencies at which the first moves.
@@ -49,13 +49,13 @@ impl fmt::Display for InputFault {
             Self::Constant { input } => write!(f, "input `{input}` never moves"),
             Self::Still { input, span_s: [from, to], .. } => write!(
                 f,
-                "input `{input}` does not move from {from:.2} s to {to:.2} s: that part says \
-                 nothing of it"
+                "input `{input}` does not move from {from:.2} s to {to:.2} s: this part contains \
+                     no information about it"
             ),
             Self::Collinear { input, explained } => write!(
                 f,
                 "input `{input}` is to {:.0} % a combination of the others: their effects cannot \
-                 be told apart",
+                     be separated",
                 100.0 * explained
             ),
             Self::Coherent { inputs: [one, other], coherence } => write!(
@@ -66,7 +66,7 @@ impl fmt::Display for InputFault {
     }
 }
 
-/// What the inputs are like.
+/// Properties of the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputReport {
     /// Correlation of the inputs, inputs × inputs; zero in the rows of constant ones.
@@ -76,18 +76,18 @@ pub struct InputReport {
     pub coherence: DMatrix<f64>,
     /// Condition number of the moving inputs' correlation: 1 is ideal.
     pub condition: f64,
-    /// What is wrong.
+    /// Faults found.
     pub faults: Vec<InputFault>,
 }
 
-/// Resting for a larger part of the record than this is worth a word.
+/// Part of the record for which an input may rest without a fault.
 const STILL_PART: f64 = 0.4;
-/// More of an input's variance explained by the others than this is too much.
+/// Largest part of an input's variance that the others may explain.
 const COLLINEAR: f64 = 0.9;
 /// Tischler & Remple's limit for the average coherence of two controls (section 5.7).
 const COHERENT: f64 = 0.5;
 
-/// Looks at each input, at each pair, and at all of them together.
+/// Checks each input, each pair, and all inputs together.
 #[must_use]
 pub fn check_inputs(experiment: &Experiment) -> InputReport {
     let samples = experiment.samples();
@@ -156,7 +156,7 @@ pub fn check_inputs(experiment: &Experiment) -> InputReport {
     InputReport { correlation, coherence, condition, faults }
 }
 
-/// The longest run of one and the same value.
+/// The longest run of a single value.
 fn longest_rest(values: &[f64]) -> Range<usize> {
     let (mut longest, mut start) = (0..0, 0);
     for sample in 0..values.len() {

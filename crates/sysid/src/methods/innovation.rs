@@ -1,12 +1,12 @@
-//! A linear model with its disturbances, and what it predicts.
+//! A linear model with its disturbances, and its predictions.
 
 use nalgebra::{DMatrix, DVector};
 
 use hovernav_model::LinearModel;
 use hovernav_model::linalg::spectral_radius;
 
-/// A discrete [`LinearModel`] with a model of its disturbances, in innovation form:
-/// x(k+1) = A x + B u + K e, y = C x + D u + e, where e, the innovation, is what the past did not predict of y.
+/// A discrete [`LinearModel`] with a disturbance model in innovation form: x(k+1) = A x + B u + K e, y = C x + D u + e.
+/// The innovation e is the part of y that the past does not predict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InnovationModel {
     /// The model, discrete in time.
@@ -16,7 +16,7 @@ pub struct InnovationModel {
 }
 
 impl InnovationModel {
-    /// The same model with all disturbance taken for measurement noise.
+    /// The same model with all disturbance as measurement noise.
     #[must_use]
     pub fn without_gain(&self) -> Self {
         Self {
@@ -25,8 +25,8 @@ impl InnovationModel {
         }
     }
 
-    /// The largest magnitude among the eigenvalues of A − K C: below 1 the one-step predictor
-    /// forgets its start, whether or not the plant itself is stable.
+    /// Largest magnitude of the eigenvalues of A − K C. Below 1 the one-step predictor forgets its initial state, even
+    /// if the vehicle is unstable.
     #[must_use]
     pub fn predictor_spectral_radius(&self) -> f64 {
         spectral_radius(&(&self.system.a - &self.gain * &self.system.c))
@@ -44,11 +44,11 @@ impl InnovationModel {
         self.predict_ahead(inputs, outputs, start, 1)
     }
 
-    /// Predictions `steps` ahead (samples × outputs): row k uses the inputs to k and the outputs to
-    /// k−`steps`. The first rows, which have no such outputs, run free from `start`.
+    /// Predictions `steps` ahead (samples × outputs): row k uses the inputs to k and the outputs to k−`steps`. The
+    /// first rows have no such outputs and are simulated from `start`.
     ///
     /// # Panics
-    /// Where `steps` is zero: the present needs no prediction.
+    /// Where `steps` is zero.
     #[must_use]
     pub fn predict_ahead(
         &self,
@@ -57,14 +57,14 @@ impl InnovationModel {
         start: &DVector<f64>,
         steps: usize,
     ) -> DMatrix<f64> {
-        assert!(steps > 0, "a prediction looks at least one step ahead");
+        assert!(steps > 0, "a prediction is at least one step ahead");
         let LinearModel { a, b, c, d, .. } = &self.system;
         let samples = inputs.nrows();
         let forcing = b * inputs.transpose();
         let direct = d * inputs.transpose();
         let mut predicted = DMatrix::zeros(c.nrows(), samples);
         let mut state = start.clone();
-        // Nothing is measured yet: the first rows run free.
+        // Without measurements yet the first rows are simulated.
         let mut free = start.clone();
         for sample in 0..steps.min(samples) {
             predicted.set_column(sample, &(c * &free + direct.column(sample)));
@@ -74,7 +74,7 @@ impl InnovationModel {
             let expected = c * &state + direct.column(sample);
             let innovation = outputs.row(sample).transpose() - expected;
             state = a * state + forcing.column(sample) + &self.gain * innovation;
-            // `state` is now that of sample + 1 with the output of `sample`.
+            // `state` is that of sample + 1 with the output of `sample`.
             let target = sample + steps;
             if target < samples {
                 let mut ahead = state.clone();

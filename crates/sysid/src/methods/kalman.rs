@@ -1,4 +1,4 @@
-//! The steady Kalman predictor's covariance.
+//! Covariance of the steady-state Kalman predictor.
 
 use nalgebra::{Cholesky, DMatrix};
 

@@ -1,19 +1,19 @@
-//! Damped least squares: Levenberg's and Marquardt's way between gradient and Gauss–Newton.
+//! Damped least squares after Levenberg and Marquardt, between gradient descent and Gauss–Newton.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A cost near one point, as Gauss and Newton see it.
+/// Gauss–Newton approximation of a cost at one point.
 #[derive(Debug, Clone)]
 pub struct Quadratic {
-    /// The cost there: half the sum of squares, or a negative log-likelihood.
+    /// Cost at the point: half the sum of squares, or a negative log-likelihood.
     pub cost: f64,
-    /// Its gradient.
+    /// Gradient of the cost.
     pub gradient: DVector<f64>,
     /// JᵀJ, or Fisher's information: symmetric, positive semidefinite.
     pub information: DMatrix<f64>,
 }
 
-/// What is to be minimised.
+/// A cost to minimise.
 pub trait Cost {
     /// The cost at `theta`; `None` where it does not exist.
     fn cost(&self, theta: &[f64]) -> Option<f64>;
@@ -21,46 +21,46 @@ pub trait Cost {
     fn quadratic(&self, theta: &[f64]) -> Option<Quadratic>;
 }
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Most linearisations.
+    /// Largest number of linearisations.
     pub iterations: usize,
-    /// Stop where the cost a full Gauss–Newton step promises to save is below this.
+    /// The search stops where a full Gauss–Newton step predicts a smaller decrease of the cost than this.
     pub least_decrease: f64,
 }
 
 impl Default for Limits {
-    /// 100 iterations, 5e-3: of a log-likelihood, a tenth of a bound.
+    /// 100 iterations and a decrease of 5e-3: for a log-likelihood, a tenth of a bound.
     fn default() -> Self {
         Self { iterations: 100, least_decrease: 5e-3 }
     }
 }
 
-/// Where the search ended.
+/// Result of the search.
 #[derive(Debug, Clone)]
 pub struct Minimum {
-    /// The point.
+    /// Parameters at the end.
     pub theta: Vec<f64>,
-    /// The cost there, linearised.
+    /// Quadratic approximation of the cost there.
     pub at: Quadratic,
-    /// Linearisations made.
+    /// Number of linearisations.
     pub iterations: usize,
-    /// Whether it stopped because there was nothing left to gain.
+    /// Whether the search converged: no further decrease was predicted.
     pub converged: bool,
-    /// Which parameters ended on a bound that pushes back.
+    /// Parameters that ended on a bound with the gradient pointing outwards.
     pub on_bound: Vec<bool>,
 }
 
 /// Minimises `problem` from `start` between `lower` and `upper`.
 ///
-/// A parameter on a bound that its gradient pushes against is left out of the step; a step past a
-/// bound ends on it. Damping multiplies the information's diagonal, so the scale of a parameter does
-/// not matter. `None` where the cost does not exist at the start.
+/// A parameter on a bound is left out of the step if its gradient points outwards; a step past a bound ends on it.
+/// Damping multiplies the information's diagonal, so the scale of a parameter does not matter. `None` where the cost
+/// does not exist at the start.
 ///
 /// # Source
-/// Marquardt (1963), *J. SIAM* 11(2); the damping's schedule is Nielsen's, IMM-REP-1999-05.
-/// Equation (I14) of docs/equations.md.
+/// Marquardt (1963), *J. SIAM* 11(2); the damping schedule is Nielsen's, IMM-REP-1999-05. Equation (I14) of
+/// docs/equations.md.
 ///
 /// # Panics
 /// Where the lengths differ.

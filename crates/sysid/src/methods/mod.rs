@@ -1,5 +1,4 @@
-//! The methods: from records to models, and from models to their validation. None knows of a
-//! helicopter.
+//! The methods: from records to models and to their validation, independent of any vehicle.
 
 pub mod excitation;
 pub mod frequency;

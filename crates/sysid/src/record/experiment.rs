@@ -1,26 +1,28 @@
-//! One experiment: uniformly sampled inputs and outputs, and the ways to cut and shift it.
+//! An experiment: uniformly sampled inputs and outputs, and the operations on them.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 use thiserror::Error;
 
-/// Why a record cannot be an [`Experiment`], or cannot be cut as asked.
+/// Reasons why a record is not a valid [`Experiment`], or why a part of it does not exist.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
     /// The sample period is not a positive, finite number of seconds.
     #[error(
-        "experiment `{experiment}`: the sample period is {period_s} s, not positive and finite"
+        "experiment `{experiment}`: found a sample period of {period_s} s, expected a positive, finite one"
     )]
     Period {
         /// The experiment's name.
         experiment: String,
-        /// What was given, in seconds.
+        /// The given period, s.
         period_s: f64,
     },
     /// Inputs and outputs differ in length.
-    #[error("experiment `{experiment}`: {inputs} samples of input against {outputs} of output")]
+    #[error(
+        "experiment `{experiment}`: found {inputs} samples of the inputs and {outputs} of the outputs, expected equal numbers"
+    )]
     Length {
         /// The experiment's name.
         experiment: String,
@@ -29,9 +31,9 @@ pub enum ExperimentError {
         /// Samples (rows) of the outputs.
         outputs: usize,
     },
-    /// There is no sample at all, or no output to explain.
+    /// The experiment has no samples or no outputs.
     #[error(
-        "experiment `{experiment}`: {samples} samples of {outputs} outputs hold nothing to identify"
+        "experiment `{experiment}`: found {samples} samples of {outputs} outputs, expected at least one of each"
     )]
     Empty {
         /// The experiment's name.
@@ -41,24 +43,24 @@ pub enum ExperimentError {
         /// Outputs (columns).
         outputs: usize,
     },
-    /// As many names as columns are needed.
-    #[error("experiment `{experiment}`: {names} names for {columns} {kind} columns")]
+    /// The numbers of names and columns differ.
+    #[error("experiment `{experiment}`: found {names} names for {columns} {kind} columns")]
     Names {
         /// The experiment's name.
         experiment: String,
         /// `input` or `output`.
         kind: &'static str,
-        /// Names given.
+        /// Number of names.
         names: usize,
-        /// Columns given.
+        /// Number of columns.
         columns: usize,
     },
-    /// Two signals bear one name.
+    /// Two signals have the same name.
     #[error("experiment `{experiment}`: two signals are named `{signal}`")]
     DuplicateName {
         /// The experiment's name.
         experiment: String,
-        /// The name given twice.
+        /// The duplicate name.
         signal: String,
     },
     /// A value is NaN or infinite.
@@ -66,45 +68,44 @@ pub enum ExperimentError {
     NotFinite {
         /// The experiment's name.
         experiment: String,
-        /// The signal at fault.
+        /// The invalid signal.
         signal: String,
-        /// Its row.
+        /// Row of the value.
         sample: usize,
-        /// What stands there.
+        /// The value.
         value: f64,
     },
-    /// The samples asked for do not exist, or there are none of them.
+    /// The requested samples do not exist, or their range is empty.
     #[error("experiment `{experiment}`: no samples {start}..{end} in a record of {samples}")]
     Range {
         /// The experiment's name.
         experiment: String,
-        /// First sample asked for.
+        /// First requested sample.
         start: usize,
-        /// One past the last.
+        /// One past the last requested sample.
         end: usize,
-        /// Samples there are.
+        /// Number of samples of the record.
         samples: usize,
     },
     /// No signal of this name.
-    #[error("experiment `{experiment}`: no signal `{signal}`; there are {known}")]
+    #[error("experiment `{experiment}`: no signal `{signal}`; the signals are {known}")]
     UnknownSignal {
         /// The experiment's name.
         experiment: String,
-        /// The name asked for.
+        /// The requested name.
         signal: String,
-        /// The names there are.
+        /// The existing names.
         known: String,
     },
 }
 
 /// One experiment: uniformly sampled inputs and outputs.
 ///
-/// Rows are samples, columns are signals, in the units the recording had. [`Experiment::new`] is
-/// the gate: what passes it is finite and consistent, and everything in this crate relies on
-/// that.
+/// Rows are samples and columns are signals, in the units of the recording. [`Experiment::new`] checks that all values
+/// are finite and consistent; the rest of the crate relies on that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment {
-    /// What messages call it.
+    /// Name in messages.
     pub name: String,
     /// Time between two samples, s.
     pub period_s: f64,
@@ -131,8 +132,8 @@ impl Experiment {
     /// A checked experiment. Inputs may have no columns (a time series); outputs may not.
     ///
     /// # Errors
-    /// [`ExperimentError`] names the first thing wrong: the period, the lengths, the names, or the
-    /// signal and sample of a value that is not finite.
+    /// [`ExperimentError`] for the first fault: the period, the lengths, the names, or the signal and sample of a value
+    /// that is not finite.
     ///
     /// # Example
     /// ```
@@ -240,7 +241,7 @@ impl Experiment {
     /// The samples of one signal, input or output.
     ///
     /// # Errors
-    /// [`ExperimentError::UnknownSignal`], with the names there are.
+    /// [`ExperimentError::UnknownSignal`], with the existing names.
     pub fn signal(&self, name: &str) -> Result<DVector<f64>, ExperimentError> {
         let find = |names: &[String]| names.iter().position(|known| known == name);
         if let Some(column) = find(&self.input_names) {
@@ -256,8 +257,8 @@ impl Experiment {
         })
     }
 
-    /// The same record with only these inputs and outputs, in this order. A signal may change
-    /// sides: a measured output may serve as the input of a sub-model.
+    /// The record with these inputs and outputs only, in this order. An output may become an input: a measured output
+    /// may be the input of a sub-model.
     ///
     /// # Errors
     /// [`ExperimentError::UnknownSignal`] or [`ExperimentError::DuplicateName`].
@@ -297,7 +298,7 @@ impl Experiment {
         Ok(Self { inputs: cut(&self.inputs), outputs: cut(&self.outputs), ..self.labels() })
     }
 
-    /// The first half, to fit, and the second, to validate. An odd sample goes to the second.
+    /// The first half for estimation, the second for validation. An odd sample goes to the second.
     ///
     /// # Errors
     /// [`ExperimentError::Range`] where there are fewer than two samples.
@@ -313,13 +314,13 @@ impl Experiment {
         Offsets { inputs: means(&self.inputs), outputs: means(&self.outputs) }
     }
 
-    /// The record about a trim: `offsets` taken off every sample.
+    /// The record as deviations from a trim: `offsets` are subtracted from every sample.
     ///
-    /// Validation data takes the offsets of the estimation data, never its own: its mean is part
-    /// of what the model has to explain.
+    /// Use the offsets of the estimation data for validation data too: the model has to explain the mean of the
+    /// validation data.
     ///
     /// # Panics
-    /// Where `offsets` has other numbers of signals than this experiment.
+    /// Where `offsets` and this experiment have different numbers of signals.
     #[must_use]
     pub fn about(&self, offsets: &Offsets) -> Self {
         let shift = |signals: &DMatrix<f64>, offsets: &DVector<f64>| {
@@ -336,9 +337,9 @@ impl Experiment {
         }
     }
 
-    /// The record without the straight line of least squares through each signal.
+    /// The record without the least-squares line through each signal.
     ///
-    /// For slow sensor drift only: it also takes away what an integrating plant does.
+    /// For slow sensor drift only: it also removes the motion of an integrating system.
     #[must_use]
     pub fn detrended(&self) -> Self {
         Self {

@@ -1,5 +1,4 @@
-//! The record of a flight: uniformly sampled inputs and outputs, and what is done to them before any
-//! model is fitted.
+//! The record of a flight: uniformly sampled inputs and outputs, and their preparation for identification.
 
 mod experiment;
 pub mod preprocess;

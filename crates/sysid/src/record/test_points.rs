@@ -1,4 +1,4 @@
-//! Where in a flight the pilot tested something.
+//! Detection of a pilot's test points in a flight.
 
 use hovernav::controls::Sticks;
 use hovernav::time::Time;
@@ -6,20 +6,20 @@ use hovernav::time::Time;
 /// The four sticks, in the order of [`hovernav_log::Dataset::controls`].
 pub const STICKS: [&str; 4] = Sticks::NAMES;
 
-/// A stretch of flight with deliberate steps of the sticks.
+/// A part of a flight with deliberate steps of the sticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TestPoint {
-    /// The stick stepped, an index into [`STICKS`]; `None` where several moved together.
+    /// The stepped stick, an index into [`STICKS`]; `None` where several moved together.
     pub stick: Option<usize>,
-    /// When the first step was made.
+    /// Time of the first step.
     pub first_step: Time,
-    /// When the last was.
+    /// Time of the last step.
     pub last_step: Time,
-    /// Where the stretch starts: a little of steady flight before the first step.
+    /// Start of the part, with a little steady flight before the first step.
     pub start: Time,
-    /// Where it ends: the answer to the last step has died out, or the next test point starts.
+    /// End of the part: the response to the last step has decayed, or the next test point starts.
     pub end: Time,
-    /// Steps made.
+    /// Number of steps.
     pub steps: usize,
 }
 
@@ -27,14 +27,14 @@ pub struct TestPoint {
 const LEAD_S: f64 = 2.0;
 /// Flight after its last step, s.
 const TAIL_S: f64 = 5.0;
-/// Steps closer than this belong together, s: a step held 1.5 s, and a margin.
+/// Longest time between steps of one test point, s: a step held 1.5 s, and a margin.
 const TOGETHER_S: f64 = 2.5;
-/// Least step from one sample to the next that is a test's, in stick's full travel.
+/// Smallest step of a test from one sample to the next, as a part of the stick's full travel.
 const LEAST_STEP: f64 = 0.03;
-/// A stick joins in where its largest step is at least this part of the largest.
+/// A stick takes part where its largest step is at least this part of the largest of all.
 const JOINS_IN: f64 = 0.4;
 
-/// The least change from one sample to the next that is a step of each stick.
+/// Smallest change of each stick from one sample to the next that counts as a step.
 fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     std::array::from_fn(|stick| {
         let mut changes: Vec<f64> =
@@ -45,9 +45,8 @@ fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     })
 }
 
-/// What of each stick was stepped by test points of that stick alone, a row for each of `controls`: the sum of its
-/// steps since the test point began, and nothing outside. Whatever else a pilot does may answer to gusts; these do
-/// not.
+/// Steps of each stick during test points of that stick alone, one row for each of `controls`: the sum of its steps
+/// since the test point began, and 0 elsewhere. Other stick movements may respond to gusts; these steps do not.
 #[must_use]
 pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
     let least = least_steps(controls);
@@ -68,9 +67,9 @@ pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
 
 /// Finds the test points of a flight from its sticks, each −1…1 about trim, in time order.
 ///
-/// A step is a change from one sample to the next of at least 3 % of full travel and eight times the
-/// usual change; steps within 2.5 s are one test point. A single stick stepped at least twice is a
-/// test of that stick; anything else is a manoeuvre, [`TestPoint::stick`] `None`.
+/// A step is a change from one sample to the next of at least 3 % of full travel and eight times the usual change.
+/// Steps within 2.5 s belong to one test point. At least two steps of a single stick are a test of that stick; anything
+/// else is a manoeuvre, with [`TestPoint::stick`] `None`.
 #[must_use]
 pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
     let least = least_steps(controls);

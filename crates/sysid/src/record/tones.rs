@@ -1,14 +1,14 @@
-//! Vibration that sampling has folded into the band: narrow tones, found and notched out.
+//! Aliased vibration: narrow tones, detected and notched out.
 //!
-//! A rotor's harmonics alias to lines among the dynamics. A predictor takes them for process noise
-//! and doubts everything else at that frequency. Every signal of a record, inputs included, goes
-//! through the same notches, so that what a linear model says between them stays true.
+//! A rotor's harmonics alias to lines within the band of the dynamics. A predictor would count them as process noise
+//! and weight all other motion at that frequency down. Every signal of a record, including inputs, passes through the
+//! same notches, so that a linear model between them stays valid.
 //!
-//! A pilot or an autopilot answers to the noise, so the notches look back only: one that looked ahead
-//! would make what a stick does depend on noise still to come, and bias what is identified. A notch takes
-//! the noise of its band along with the tone. Where the predictor's own noise cannot be white, as that of a
-//! velocity, one that found it quiet there would take the whole spectrum's upper end for quiet and slow
-//! disturbances for large: noise as loud as beside the tone is put in its place.
+//! A pilot or an autopilot responds to noise, so the notches are causal: a zero-phase notch would make the stick depend
+//! on later noise and bias the identification. A notch also removes the noise in its band. That matters for a signal
+//! whose noise the predictor does not model as white, such as a velocity. If its spectrum were empty there, the
+//! identified noise would be too small at high frequencies and the slow disturbances too large. The band is therefore
+//! refilled with noise as large as in the neighbouring bands.
 
 use std::f64::consts::{PI, TAU};
 use std::iter::successors;
@@ -25,29 +25,29 @@ use crate::record::experiment::Experiment;
 /// A narrow line in a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tone {
-    /// Its middle, Hz.
+    /// Centre frequency, Hz.
     pub frequency_hz: f64,
-    /// Its width, Hz.
+    /// Width, Hz.
     pub width_hz: f64,
 }
 
-/// Samples of one periodogram.
+/// Number of samples of one periodogram.
 const SEGMENT: usize = 512;
-/// How far above its neighbourhood's median a line stands.
+/// Smallest ratio of a line to the median of its neighbourhood.
 const PROMINENCE: f64 = 10.0;
-/// Neighbourhood to either side, Hz: wide against a line that moves with the rotor's speed.
+/// Neighbourhood on either side, Hz: wide compared with a line that moves with the rotor's speed.
 const NEIGHBOURHOOD_HZ: f64 = 4.0;
-/// Widest line that is a tone, Hz.
+/// Largest width of a tone, Hz.
 const WIDEST_HZ: f64 = 3.0;
-/// A line wider than this moves, Hz, and is covered by several notches side by side, each no wider than
-/// the second.
+/// Width above which a line moves, Hz. It is then covered by several adjacent notches, each at most as wide as the
+/// second constant.
 const MOVES_HZ: f64 = 1.0;
 const NOTCH_HZ: f64 = 0.5;
 
 /// Finds the tones above `least_hz` in the outputs of `record`: lines ten times above the median of
 /// their neighbourhood in the spectrum of any output's differences.
 ///
-/// None where the record is shorter than two segments of 512 samples.
+/// Empty where the record is shorter than two segments of 512 samples.
 #[must_use]
 pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
     let bin_hz = 1.0 / (SEGMENT as f64 * record.period_s);
@@ -76,7 +76,7 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
                 let count = if width_hz > MOVES_HZ { (width_hz / NOTCH_HZ).ceil() } else { 1.0 };
                 let apart_hz = width_hz / count;
                 let lowest_hz = middle_hz - 0.5 * (count - 1.0) * apart_hz;
-                // A little wider than they are apart, so that nothing passes between two.
+                // Slightly wider than their spacing, so that nothing passes between two notches.
                 let width_hz = if count > 1.0 { 1.25 * apart_hz } else { width_hz };
                 tones.extend((0..count as usize).map(|notch| {
                     let frequency_hz = lowest_hz + notch as f64 * apart_hz;
@@ -89,10 +89,10 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
     tones
 }
 
-/// The record with every signal twice through a notch at each tone, and in the outputs named `filled` noise
-/// in its place, as loud as beside it, of a fixed seed.
+/// The record with every signal passed twice through a notch at each tone. In the outputs named `filled`, noise with a
+/// fixed seed replaces the removed band, as large as in the neighbouring bands.
 ///
-/// What is slow comes later by [`notch_delay_s`] in every signal alike.
+/// Slow motion is delayed by [`notch_delay_s`], equally in every signal.
 #[must_use]
 pub fn without_tones(record: &Experiment, tones: &[Tone], filled: &[&str]) -> Experiment {
     let mut clean = record.clone();
@@ -132,7 +132,7 @@ pub fn without_tones(record: &Experiment, tones: &[Tone], filled: &[&str]) -> Ex
     clean
 }
 
-/// How much later everything slow is after [`without_tones`], s.
+/// Delay of slow motion by [`without_tones`], s.
 #[must_use]
 pub fn notch_delay_s(tones: &[Tone], period_s: f64) -> f64 {
     let samples = tones.iter().map(|tone| {
@@ -144,23 +144,23 @@ pub fn notch_delay_s(tones: &[Tone], period_s: f64) -> f64 {
 }
 
 impl Tone {
-    /// Radius and cosine of the angle of its notch's poles.
+    /// Radius of its notch's poles, and cosine of their angle.
     fn poles(self, period_s: f64) -> (f64, f64) {
         let radius = (1.0 - PI * self.width_hz * period_s).max(0.0);
         (radius, (TAU * self.frequency_hz * period_s).cos())
     }
 }
 
-/// What is left after a sample of the noise that fills a notch: slow against any tone.
+/// Decay factor per sample of the filling noise, which is slow compared with any tone.
 const FADING: f64 = 0.999;
 
-/// σ of white changes as loud as the changes whose spectrum is `power` are beside `tone`.
+/// σ of white changes with the power density that the changes, of spectrum `power`, have next to `tone`.
 fn change_sigma(power: &[f64], tone: Tone, period_s: f64) -> f64 {
     let bin_hz = 1.0 / (SEGMENT as f64 * period_s);
     median_around(power, (tone.frequency_hz / bin_hz) as usize, bin_hz).sqrt()
 }
 
-/// The median of `power` within the neighbourhood of `bin`; 0 of none.
+/// Median of `power` within the neighbourhood of `bin`; 0 where it is empty.
 fn median_around(power: &[f64], bin: usize, bin_hz: f64) -> f64 {
     let reach = (NEIGHBOURHOOD_HZ / bin_hz).ceil() as usize;
     let around = bin.saturating_sub(reach)..(bin + reach + 1).min(power.len());
@@ -179,12 +179,13 @@ fn notch_twice(signal: &mut [f64], tone: Tone, period_s: f64) {
     }
 }
 
-/// Two zeros on the unit circle, two poles of the tone's width inside: 1 at zero frequency.
+/// A notch with two zeros on the unit circle and two poles of the tone's width inside it; its gain is 1 at zero
+/// frequency.
 fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     let (radius, cosine) = tone.poles(period_s);
     let (late, later) = (-2.0 * radius * cosine, radius * radius);
     let gain = (1.0 + late + later) / (2.0 - 2.0 * cosine);
-    // At rest at the first value, so that nothing rings there.
+    // Starts in the steady state of the first value, without a transient.
     let first = signal.first().copied().unwrap_or(0.0);
     let (mut in_1, mut in_2, mut out_1, mut out_2) = (first, first, first, first);
     for value in signal.iter_mut() {
@@ -196,11 +197,11 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     still(signal, radius, TAU * tone.frequency_hz * period_s);
 }
 
-/// What is left of a ringing that is not followed any further, in its size at the start.
+/// Relative size of a transient below which it is no longer followed.
 const INAUDIBLE: f64 = 1e-12;
 
-/// Takes off what a notch of poles of `radius` at `angle` rings with from its start: the record begins amid the
-/// tone, the filter at rest. Fitted to changes, which slow motion hardly has.
+/// Removes the notch's initial transient, with poles of `radius` at `angle`: the record begins within the tone, and the
+/// filter starts at rest. It is fitted to differences, in which slow motion is small.
 fn still(signal: &mut [f64], radius: f64, angle: f64) {
     let turn = Complex::from_polar(radius, angle);
     let ringing = || {
@@ -220,7 +221,7 @@ fn still(signal: &mut [f64], radius: f64, angle: f64) {
     }
 }
 
-/// Welch's mean periodogram, Hann window, halves overlapping: of white noise, its variance.
+/// Welch's mean periodogram with a Hann window and half overlap; for white noise it equals the variance.
 fn spectrum(signal: &[f64]) -> Vec<f64> {
     let mut power = vec![0.0; SEGMENT / 2];
     if signal.len() < 2 * SEGMENT {
@@ -256,7 +257,7 @@ mod tests {
     fn record(tone: f64) -> Experiment {
         let outputs = DMatrix::from_fn(4000, 1, |sample, _| {
             let time_s = sample as f64 * 0.03;
-            // A little broadband noise: a chirp's residue modulo one.
+            // A little broadband noise: the residue of a chirp modulo one.
             let noise = (time_s * time_s * 91.7).fract() - 0.5;
             time_s.sin() + 0.001 * noise + tone * (TAU * 6.3 * time_s).sin()
         });

@@ -9,8 +9,8 @@ use rustfft::{Fft, FftDirection};
 
 /// X(k) = Σₙ x(n) exp(−j 2π (first + k·step) n), frequencies in cycles per sample.
 ///
-/// Any number of frequencies, as close as wanted, from any number of samples, for the cost of three
-/// fast Fourier transforms.
+/// Any number of frequencies, arbitrarily close, from any number of samples, at the cost of three fast Fourier
+/// transforms.
 ///
 /// Source: L. Rabiner, R. Schafer & C. Rader (1969), "The chirp z-transform algorithm", *IEEE Trans.
 /// Audio and Electroacoustics* 17(2); the convolution is Bluestein's.
@@ -38,7 +38,7 @@ impl ChirpZ {
         let length = (samples + points).next_power_of_two();
         let [forward, inverse] = [FftDirection::Forward, FftDirection::Inverse]
             .map(|direction| Radix4::new(length, direction));
-        // The fraction of a turn, taken before the sine, keeps long records exact.
+        // Taking the fraction of a turn before the sine keeps long records exact.
         let phasor = |turns: f64| Complex::from_polar(1.0, -TAU * turns.fract());
         let chirp = |index: usize| 0.5 * step * (index as f64) * (index as f64);
         let mut kernel = vec![Complex::new(0.0, 0.0); length];

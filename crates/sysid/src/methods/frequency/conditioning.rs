@@ -1,11 +1,11 @@
-//! One frequency: from a matrix of spectra to responses, each with the other inputs taken out.
+//! From a spectral matrix at one frequency to responses, each conditioned on the other inputs.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// How many of the first signals are references, and how many after them are inputs; outputs follow.
+/// Number of references, which come first, and of inputs, which follow them; the outputs come last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Counts {
-    /// None where every input is its own.
+    /// 0 where every input is its own reference.
     pub references: usize,
     pub inputs: usize,
 }
@@ -16,19 +16,19 @@ pub(super) struct Conditioned {
     pub responses: DMatrix<Complex<f64>>,
     /// Partial coherence, outputs × inputs.
     pub coherence: DMatrix<f64>,
-    /// What all inputs explain of each output.
+    /// Multiple coherence: part of each output that all inputs explain.
     pub multiple: DVector<f64>,
-    /// Of each input, the others taken out.
+    /// Power of each input, conditioned on the others.
     pub input_power: DVector<f64>,
 }
 
-/// A signal of which the others explain all but this part cannot be told from them.
+/// Smallest independent part of a signal; below it the signal is a combination of the others.
 const OWN_PART: f64 = 1e-8;
 
 impl Conditioned {
-    /// Responses and partial coherences from the spectral matrix of references, inputs, outputs. Of the
-    /// inputs only what follows the references counts; where there are none, all of it. The error
-    /// is the signal that cannot be told from the others.
+    /// Responses and partial coherences from the spectral matrix of references, inputs and outputs. Only the part of
+    /// the inputs that follows the references counts; without references the whole input counts. The error is the index
+    /// of a signal that is a combination of the others.
     ///
     /// # Source
     /// Equations (I19) and (I29) of docs/equations.md.
@@ -71,20 +71,19 @@ impl Conditioned {
     }
 }
 
-/// What part of both together the first is; 0 of nothing.
+/// `part` as a fraction of `part` and `rest` together; 0 where both are 0.
 fn share(part: f64, rest: f64) -> f64 {
     if part + rest > 0.0 { part / (part + rest) } else { 0.0 }
 }
 
-/// The inverse of a spectral matrix, in units of each signal's own power so that units do not decide what
-/// is singular.
+/// The inverse of a spectral matrix, each signal scaled by its own power so that units do not affect singularity.
 struct Unmixed {
     inverse: DMatrix<Complex<f64>>,
     sizes: DVector<f64>,
 }
 
 impl Unmixed {
-    /// The error is the signal that does not move, or that the others explain.
+    /// The error is the index of a signal that does not move, or that the others explain.
     fn from(among: &DMatrix<Complex<f64>>) -> Result<Self, usize> {
         let count = among.nrows();
         if let Some(still) = (0..count).find(|&signal| among[(signal, signal)].re <= 0.0) {
@@ -113,7 +112,7 @@ impl Unmixed {
         scaled(&(&self.inverse * scaled(right)))
     }
 
-    /// What is left of a signal's power once the others are taken out.
+    /// Power of a signal, conditioned on the others.
     fn own_power(&self, signal: usize) -> f64 {
         self.sizes[signal].powi(2) / self.inverse[(signal, signal)].re
     }

@@ -7,28 +7,28 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::{FrequencyError, FrequencyResponse};
 use crate::methods::least_squares::{Cost, Limits, Quadratic, minimise};
 
-/// A model's responses at some frequencies, each outputs × inputs.
+/// Frequency responses of a model, one matrix of outputs × inputs per frequency.
 pub type Responses = Vec<DMatrix<Complex<f64>>>;
 
-/// How to weigh and where to stop.
+/// Weights and stopping criteria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseFitSettings {
-    /// Points of less coherence are left out.
+    /// Points of lower coherence are ignored.
     pub least_coherence: f64,
-    /// Responses with fewer such points are left out.
+    /// Responses with fewer coherent points are ignored.
     pub least_points: usize,
-    /// Lower bounds of the parameters; empty for none.
+    /// Lower bounds of the parameters; empty for no bounds.
     pub lower: Vec<f64>,
-    /// Upper bounds of the parameters; empty for none.
+    /// Upper bounds of the parameters; empty for no bounds.
     pub upper: Vec<f64>,
-    /// Most linearisations.
+    /// Largest number of linearisations.
     pub iterations: usize,
-    /// The search ends where the next step promises to save less than this part of the cost at the start.
+    /// The search stops where the predicted decrease of the next step is below this part of the initial cost.
     pub least_decrease: f64,
 }
 
 impl Default for ResponseFitSettings {
-    /// Coherence of 0.6 and above at any point, no bounds, 100 iterations.
+    /// Points of coherence 0.6 and above, no bounds, 100 iterations.
     fn default() -> Self {
         Self {
             least_coherence: 0.6,
@@ -41,32 +41,32 @@ impl Default for ResponseFitSettings {
     }
 }
 
-/// Parameters that fit the responses best, and how well.
+/// Parameters that fit the responses best, and their uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseFit {
     /// The parameters.
     pub parameters: Vec<f64>,
-    /// Their standard deviations: Cramér and Rao's bounds, scaled by the misfit that remains and
-    /// doubled, since neighbouring frequencies share their windows and are not independent (Tischler
-    /// & Remple, section 11.3). Infinite where the responses say nothing of a parameter.
+    /// Standard deviations: Cramér–Rao bounds, scaled by the remaining misfit and doubled (Tischler & Remple, section
+    /// 11.3). Neighbouring frequencies share their windows and are not independent. Infinite for a parameter without
+    /// effect on the responses.
     pub bounds: Vec<f64>,
-    /// How far each could move alone at that cost, of the same size; never above its bound.
+    /// Insensitivities: change of each parameter alone that raises the cost equally; never above its bound.
     pub insensitivities: Vec<f64>,
-    /// How far the responses still are from the measured ones.
+    /// Costs of the remaining misfit.
     pub costs: ResponseCosts,
-    /// Whether nothing was left to gain.
+    /// Whether the search converged.
     pub converged: bool,
 }
 
-/// How far a model's responses are from measured ones.
+/// Misfit between a model's responses and the measured ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseCosts {
-    /// Tischler & Remple's J of each response, outputs × inputs; NaN where too few points were coherent.
-    /// Below 50 a model is hardly told from the vehicle, below 100 it is good for most uses.
+    /// Tischler & Remple's J of each response, outputs × inputs; NaN where too few points were coherent. Below 50 the
+    /// model is hardly distinguishable from the vehicle; below 100 it is good for most uses.
     pub each: DMatrix<f64>,
-    /// Their mean.
+    /// Mean cost.
     pub mean: f64,
-    /// Points used of each response.
+    /// Number of points used of each response.
     pub points: DMatrix<usize>,
 }
 
@@ -75,14 +75,13 @@ pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
 ///
-/// `model` gives for parameters θ and frequencies ω in rad/s the responses at each, outputs × inputs, as
-/// [`FrequencyResponse::responses`]; `None` where θ is not admissible. The cost of each response is
-/// J = 20/n Σ Wγ [(Δ dB)² + 0.01745 (Δ°)²] with Wγ = (1.58 (1 − exp(−γ²)))², its mean over all
-/// responses is minimised.
+/// `model` returns the responses at parameters θ and frequencies ω in rad/s, each outputs × inputs, as
+/// [`FrequencyResponse::responses`]; `None` where θ is not admissible. The cost of each response is J = 20/n Σ Wγ [(Δ
+/// dB)² + 0.01745 (Δ°)²] with Wγ = (1.58 (1 − exp(−γ²)))². The fit minimises the mean of J over all responses.
 ///
 /// # Errors
-/// [`FrequencyError::TooFewPoints`] where too little is coherent, [`FrequencyError::Start`] where
-/// the model does not exist at the start.
+/// [`FrequencyError::TooFewPoints`] where too few points are coherent, [`FrequencyError::Start`] where the model does
+/// not exist at the start.
 ///
 /// # Source
 /// Tischler & Remple, section 11.2, eqs. 11.4 to 11.6.
@@ -130,8 +129,8 @@ pub fn fit_response(
     })
 }
 
-/// The diagonal of the inverse of `information`: infinite for a parameter of which there is none, very large
-/// for those that cannot be told from each other.
+/// Diagonal of the inverse of `information`: infinite for a parameter without information, very large for parameters
+/// that cannot be separated.
 fn variances(information: &DMatrix<f64>) -> Vec<f64> {
     const LEAST: f64 = 1e-12;
     let sizes = information.diagonal().map(f64::sqrt);
@@ -150,7 +149,7 @@ fn variances(information: &DMatrix<f64>) -> Vec<f64> {
     (0..sizes.len()).map(|row| along(row) / sizes[row].powi(2)).collect()
 }
 
-/// How far `model` at `theta` is from `measured`, by the costs of [`fit_response`].
+/// Misfit of `model` at `theta` to `measured`, by the costs of [`fit_response`].
 ///
 /// # Errors
 /// As [`fit_response`].
@@ -209,7 +208,7 @@ fn coherent_points(measured: &FrequencyResponse, settings: &ResponseFitSettings)
     all
 }
 
-/// How many responses have a point at all.
+/// Number of responses with at least one point.
 fn responses(points: &[Point]) -> usize {
     points
         .chunk_by(|one, other| (one.output, one.input) == (other.output, other.input))
@@ -245,7 +244,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         FrequencyError::Start { outputs: self.shape.0, inputs: self.shape.1 }
     }
 
-    /// What `residuals` make of each response.
+    /// Cost of each response from its `residuals`.
     fn costs(&self, residuals: &DVector<f64>) -> ResponseCosts {
         let (outputs, inputs) = self.shape;
         let mut each = DMatrix::from_element(outputs, inputs, f64::NAN);
@@ -268,7 +267,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         for point in &self.points {
             let value = modelled[point.at][(point.output, point.input)];
             let magnitude_db = 20.0 * value.norm().log10() - point.magnitude_db;
-            // The nearest way round the circle.
+            // Wrapped to the nearest equivalent angle.
             let phase = (value.arg() - point.phase_rad + PI).rem_euclid(TAU) - PI;
             residuals.push(point.weight * magnitude_db);
             residuals.push(point.weight * PHASE_WEIGHT.sqrt() * phase.to_degrees());
@@ -287,7 +286,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
                 self.residuals(&moved)
             };
             let mut change = side(reach)? - side(-reach)?;
-            // A phase error that passes half a turn has not jumped by a whole one.
+            // A phase error that passes half a turn does not change by a whole turn.
             for (point, pair) in self.points.iter().zip(change.as_mut_slice().chunks_exact_mut(2)) {
                 let turn = point.weight * PHASE_WEIGHT.sqrt() * 360.0;
                 pair[1] -= turn * (pair[1] / turn).round();

@@ -1,10 +1,8 @@
-//! Identification in the frequency domain: responses with their coherence, and models fitted where
-//! the coherence is good.
+//! Identification in the frequency domain: responses with their coherence, and models fitted at coherent frequencies.
 //!
-//! A chirp-z transform gives any band in any resolution from windows of any length, so that long
-//! windows (low frequencies) and short ones (many averages) can be combined point by point. With
-//! several inputs moving at once, each response is conditioned on the others; where a controller moves them,
-//! on what was injected beside it.
+//! A chirp-z transform gives any band at any resolution from windows of any length. Long windows, for low frequencies,
+//! and short ones, with many averages, can therefore be combined point by point. Each response is conditioned on the
+//! other inputs. Where a controller moves the inputs, the movement injected on top of it is the reference.
 //!
 //! Source: M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, 2nd ed.,
 //! chapters 7 to 11; J. Bendat & A. Piersol, *Random Data*, 4th ed., chapters 7 and 9.
@@ -25,13 +23,13 @@ pub use spectrum::{Band, Spectra, SpectrumSettings, Window, spectra};
 
 use thiserror::Error;
 
-/// Why there is no frequency response, or no fit to it.
+/// Reason for a missing frequency response, or for a missing fit to it.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FrequencyError {
     /// The band is empty, reversed or beyond half the sample rate.
     #[error(
-        "no {points} frequencies from {first_hz} Hz to {last_hz} Hz at a sample rate of {rate_hz} Hz"
+        "cannot place {points} frequencies from {first_hz} Hz to {last_hz} Hz at a sample rate of {rate_hz} Hz"
     )]
     Band {
         /// First frequency, Hz.
@@ -43,7 +41,7 @@ pub enum FrequencyError {
         /// The sample rate, Hz.
         rate_hz: f64,
     },
-    /// The window does not fit any record, or holds next to nothing.
+    /// The window is longer than every record, or contains too few samples.
     #[error("a window of {window} samples does not fit records of up to {longest}")]
     Window {
         /// Its length in samples.
@@ -51,23 +49,21 @@ pub enum FrequencyError {
         /// Samples of the longest record.
         longest: usize,
     },
-    /// Experiments that do not go together, or none at all.
+    /// Experiments with different signals or periods, or no experiments.
     #[error("experiments of one response need the same signals and period: {reason}")]
     Experiments {
-        /// Which do not.
+        /// The difference.
         reason: String,
     },
-    /// An input cannot be told from the others at a frequency, or does not move there.
-    #[error(
-        "input `{input}` cannot be told from the others, or does not move, at {frequency_hz} Hz"
-    )]
+    /// An input does not move independently of the others at a frequency.
+    #[error("input `{input}` does not move independently of the others at {frequency_hz} Hz")]
     DependentInputs {
         /// The input.
         input: String,
         /// The frequency, Hz.
         frequency_hz: f64,
     },
-    /// Nothing coherent to fit.
+    /// Too few coherent points.
     #[error("{points} points of coherence above {least} cannot determine {parameters} parameters")]
     TooFewPoints {
         /// Points above the limit.
@@ -77,7 +73,7 @@ pub enum FrequencyError {
         /// Parameters to determine.
         parameters: usize,
     },
-    /// The model is not defined, or not finite, at the start.
+    /// The model is undefined or not finite at the initial parameters.
     #[error("the model gives no finite response of {outputs} × {inputs} at the start values")]
     Start {
         /// Outputs expected.

@@ -8,24 +8,24 @@ use super::spectrum::{Spectra, random_error};
 use super::{Band, FrequencyError, SpectrumSettings, Window, spectra};
 use crate::record::Experiment;
 
-/// How to estimate responses.
+/// Settings of the response estimation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseSettings {
     /// Lengths of the windows, s. Several are combined point by point.
     pub windows_s: Vec<f64>,
-    /// The frequencies wanted.
+    /// Frequencies of the result.
     pub band: Band,
     /// Part of a window shared with the next.
     pub overlap: f64,
 }
 
 impl ResponseSettings {
-    /// Five windows over `band`, from 20 periods of its middle down to one of its first frequency,
-    /// as far as `longest_s` allows; four fifths overlap.
+    /// Five windows over `band`: from 20 periods of its middle down to one of its first frequency, limited to
+    /// `longest_s`; they overlap by four fifths.
     ///
     /// # Source
-    /// Tischler & Remple, section 10.6: window lengths over a decade, of which the longest holds two
-    /// periods of the lowest frequency.
+    /// Tischler & Remple, section 10.6: window lengths over a decade, the longest with two periods of the lowest
+    /// frequency.
     #[must_use]
     pub fn composite(band: Band, longest_s: f64) -> Self {
         let longest = (2.0 / band.first_hz).min(0.5 * longest_s);
@@ -45,22 +45,21 @@ pub struct FrequencyResponse {
     pub input_names: Vec<String>,
     /// Names of the outputs.
     pub output_names: Vec<String>,
-    /// At each frequency the responses, outputs × inputs, in output units per input unit.
+    /// Responses at each frequency, outputs × inputs, in output units per input unit.
     pub responses: Vec<DMatrix<Complex<f64>>>,
-    /// At each frequency the partial coherence γ² of each output and input, the other inputs taken
-    /// out of both; 0 to 1, outputs × inputs.
+    /// Partial coherence γ² at each frequency, 0 to 1, outputs × inputs, with the other inputs removed from both
+    /// signals.
     pub coherence: Vec<DMatrix<f64>>,
-    /// At each frequency the part of each output that all inputs together explain linearly, 0 to 1.
+    /// Multiple coherence at each frequency, 0 to 1: part of each output that all inputs together explain linearly.
     pub multiple_coherence: Vec<DVector<f64>>,
-    /// At each frequency the random error of each response as a part of its size.
+    /// Random error of each response at each frequency, as a part of its magnitude.
     pub random_error: Vec<DMatrix<f64>>,
-    /// At each frequency what is left of each input's density once the others are taken out of it, in its
-    /// unit squared per Hz.
+    /// Power density of each input at each frequency, conditioned on the other inputs, in its unit squared per Hz.
     pub input_power: Vec<DVector<f64>>,
 }
 
 impl FrequencyResponse {
-    /// The same at about `count` of its frequencies, each as many times the one before.
+    /// The responses at about `count` of the frequencies, logarithmically spaced.
     #[must_use]
     pub fn logarithmic(&self, count: usize) -> Self {
         let (Some(first), Some(last)) = (self.frequencies_hz.first(), self.frequencies_hz.last())
@@ -86,11 +85,11 @@ impl FrequencyResponse {
         }
     }
 
-    /// The same, incoherent wherever an input has less than `part` of the power that it has somewhere within
-    /// a third of an octave.
+    /// The responses with zero coherence wherever an input has less than `part` of its largest power within a third of
+    /// an octave.
     ///
-    /// An input that steps for T seconds has next to none at multiples of 1/T. There windows leak what is
-    /// beside, which is coherent as well, and wrong.
+    /// An input with steps of T seconds has almost no power at multiples of 1/T. There windows leak power from
+    /// neighbouring frequencies, which is coherent but wrong.
     #[must_use]
     pub fn without_gaps(mut self, part: f64) -> Self {
         let third = 2f64.cbrt();
@@ -112,15 +111,15 @@ fn picked<T: Clone>(all: &[T], places: &[usize]) -> Vec<T> {
     places.iter().map(|&place| all[place].clone()).collect()
 }
 
-/// The responses that the experiments, repetitions of one another, show together.
+/// Responses estimated from all experiments together; the experiments are repetitions of one another.
 ///
-/// At each frequency the spectra of all windows are averaged with the weight (ε/ε_least)⁻⁴, where ε
-/// is the random error that the window's own coherence implies (Tischler & Remple eq. 10.19). The
-/// average of spectral matrices is one itself, so every coherence stays between 0 and 1.
+/// The spectra of all windows are averaged at each frequency with the weight (ε/ε_least)⁻⁴, where ε is the random error
+/// that the window's coherence implies (Tischler & Remple eq. 10.19). An average of spectral matrices is itself a
+/// spectral matrix, so every coherence stays between 0 and 1.
 ///
 /// # Errors
-/// [`FrequencyError`] where the experiments do not go together, no window fits, or the inputs cannot
-/// be told apart.
+/// [`FrequencyError`] where the experiments have different signals or periods, no window fits, or the inputs cannot be
+/// separated.
 pub fn frequency_response(
     experiments: &[Experiment],
     settings: &ResponseSettings,
@@ -128,20 +127,20 @@ pub fn frequency_response(
     joint_response(experiments, &[], settings)
 }
 
-/// The same for flights that a controller holds: responses to the inputs' part that follows the
-/// `references`, those of the experiments' inputs that were injected from outside; the rest of the inputs
-/// are what the vehicle got. There must be at least as many references as inputs; with none, every input
-/// is its own reference, and this is [`frequency_response`].
+/// Frequency responses for flights in closed loop, with respect to the part of the inputs that follows the
+/// `references`. The references are those inputs of the experiments that were injected from outside; the other inputs
+/// acted on the vehicle. There must be at least as many references as inputs. Without references every input is its own
+/// reference, and this is [`frequency_response`].
 ///
-/// A controller answers gusts with the inputs, so that the ratio of output to input spectra tells as much
-/// of the controller as of the vehicle. The references know nothing of the gusts.
+/// A controller responds to gusts with the inputs, so the ratio of output to input spectra describes the controller as
+/// much as the vehicle. The references are independent of the gusts.
 ///
 /// # Errors
 /// As [`frequency_response`]; [`FrequencyError::Experiments`] where a reference is not among the inputs.
 ///
 /// # Source
-/// Tischler & Remple, section 5.8 and chapter 9, the joint input–output method; with as many references
-/// as inputs it is the quotient of the responses of output and input to them.
+/// Tischler & Remple, section 5.8 and chapter 9, the joint input–output method. With as many references as inputs it is
+/// the quotient of the responses of output and input to them.
 pub fn joint_response(
     experiments: &[Experiment],
     references: &[&str],
@@ -155,7 +154,7 @@ pub fn joint_response(
     if let Some(missing) =
         references.iter().find(|name| !first.input_names.iter().any(|n| n == *name))
     {
-        let reason = format!("`{}` has no input `{missing}` to refer to", first.name);
+        let reason = format!("`{}` has no input `{missing}` to use as a reference", first.name);
         return Err(FrequencyError::Experiments { reason });
     }
     if counts.inputs == 0 || (counts.references > 0 && counts.references < counts.inputs) {
@@ -229,7 +228,9 @@ pub fn joint_response(
 
 fn check_alike(experiments: &[Experiment]) -> Result<&Experiment, FrequencyError> {
     let refuse = |reason: String| FrequencyError::Experiments { reason };
-    let Some(first) = experiments.first() else { return Err(refuse("there are none".to_owned())) };
+    let Some(first) = experiments.first() else {
+        return Err(refuse("found no experiments".to_owned()));
+    };
     if first.inputs.ncols() == 0 {
         return Err(refuse(format!("`{}` has no inputs", first.name)));
     }
@@ -254,7 +255,7 @@ fn side_by_side(experiment: &Experiment, names: &[&str]) -> DMatrix<f64> {
     DMatrix::from_fn(experiment.samples(), columns.len(), |row, column| columns[column][row])
 }
 
-/// Mean random error over all responses; infinite where the window cannot see the frequency.
+/// Mean random error over all responses; infinite where the window does not resolve the frequency.
 fn window_error(
     window_s: f64,
     spectra: &Spectra,
@@ -262,7 +263,7 @@ fn window_error(
     counts: Counts,
     frequency_hz: f64,
 ) -> f64 {
-    // A Hann window resolves nothing within two bins of zero.
+    // A Hann window does not resolve frequencies within two bins of zero.
     if window_s * frequency_hz < 1.5 {
         return f64::INFINITY;
     }

@@ -9,7 +9,7 @@ use super::{ChirpZ, FrequencyError};
 /// Shape of a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Window {
-    /// Raised cosine: little leakage. Wants an overlap of a half or more.
+    /// Raised cosine: little leakage; needs an overlap of at least one half.
     Hann,
     /// Rectangle: for records that are zero at both ends.
     Rectangle,
@@ -22,7 +22,7 @@ pub struct Band {
     pub first_hz: f64,
     /// The last, Hz, at most half the sample rate.
     pub last_hz: f64,
-    /// How many, at least 2.
+    /// Number of frequencies, at least 2.
     pub points: usize,
 }
 
@@ -50,16 +50,16 @@ impl Band {
     }
 }
 
-/// How to estimate spectra.
+/// Settings of the spectral estimation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectrumSettings {
     /// Length of a window, s.
     pub window_s: f64,
     /// Part of a window shared with the next, 0 to 0.95.
     pub overlap: f64,
-    /// Its shape.
+    /// Window shape.
     pub window: Window,
-    /// The frequencies wanted.
+    /// Frequencies of the result.
     pub band: Band,
 }
 
@@ -71,7 +71,7 @@ pub struct Spectra {
     /// At each frequency the Hermitian matrix of E[Xᵢ* Xⱼ], signals × signals, in units squared per
     /// Hz.
     pub densities: Vec<DMatrix<Complex<f64>>>,
-    /// Length of the records over that of a window: how many independent averages there are.
+    /// Number of independent averages: length of the records over that of a window.
     pub averages: f64,
     /// The constant of the random error: √0.55 with windows that overlap by half or more, else 1
     /// (Tischler & Remple, section 7.3).
@@ -93,11 +93,11 @@ pub(super) fn random_error(coherence: f64, averages: f64, constant: f64) -> f64 
     constant * ((1.0 - coherence) / (2.0 * coherence * averages)).sqrt()
 }
 
-/// Spectra of all signals together, averaged over the windows of all `records` (each samples ×
-/// signals, the same signals in each). Every window is freed of its mean first.
+/// Spectra of all signals together, averaged over the windows of all `records` (each samples × signals, the same
+/// signals in each). The mean of every window is removed first.
 ///
 /// # Errors
-/// [`FrequencyError::Band`] or [`FrequencyError::Window`] where nothing can be computed.
+/// [`FrequencyError::Band`] or [`FrequencyError::Window`] for an invalid band or window.
 ///
 /// # Source
 /// Equation (I18) of docs/equations.md.

@@ -1,4 +1,4 @@
-//! Leaving out what the data do not know.
+//! Dropping of parameters that the data do not identify.
 
 use super::error::PredictionErrorError;
 use super::estimates::{Estimate, Estimates, Status};
@@ -8,7 +8,7 @@ use super::settings::{Dropping, Settings};
 use super::statistics;
 use crate::methods::least_squares::{Cost as _, Limits, Minimum, minimise};
 
-/// Searches, then drops what the data do not know, several parameters at once, and searches again.
+/// Searches, drops the parameters that the data do not identify, several at once, and searches again.
 pub(super) fn search(
     mut problem: Problem<'_>,
     settings: &Settings,
@@ -31,7 +31,7 @@ pub(super) fn search(
         if weak.is_empty() {
             break estimates;
         }
-        // All that chance alone explains; where their likelihoods do not simply add, half of them.
+        // All whose values chance alone explains; half of them where their likelihoods do not add up.
         weak.sort_by(|one, other| one.1.total_cmp(&other.1));
         loop {
             let before = (problem.base.clone(), problem.free.clone());
@@ -78,7 +78,7 @@ pub(super) fn search(
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
 }
 
-/// Searches on from where `found` ended, on records that may be others: nothing more is dropped.
+/// Continues the search from the end of `found`, possibly on other records, without dropping parameters.
 pub(super) fn search_on(
     mut problem: Problem<'_>,
     found: &Identified,
@@ -100,8 +100,8 @@ pub(super) fn search_on(
     finish(&problem, &minimum, estimates, iterations, found.log.clone(), &dropped)
 }
 
-/// Parameters that may go and are no further from going than chance: index, Wald's statistic, and by how
-/// much innovations that are not white widen their variance.
+/// Parameters that may be dropped and differ insignificantly from their dropped values: index, Wald statistic, and
+/// factor by which coloured innovations increase their variance.
 fn unknown(
     problem: &Problem<'_>,
     estimates: &Estimates,
@@ -121,12 +121,12 @@ fn unknown(
     candidates.collect()
 }
 
-/// Where a parameter stands when it is left out.
+/// Value of a dropped parameter.
 fn without(problem: &Problem<'_>, index: usize) -> f64 {
     if problem.structure.divides(index) { problem.structure.parameters[index].start } else { 0.0 }
 }
 
-/// Takes `weak` out of the search; what is left of its point.
+/// Removes `weak` from the search and returns the remaining parameter values.
 fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, f64)]) -> Vec<f64> {
     let goes = |index: usize| weak.iter().any(|(weak, ..)| *weak == index);
     let theta = problem.free.iter().zip(&minimum.theta);
@@ -138,8 +138,7 @@ fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, 
     theta
 }
 
-/// Lets what is known before the flight count against what the flight tells, not against what white
-/// innovations would.
+/// Weights the priors by the information of the innovations as they are, instead of that of white innovations.
 ///
 /// # Source
 /// Equation (I27) of docs/equations.md.
@@ -161,13 +160,13 @@ fn weigh_priors(
     Ok(())
 }
 
-/// A first search for the structure's own parameters, with all noise held and that of the outputs at a
-/// tenth of their size.
+/// First search for the structure's own parameters. All noise is fixed, that of the outputs at a tenth of their
+/// standard deviation.
 ///
-/// Process noise can stand in for an answer to the sticks and explain each sample by the one before:
-/// that is a second optimum of the likelihood, and a search from far off may end there.
+/// Process noise can replace the response to the sticks and explain each sample by the one before. That is a second
+/// optimum of the likelihood, in which a search from a distant start may end.
 fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
-    /// Size of an output's noise, in the output's standard deviation.
+    /// σ of an output's noise, as a part of the output's standard deviation.
     const NOISE: f64 = 0.1;
     let structure = problem.structure;
     let first_noise = structure.parameters.len();
@@ -183,7 +182,7 @@ fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, Predi
     }
     problem.free.retain(|&index| index < first_noise);
     let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
-    // What it finds is a start: a unit of −ln L is near enough.
+    // The result is only a start: convergence to one unit of −ln L is enough.
     let minimum = minimised(problem, &start, Limits { least_decrease: 1.0, ..settings.limits })?;
     let found = problem.whole(&minimum.theta);
     problem.base[..first_noise].copy_from_slice(&found[..first_noise]);
@@ -209,8 +208,7 @@ fn summarise(
         })
     };
     let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
-    // Noise that is held may be larger than what was flown in: a bound is never below that of the noise
-    // the model has.
+    // Fixed noise may exceed the noise of the flight: a bound is never below that for the noise of the model.
     let widen: Vec<f64> = (0..white.nrows())
         .map(|place| (white[(place, place)] / covariance[(place, place)]).sqrt().max(1.0))
         .map(|factor| settings.widened * if factor.is_finite() { factor } else { 1.0 })
@@ -283,15 +281,14 @@ fn finish(
     described(problem, &minimum.theta, estimates, &ended, log, dropped)
 }
 
-/// How the searches ended.
+/// Final cost and iterations of the searches.
 struct Ended {
     cost: f64,
     iterations: usize,
     converged: bool,
 }
 
-/// What [`assemble`](super::assemble) makes of the parts: `problem` holds their values and has nothing
-/// free.
+/// Result of [`assemble`](super::assemble) for the parts: `problem` contains their values and has no free parameters.
 pub(super) fn assembled(
     problem: &Problem<'_>,
     estimates: Estimates,
@@ -372,7 +369,7 @@ fn described(
     })
 }
 
-/// One search from where `problem` stands.
+/// One search, starting from the values of `problem`.
 fn minimised(
     problem: &Problem<'_>,
     start: &[f64],

@@ -1,15 +1,15 @@
-//! Why nothing could be identified.
+//! Reasons for a failed identification.
 
 use thiserror::Error;
 
 use crate::record::ExperimentError;
 
-/// Why nothing could be identified.
+/// Reasons for a failed identification.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PredictionErrorError {
-    /// A model is put together from parts that lack one of its parameters or noises.
-    #[error("{structure}: no part holds {name}")]
+    /// A model is assembled from parts that lack one of its parameters or noises.
+    #[error("{structure}: no part contains {name}")]
     NotInParts {
         /// The structure's name.
         structure: String,
@@ -19,7 +19,7 @@ pub enum PredictionErrorError {
     /// An experiment lacks a signal the structure names.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
-    /// No experiments, or sampled at different periods.
+    /// No experiments, or experiments of different sample periods.
     #[error("{structure}: found sample periods {periods_s:?} s, expected one period for all")]
     Periods {
         /// The structure's name.
@@ -27,14 +27,14 @@ pub enum PredictionErrorError {
         /// The experiments' periods, s.
         periods_s: Vec<f64>,
     },
-    /// Every parameter is held.
+    /// Every parameter is fixed.
     #[error("{structure}: no parameter is free")]
     NothingFree {
         /// The structure's name.
         structure: String,
     },
-    /// More unknowns than numbers measured.
-    #[error("{structure}: {unknowns} unknowns against {numbers} measured numbers")]
+    /// More unknowns than measured values.
+    #[error("{structure}: found {unknowns} unknowns and only {numbers} measured values")]
     TooShort {
         /// The structure's name.
         structure: String,
@@ -43,25 +43,24 @@ pub enum PredictionErrorError {
         /// Samples times outputs.
         numbers: usize,
     },
-    /// One start per process noise is needed, positive and finite.
+    /// The process noises need one initial value each, positive and finite.
     #[error("{structure}: found process noise {found:?}, expected {expected} positive numbers")]
     ProcessNoise {
         /// The structure's name.
         structure: String,
-        /// What was given.
+        /// Values given.
         found: Vec<f64>,
-        /// How many noises the structure has.
+        /// Number of noises of the structure.
         expected: usize,
     },
-    /// At its starts the structure has no stable predictor: something unstable is neither measured nor
-    /// driven by noise.
+    /// No stable predictor exists at the initial parameters: an unstable state is neither measured nor driven by noise.
     #[error("{structure}: no stable predictor at the start values")]
     Start {
         /// The structure's name.
         structure: String,
     },
-    /// At the end of the search the parameters' information cannot be inverted.
-    #[error("{structure}: the data cannot tell the parameters apart")]
+    /// At the end of the search the information matrix of the parameters is singular.
+    #[error("{structure}: the data cannot separate the parameters")]
     Singular {
         /// The structure's name.
         structure: String,

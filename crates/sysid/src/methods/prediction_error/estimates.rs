@@ -1,24 +1,24 @@
-//! Parameters as they are printed: never without their bounds.
+//! Estimated parameters, always with their bounds.
 
 use std::fmt;
 
 use nalgebra::DMatrix;
 
-/// What became of a parameter.
+/// Status of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// Estimated.
     Free,
-    /// Estimated, and ended on one of its bounds.
+    /// Estimated, and ended on one of its limits.
     OnBound,
-    /// Held at its start by the structure.
+    /// Fixed at its initial value by the structure.
     Held,
-    /// Dropped; the log says why.
+    /// Dropped; the log contains the reason.
     Dropped,
 }
 
 impl Status {
-    /// What became of it, in a word or two.
+    /// Status in one or a few words.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -30,32 +30,31 @@ impl Status {
     }
 }
 
-/// One parameter.
+/// One parameter of an identified structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Name in the structure.
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Value found.
+    /// Estimated value.
     pub value: f64,
-    /// Value at the start.
+    /// Initial value.
     pub start: f64,
-    /// What became of it.
+    /// Status.
     pub status: Status,
-    /// Cramér–Rao bound, one sigma, in the parameter's unit; 0 where it was not estimated. Where
-    /// the settings ask for it, it is that of innovations as they are: correlated, and larger at some
-    /// times than at others.
+    /// Cramér–Rao bound, one sigma, in the parameter's unit; 0 where the parameter was not estimated. If the settings
+    /// ask for it, the bound accounts for innovations that are correlated and of varying size.
     pub bound: f64,
-    /// The bound if innovations were white.
+    /// The bound for white innovations.
     pub white_bound: f64,
-    /// How far the parameter alone can move at that cost: 1/√ of its own information. Never above the
-    /// white bound.
+    /// Insensitivity: change of the parameter alone that raises the cost equally, 1/√ of its own information. Never
+    /// above the white bound.
     pub insensitivity: f64,
 }
 
 impl Estimate {
-    /// Whether the search was free to move it.
+    /// Whether the parameter was estimated.
     #[must_use]
     pub const fn is_estimated(&self) -> bool {
         matches!(self.status, Status::Free | Status::OnBound)
@@ -74,40 +73,40 @@ impl Estimate {
     }
 }
 
-/// The parameters of an identified structure, its noises last, and their correlations.
+/// Parameters of an identified structure with their correlations, noises last.
 ///
-/// Printed as CIFER prints its identification summary: value, Cramér–Rao bound and insensitivity in
-/// percent, then the pairs that are strongly correlated. CIFER's bound is this one doubled.
+/// Printed like CIFER's identification summary: value, Cramér–Rao bound and insensitivity in percent, then the strongly
+/// correlated pairs. CIFER's bound is twice this one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimates {
-    /// Parameters in the structure's order, then σ of each process noise (of a state's rate, per
-    /// sample), then σ of each output's noise.
+    /// Parameters in the structure's order, then σ of each process noise (of a state's rate, per sample), then σ of
+    /// each output's noise.
     pub list: Vec<Estimate>,
-    /// Indices in `list` of what was estimated.
+    /// Indices in `list` of the estimated parameters.
     pub free: Vec<usize>,
-    /// Covariance of what was estimated, in the order of `free`; noises as σ.
+    /// Covariance of the estimated parameters, in the order of `free`; noises as σ.
     pub covariance: DMatrix<f64>,
-    /// The covariance if innovations were white.
+    /// Covariance for white innovations.
     pub white_covariance: DMatrix<f64>,
 }
 
 impl Estimates {
-    /// The estimate named `name`.
+    /// Estimate of the parameter `name`.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Estimate> {
         self.list.iter().find(|estimate| estimate.name == name)
     }
 
-    /// The correlation of two estimates; `None` where one was not estimated.
+    /// Correlation of two estimates; `None` where one was not estimated.
     #[must_use]
     pub fn correlation(&self, one: &str, other: &str) -> Option<f64> {
         let find = |name: &str| self.free.iter().position(|&index| self.list[index].name == name);
         Some(self.correlation_at(find(one)?, find(other)?))
     }
 
-    /// How many times larger the variances of the estimates `names` together are than those of white
-    /// innovations: the mean of the eigenvalues of W⁻¹V, of their two covariances. By so much their likelihood
-    /// is overstated. `None` where none of them was estimated, or no variance can be told.
+    /// Factor by which white innovations would understate the variances of the estimates `names` together: the mean of
+    /// the eigenvalues of W⁻¹V, of their two covariances. The likelihood is overstated by this factor. `None` where
+    /// none of them was estimated, or a variance is unknown.
     ///
     /// # Source
     /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of

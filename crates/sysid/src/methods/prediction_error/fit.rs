@@ -1,4 +1,4 @@
-//! How well an identified structure explains a record, with what noise alone would allow.
+//! Fit of an identified structure to a record, and the fit that noise alone allows.
 
 use std::fmt;
 
@@ -17,26 +17,25 @@ use super::statistics::noise_of;
 use super::sweep::{Pass, Record};
 use crate::record::Experiment;
 
-/// Noise-only windows behind a noise floor.
+/// Number of simulated noise-only windows for a noise floor.
 const FLOOR_RUNS: usize = 100;
 
-/// How one output is explained.
+/// Fit of one output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelFit {
     /// The output.
     pub name: String,
     /// 100 (1 − ‖y − ŷ‖ / ‖y − ȳ‖), ȳ the mean over each experiment.
     pub percent: f64,
-    /// The fit a perfect model would reach against the identified process and measurement noise, in
-    /// expectation.
+    /// Expected fit of a perfect model in the presence of the identified process and measurement noise.
     pub floor_percent: f64,
     /// Root mean square of y − ŷ, in the output's unit.
     pub residual_rms: f64,
 }
 
 impl ChannelFit {
-    /// Root mean square of what the identified noise alone would leave of a perfect model, in the
-    /// output's unit: both fits are relative to the same deviation of the flight.
+    /// Root mean square of the residual that the identified noise alone causes in a perfect model, in the output's
+    /// unit. Both fits are relative to the same deviation of the flight.
     #[must_use]
     pub fn floor_rms(&self) -> f64 {
         let floor = (100.0 - self.floor_percent) / (100.0 - self.percent);
@@ -44,20 +43,20 @@ impl ChannelFit {
     }
 }
 
-/// A stretch of flight and what the model makes of it.
+/// A window of flight data and its simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// The experiment it is from.
+    /// Name of the experiment.
     pub experiment: String,
-    /// Its first sample in the experiment.
+    /// First sample of the window in the experiment.
     pub first_sample: usize,
-    /// Flight, samples × outputs.
+    /// Measured outputs, samples × outputs.
     pub measured: DMatrix<f64>,
-    /// Model, samples × outputs.
+    /// Simulated outputs, samples × outputs.
     pub model: DMatrix<f64>,
 }
 
-/// A fit, and the parameters' bounds without which it says nothing: a model can fit and be wrong.
+/// A fit, and the bounds of the parameters: a model with large bounds can fit and be wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     window_s: f64,
@@ -67,19 +66,19 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The fit of every output together with the parameters behind it.
+    /// The fits of all outputs, and the parameters.
     #[must_use]
     pub fn channels(&self) -> (&[ChannelFit], &Estimates) {
         (&self.channels, &self.estimates)
     }
 
-    /// Length of the windows simulated, s.
+    /// Length of the simulated windows, s.
     #[must_use]
     pub fn window_s(&self) -> f64 {
         self.window_s
     }
 
-    /// Flight and model, window by window.
+    /// Measured and simulated outputs, window by window.
     #[must_use]
     pub fn runs(&self) -> &[Run] {
         &self.runs
@@ -88,7 +87,7 @@ impl Fit {
 
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "fit over windows of {:.1} s, {} of them", self.window_s, self.runs.len())?;
+        writeln!(f, "fit over windows of {:.1} s, {} windows", self.window_s, self.runs.len())?;
         for channel in &self.channels {
             writeln!(
                 f,
@@ -101,12 +100,11 @@ impl fmt::Display for Fit {
 }
 
 impl Identified {
-    /// Simulates `experiments` in windows of `window_s`, each from an initial state of its own, without
-    /// any correction from the measurements in between.
+    /// Simulates `experiments` in windows of `window_s`, each from its own initial state, without correction by the
+    /// measurements inside the window.
     ///
-    /// Biases are those the predictor finds over the whole experiment; the initial state and the offsets
-    /// are fitted to a window. A last piece shorter than a window is left out; a whole experiment
-    /// shorter than a window is one window.
+    /// Biases are estimated by the predictor over the whole experiment; initial state and offsets are fitted to each
+    /// window. A last piece shorter than a window is ignored; an experiment shorter than a window is one window.
     ///
     /// # Errors
     /// [`PredictionErrorError::Experiment`] where a signal is missing, [`PredictionErrorError::Start`]
@@ -189,7 +187,7 @@ impl Identified {
         })
     }
 
-    /// One window: the initial state by least squares, then the free run.
+    /// Simulates one window: least squares for the initial state, then simulation.
     fn window(
         &self,
         open: &OpenLoop,
@@ -225,7 +223,7 @@ impl Identified {
         (pass.own, pass.own_rows, pass.keep) = (&solved, &open.none, true);
         let errors = DMatrix::from_column_slice(p, length, &pass.run().whitened);
         let measured = DMatrix::from_row_slice(length, p, &piece.outputs);
-        // The open predictor's whitener is diagonal.
+        // The whitener of the open-loop predictor is diagonal.
         let whitener = &open.predictor.whitener;
         let model = DMatrix::from_fn(length, p, |sample, output| {
             measured[(sample, output)] - errors[(output, sample)] / whitener[(output, output)]
@@ -234,13 +232,13 @@ impl Identified {
     }
 }
 
-/// The model without correction, as windows are simulated by it.
+/// The model without correction, for the simulation of windows.
 struct OpenLoop {
     predictor: Predictor,
-    /// What is fitted to a window: its initial state and offsets. Errors of the outputs are no motion:
-    /// they stay out. The constant forcing is a window's own, as gusts last longer than it.
+    /// Values fitted to a window: its initial state and offsets. Output errors are excluded, because they are not
+    /// motion. Each window has its own constant forcing, because gusts last longer than a window.
     fitted: OwnRows,
-    /// Of nothing: all is solved.
+    /// Empty: all values are known.
     none: OwnRows,
 }
 
@@ -263,13 +261,13 @@ impl OpenLoop {
     }
 }
 
-/// What the identified noises do to an uncorrected window.
+/// Effect of the identified noises on an uncorrected window.
 struct WindowNoise {
     /// Γₙ diag(σ).
     driven: DMatrix<f64>,
     measurement_sigma: Vec<f64>,
-    /// The whole parameter vector with each output's error over the window, from a known initial
-    /// state, in place of its noise: how the initial state is to weigh the outputs.
+    /// The whole parameter vector, with each output's error over the window from a known initial state in place of its
+    /// noise. It weights the outputs in the fit of the initial state.
     weights: Vec<f64>,
     length: usize,
 }
@@ -287,7 +285,7 @@ impl WindowNoise {
             let present = if model.innovations_form { *sigma } else { 0.0 };
             driven.column_mut(index).scale_mut(present);
         }
-        // A σ that was held says how much to trust an output, not how noisy it is.
+        // A fixed σ is the weight of an output, not its noise.
         let held = |output: usize| !model.estimates.free.contains(&(own + q + output));
         let measurement_sigma: Vec<f64> = (0..p)
             .map(|output| if held(output) { noise_of(records, output, p) } else { trusted[output] })
@@ -309,8 +307,8 @@ impl WindowNoise {
         Self { driven, measurement_sigma, weights, length }
     }
 
-    /// Expected variance of each output's residual after the initial state is fitted, by simulation
-    /// from a fixed seed.
+    /// Expected variance of each output's residual after the initial state is fitted, from a simulation with a fixed
+    /// seed.
     fn residual_variances(&self, model: &Identified, open: &OpenLoop) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };

@@ -1,4 +1,4 @@
-//! What a search found.
+//! Result of a search.
 
 use nalgebra::DMatrix;
 
@@ -6,7 +6,7 @@ use super::estimates::Estimates;
 use crate::methods::structure::Structure;
 use hovernav_model::LinearModel;
 
-/// What a record had of its own.
+/// Estimated unknowns of one record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnValues {
     /// The experiment's name.
@@ -24,30 +24,30 @@ pub struct OwnValues {
 pub struct Identified {
     /// The structure, as fitted: dropped parameters are held at their value.
     pub structure: Structure,
-    /// Whether the predictor had a gain.
+    /// Whether the predictor has a gain.
     pub innovations_form: bool,
     /// Sample period, s.
     pub period_s: f64,
-    /// Samples in all experiments.
+    /// Number of samples in all experiments.
     pub samples: usize,
     /// The parameters with their bounds.
     pub estimates: Estimates,
-    /// What each experiment had of its own.
+    /// Estimated unknowns of each experiment.
     pub own: Vec<OwnValues>,
-    /// What was dropped or kept, and why; one sentence each.
+    /// Log of dropped and kept parameters, one sentence with the reason each.
     pub log: Vec<String>,
-    /// Covariance of the innovations, outputs × outputs, as found.
+    /// Covariance of the innovations, outputs × outputs.
     pub innovations_covariance: DMatrix<f64>,
-    /// How far each output's innovations, 0.1 to 1 s apart, are from white: their largest correlation,
-    /// 0 to 1.
+    /// Deviation of each output's innovations from white noise: their largest correlation at lags of 0.1 to 1 s, 0 to
+    /// 1.
     pub innovations_correlation: Vec<f64>,
     /// Akaike's criterion, −2 ln L + 2 × unknowns.
     pub aic: f64,
     /// Akaike's final prediction error: det of the covariance × (N + unknowns)/(N − unknowns).
     pub fpe: f64,
-    /// Linearisations made, all refits together.
+    /// Number of linearisations of all searches.
     pub iterations: usize,
-    /// Whether the last search stopped because there was nothing left to gain.
+    /// Whether the last search converged.
     pub converged: bool,
     /// The whole parameter vector: structure, ln σ of process noise, ln σ of measurement noise.
     pub(super) theta: Vec<f64>,
@@ -62,7 +62,7 @@ impl Identified {
         noises.map(|logarithm| logarithm.exp()).collect()
     }
 
-    /// The identified model, continuous in time; delays are apart, in the estimates.
+    /// The identified model, continuous in time; the delays are in the estimates.
     #[must_use]
     pub fn linear(&self) -> LinearModel {
         self.structure.at(&self.theta[..self.structure.parameters.len()])

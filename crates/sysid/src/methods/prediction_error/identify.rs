@@ -1,4 +1,4 @@
-//! Identification from its start values.
+//! Identification from initial values.
 
 use std::cell::RefCell;
 
@@ -16,7 +16,7 @@ use crate::record::Experiment;
 
 /// Identifies `structure` on `experiments`.
 ///
-/// The signals are found by name; an experiment may hold others.
+/// Signals are matched by name; an experiment may contain others.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -40,8 +40,8 @@ pub fn identify(
     dropping::search(problem, settings)
 }
 
-/// What becomes of `found` on `experiments`, which hold what it was identified from and more: searched on
-/// from its own values, with its own structure, dropped parameters and all.
+/// Continues the identification `found` on `experiments`, which contain its data and more. The search starts from its
+/// values and keeps its structure, including dropped parameters.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -55,7 +55,7 @@ pub fn identify_on(
     dropping::search_on(problem, found, settings)
 }
 
-/// The same search from where `found` ended but for the parameter `name`, which starts at `value`.
+/// Repeats the search from the result `found`, with the parameter `name` starting at `value`.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -80,7 +80,7 @@ pub(super) fn records(
     Ok(records.collect::<Result<Vec<_>, _>>()?)
 }
 
-/// The likelihood at its start.
+/// The likelihood with all parameters at their initial values.
 pub(super) fn problem<'a>(
     structure: &'a Structure,
     records: &'a [Record],
@@ -90,7 +90,7 @@ pub(super) fn problem<'a>(
     let name = || structure.name.clone();
     let periods_s: Vec<f64> = experiments.iter().map(|experiment| experiment.period_s).collect();
     let period_s = periods_s.first().copied().unwrap_or(f64::NAN);
-    // A thousandth of a period is far below what a period moves an estimate by.
+    // The effect of a thousandth of a period on the estimates is negligible.
     if !periods_s.iter().all(|other| (other / period_s - 1.0).abs() < 1e-3) || periods_s.is_empty()
     {
         return Err(PredictionErrorError::Periods { structure: name(), periods_s });
@@ -111,9 +111,8 @@ pub(super) fn problem<'a>(
     })
 }
 
-/// The model of `structure` from `parts` of it that were identified by themselves on the same
-/// `experiments`: values, bounds and noises are theirs by name, parameters of different parts are taken
-/// as uncorrelated, and nothing is searched.
+/// The model of `structure` from `parts` that were identified separately on the same `experiments`. Values, bounds and
+/// noises are taken over by name. Parameters of different parts are uncorrelated, and nothing is searched.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -140,7 +139,7 @@ pub fn assemble(
         problem.base[index] = if index < own { found.value } else { found.value.ln() };
         list.push(found.clone());
     }
-    // Where each part's free estimates stand in the whole.
+    // Index of a part's free estimate in the whole vector.
     let place = |part: &Identified, of: usize| {
         let name = &part.estimates.list[part.estimates.free[of]].name;
         list.iter().position(|estimate| estimate.name == *name)
@@ -172,9 +171,9 @@ pub fn assemble(
     dropping::assembled(&problem, estimates, parts)
 }
 
-/// Lowest and highest value of each entry of the whole parameter vector.
+/// Lower and upper limit of each entry of the whole parameter vector.
 fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
-    // A noise a thirtieth of its start is as good as none, one a thousand times its start is not noise.
+    // A noise below a thirtieth of its initial value is negligible; above a thousand times that value it is not noise.
     const LEAST: f64 = 3.5;
     const MOST: f64 = 7.0;
     let own = structure.parameters.len();
@@ -193,7 +192,7 @@ fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>
     )
 }
 
-/// The whole parameter vector at its start, and which entries are free.
+/// The whole parameter vector at its initial values, and its free entries.
 fn start(
     structure: &Structure,
     records: &[Record],

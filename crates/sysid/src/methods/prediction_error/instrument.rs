@@ -1,10 +1,9 @@
-//! The delay of an input from what was injected on it.
+//! Delay of an input, estimated from the signal injected on it.
 //!
-//! Who holds a hover answers to gusts, and knows of them before noisy measurements show them: what the
-//! stick does then goes with innovations that are still to come. The likelihood takes every innovation for
-//! news to the pilot as well and finds the stick later than it is. What was injected on the stick knows
-//! nothing of gusts. At the true delay the innovations have nothing in common with anything that follows
-//! from the injected signal alone.
+//! A pilot or controller in hover responds to gusts, and perceives them before noisy measurements show them. The stick
+//! is therefore correlated with later innovations. The likelihood assumes that the controller learns of a gust from the
+//! innovations as well, and overestimates the delay. The injected signal is independent of gusts. At the true delay the
+//! innovations are uncorrelated with every response to the injected signal alone.
 //!
 //! # Source
 //! Söderström and Stoica (1983), *Instrumental Variable Methods for System Identification*, chapter 4; in
@@ -21,12 +20,12 @@ use super::settings::Settings;
 use super::statistics::{correlated_scatter, projected};
 use crate::record::Experiment;
 
-/// Delays looked at from one sample to the next.
+/// Number of trial delays within a sample.
 const PARTS: u32 = 10;
 
-/// `found` with the delay of the input `input` as the input `injected` of the experiments, which is no
-/// input of the structure, tells it; everything else stays. `None` where the delay was not estimated or
-/// nothing was injected.
+/// `found` with the delay of the input `input` estimated from the input `injected` of the experiments, which is not an
+/// input of the structure. All other parameters keep their values. `None` where the delay was not estimated or nothing
+/// was injected.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -54,7 +53,7 @@ pub fn delay_from_injected(
     Ok(told.put_into(found, &mut flown, (place, lags), settings.widened))
 }
 
-/// `experiment` with the signal `injected` for `input` and nothing else.
+/// `experiment` with the signal `injected` as `input` and all other signals zero.
 fn alone(experiment: &Experiment, input: &str, injected: &str) -> Option<Experiment> {
     let place = |name: &str| experiment.input_names.iter().position(|own| own == name);
     let (from, to) = (place(injected)?, place(input)?);
@@ -66,18 +65,19 @@ fn alone(experiment: &Experiment, input: &str, injected: &str) -> Option<Experim
     Some(alone)
 }
 
-/// What the injected signal tells of a delay.
+/// Delay estimated from the injected signal.
 struct Told {
     delay_s: f64,
-    /// Delays all over its range, and how much of the innovations then lies in the space of the instruments.
+    /// Trial delays over the whole range, and the squared projection of the innovations on the instruments at each.
     left: Vec<(f64, f64)>,
-    /// What a change of the delay does to the innovations of each record by way of the injected signal.
+    /// Change of each record's innovations with the delay, through the injected signal.
     instruments: Vec<DVector<f64>>,
 }
 
 impl Told {
-    /// The delay at which the least of the innovations lies in the space of the instruments: what follows from
-    /// the injected signal at every delay of whole samples. Between two of them the innovations are their mean.
+    /// The delay that minimises the projection of the innovations on the instruments. The instruments are the responses
+    /// to the injected signal at every delay of whole samples. Between two whole samples the innovations are
+    /// interpolated.
     fn of(flown: &mut Problem<'_>, injected: &mut Problem<'_>, delay: usize) -> Option<Self> {
         let period_s = flown.period_s;
         let first = (flown.lower[delay] / period_s).floor();
@@ -129,8 +129,8 @@ impl Told {
         Some(Self { delay_s, left, instruments })
     }
 
-    /// The mean square distance of other delays, each as likely as what it leaves of the innovations says, counted
-    /// as often as that is `overstated`: a delay a sample off can be nearly as likely.
+    /// Mean square distance of other delays, weighted by their likelihood. The logarithm of the likelihood is divided
+    /// by the factor `overstated`. A delay one sample away can be nearly as likely.
     ///
     /// # Source
     /// Chernozhukov and Hong (2003), *Journal of Econometrics* 115(2).
@@ -145,8 +145,9 @@ impl Told {
         squares / weights
     }
 
-    /// `found` with this delay at `place` of what is free, its bound and its covariance with the rest: what the
-    /// others are off by moves it as much as it moves the innovations in the instrument's direction.
+    /// `found` with this delay at index `place` of the free parameters, with its bound and its covariance with the
+    /// rest. Errors of the other parameters move the delay by their effect on the innovations in the instrument's
+    /// direction.
     fn put_into(
         self,
         found: &Identified,
@@ -172,7 +173,7 @@ impl Told {
         let own_parameters = flown.structure.parameters.len();
         for (other, slope) in slopes.iter_mut().enumerate() {
             let index = flown.free[other];
-            // Estimates of noises are σ, the search's are ln σ.
+            // Estimated noises are σ, searched ones ln σ.
             let scale = if index < own_parameters { 1.0 } else { estimates.list[index].value };
             *slope /= white * scale;
         }
@@ -206,7 +207,7 @@ mod tests {
     const PERIOD_S: f64 = 0.03;
     const DELAY_S: f64 = 1.4 * PERIOD_S;
 
-    /// w' = −0.8 w − 9 c, c late by 1.4 samples; the stick is what was injected and an answer to w.
+    /// w' = −0.8 w − 9 c, with c delayed by 1.4 samples. The stick is the injected signal plus feedback of w.
     fn flight(size: f64) -> Experiment {
         let samples = 1500;
         let noise = |sample: usize| ((sample * sample) as f64 * 0.618).fract() - 0.5;

@@ -1,23 +1,21 @@
-//! Grey-box identification by prediction error: the parameters of a [`Structure`](super::structure::Structure) whose Kalman
-//! predictor leaves the smallest innovations, and how well the data know them.
+//! Grey-box identification by prediction error. It finds the parameters of a [`Structure`](super::structure::Structure)
+//! whose Kalman predictor has the smallest innovations, and their uncertainty.
 //!
 //! # Method
-//! The innovations ν of the steady predictor are those of a maximum-likelihood estimate:
-//! −ln L = ½ Σ νᵀ S⁻¹ ν + N/2 ln det S. The gain is not a parameter. What is estimated is the standard
-//! deviation of every process and measurement noise, and gain and S follow from the Riccati equation.
-//! That keeps the noise model at a dozen numbers with a meaning, where a free gain of an R-50 would
-//! have 104, and the sensitivities stay analytic, as the gain's derivative solves a Lyapunov
-//! equation. A record's initial state, its offsets (trim, mean wind) and its output biases enter the
-//! innovations linearly and are solved away exactly. The search is Fisher's scoring with Marquardt's
-//! damping.
+//! The innovations ν of the steady-state predictor give a maximum-likelihood estimate: −ln L = ½ Σ νᵀ S⁻¹ ν + N/2 ln
+//! det S. The gain is not a parameter. The standard deviations of all process and measurement noises are estimated, and
+//! the gain and S follow from the Riccati equation. The noise model then has about a dozen physical parameters, where a
+//! free gain of an R-50 would have 104. The sensitivities stay analytic, because the gain's derivative solves a
+//! Lyapunov equation. A record's initial state, its offsets (trim, mean wind) and its output biases enter the
+//! innovations linearly and are eliminated exactly. The search is Fisher scoring with Marquardt's damping.
 //!
-//! On an unstable plant use [`Form::Innovations`]: a free run over more than a few time constants of
-//! the instability fits its own divergence.
+//! For an unstable vehicle use [`Form::Innovations`]: a simulation over more than a few time constants of the
+//! instability fits its own divergence.
 //!
 //! # Source
-//! Ljung, *System Identification*, second edition, chapter 7; Jategaonkar, *Flight Vehicle System
-//! Identification*, second edition, chapter 5 (filter error method); Tischler and Remple, *Aircraft
-//! and Rotorcraft System Identification*, chapters 12–13 (bounds, insensitivities, what to drop).
+//! Ljung, *System Identification*, second edition, chapter 7; Jategaonkar, *Flight Vehicle System Identification*,
+//! second edition, chapter 5 (filter error method); Tischler and Remple, *Aircraft and Rotorcraft System
+//! Identification*, chapters 12–13 (bounds, insensitivities, dropping of parameters).
 
 mod dropping;
 mod error;

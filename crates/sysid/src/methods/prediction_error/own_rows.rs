@@ -1,5 +1,5 @@
-//! How the innovations move with a record's own unknowns: the same in every record, as no sample of it
-//! enters.
+//! Sensitivities of the innovations to a record's own unknowns. They are the same for every record, because no sample
+//! enters them.
 
 use nalgebra::{DMatrix, DMatrixView};
 
@@ -9,17 +9,17 @@ use crate::methods::structure::Structure;
 
 /// Whitened sensitivities of the innovations to the own values `columns`, from a record's first sample on.
 pub(super) struct OwnRows {
-    /// Which of a record's own values: x0, offsets, biases.
+    /// Indices of the record's own values: x0, offsets, biases.
     pub columns: Vec<usize>,
     outputs: usize,
-    /// Columns × (samples · outputs), a sample's outputs together.
+    /// Columns × (samples · outputs), with the outputs of a sample adjacent.
     rows: DMatrix<f64>,
-    /// Their products summed over the first samples, by how many.
+    /// Information matrix of the first samples, with their number.
     information: Vec<(usize, DMatrix<f64>)>,
 }
 
 impl OwnRows {
-    /// For records of the `lengths` given, samples.
+    /// For records of the given `lengths`, samples.
     pub fn new(
         structure: &Structure,
         predictor: &Predictor,
@@ -58,7 +58,7 @@ impl OwnRows {
         let (count, p) = (self.columns.len(), self.outputs);
         let offsets = structure.offsets.len();
         let first_offset = predictor.gamma.ncols() - offsets;
-        // Columns × states: one state's sensitivities together; what moves them at every step likewise.
+        // Columns × states, with the sensitivities of a state adjacent; the constant forcing likewise.
         let mut sensitivity = vec![0.0; count * n];
         let mut steady = vec![0.0; count * n];
         let mut biased = vec![0.0; count * p];
@@ -106,7 +106,7 @@ impl OwnRows {
         self.rows.columns(first * self.outputs, samples * self.outputs)
     }
 
-    /// Σ of the rows' products over the first `samples`, one of the lengths asked for.
+    /// Information matrix of the first `samples`, which must be one of the requested lengths.
     ///
     /// # Panics
     /// For any other number.

@@ -1,4 +1,4 @@
-//! The steady Kalman predictor of a structure at one set of parameters, and its derivatives.
+//! The steady-state Kalman predictor of a structure at one set of parameters, and its derivatives.
 
 use nalgebra::{Cholesky, DMatrix};
 
@@ -8,8 +8,8 @@ use hovernav_model::linalg::{HoldDerivatives, Stein, ZeroOrderHold};
 
 /// x⁺ = Φ x + Γ [u n o] + K ν, ν = y − C x − D u − b, of covariance S = L Lᵀ.
 ///
-/// Process noise is an unmeasured input: white from sample to sample, held between, so that its
-/// covariance per step is Γₙ diag(σ²) Γₙᵀ and its derivatives are those of Γ.
+/// Process noise is an unmeasured input, white from sample to sample and held between. Its covariance per step is Γₙ
+/// diag(σ²) Γₙᵀ, and its derivatives are those of Γ.
 pub(super) struct Predictor {
     hold: ZeroOrderHold,
     pub phi: DMatrix<f64>,
@@ -29,8 +29,8 @@ pub(super) struct Predictor {
     measurement_sigma: Vec<f64>,
 }
 
-/// Which entry of the whole parameter vector: the structure's own, then ln σ of each process noise,
-/// then ln σ of each measurement noise.
+/// Kind of an entry of the whole parameter vector: a parameter of the structure, then ln σ of each process noise, then
+/// ln σ of each measurement noise.
 #[derive(Clone, Copy)]
 enum Entry {
     Structure(usize),
@@ -38,7 +38,7 @@ enum Entry {
     Measurement(usize),
 }
 
-/// How the predictor moves with one parameter.
+/// Derivative of the predictor with respect to one parameter.
 pub(super) struct Derivative {
     pub phi: DMatrix<f64>,
     pub gamma: DMatrix<f64>,
@@ -47,13 +47,13 @@ pub(super) struct Derivative {
     pub gain: DMatrix<f64>,
     /// L⁻¹ dS L⁻ᵀ.
     pub whitened_innovations: DMatrix<f64>,
-    /// The input that this parameter delays or makes lag, and its place among the inputs' derivatives.
+    /// Input that this parameter delays or lags, and its index among the inputs' derivatives.
     pub shifts: Vec<(usize, usize)>,
 }
 
 impl Predictor {
-    /// At `theta`, the whole parameter vector. With `innovations` false the gain is 0: output error.
-    /// `None` where there is none: no stabilising gain, or numbers that overflow.
+    /// The predictor at `theta`, the whole parameter vector. With `innovations` false the gain is 0: output error.
+    /// `None` where no stabilising gain exists or values overflow.
     pub fn new(
         structure: &Structure,
         theta: &[f64],
@@ -110,8 +110,8 @@ impl Predictor {
 
     /// The derivatives with respect to the entries `free` of the whole parameter vector `theta`.
     ///
-    /// K moves with P, and dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ
-    /// + dQ with dF = dΦ − K dC: the gain's own change drops out because the gain is optimal.
+    /// K changes with P, and dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ + dQ with dF = dΦ −
+    /// K dC. The change of the gain cancels because the gain is optimal.
     ///
     /// # Source
     /// Equation (I11) of docs/equations.md.
@@ -193,7 +193,7 @@ impl Predictor {
         d_r
     }
 
-    /// What a parameter moves without the gain's help.
+    /// Derivative with respect to a parameter at constant gain.
     fn direct(
         &self,
         hold: &HoldDerivatives<'_>,

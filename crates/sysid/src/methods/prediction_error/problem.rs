@@ -1,5 +1,4 @@
-//! The likelihood of a set of records as a function of the parameters, with each record's own
-//! unknowns solved away.
+//! Likelihood of a set of records as a function of the parameters, with each record's own unknowns eliminated.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,37 +12,37 @@ use super::sweep::{Forcing, Normal, Pass, Record};
 use crate::methods::least_squares::{Cost, Quadratic};
 use crate::methods::structure::Structure;
 
-/// −ln L = ½ Σ νᵀ S⁻¹ ν + N/2 ln det S, less its constant, as a function of the free parameters.
+/// −ln L = ½ Σ νᵀ S⁻¹ ν + N/2 ln det S without its constant, as a function of the free parameters.
 ///
-/// The innovations are linear in a record's x0, offsets and biases, so these are solved exactly
-/// inside, and the information is Schur's complement over them (Golub and Pereyra, 1973).
+/// The innovations are linear in a record's x0, offsets and biases, so these are eliminated exactly. The information is
+/// the Schur complement over them (Golub and Pereyra, 1973).
 pub(super) struct Problem<'a> {
     pub structure: &'a Structure,
     pub records: &'a [Record],
     pub period_s: f64,
     pub innovations: bool,
-    /// The whole parameter vector; its free entries give way to the search.
+    /// The whole parameter vector; the search replaces its free entries.
     pub base: Vec<f64>,
     pub free: Vec<usize>,
-    /// Between which values the search may move each entry of the whole parameter vector.
+    /// Lower and upper limit of each entry of the whole parameter vector.
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
-    /// How often what is known of each parameter before the flight counts: as often as the likelihood
-    /// overstates what the flight tells of it. Empty for once.
+    /// Weight of each parameter's prior: the factor by which the likelihood overstates the information of the flight on
+    /// it. Empty for weight 1.
     pub prior_weight: Vec<f64>,
-    /// The records' own values of the last evaluation, and where it was: the next one starts there.
+    /// The records' own values of the last evaluation, and its point: the next evaluation starts there.
     pub own: RefCell<Own>,
 }
 
-/// Own values, solved at one set of parameters.
+/// Own values, at one set of parameters.
 #[derive(Default)]
 pub(super) struct Own {
     pub values: Vec<Vec<f64>>,
-    /// What they are solved with.
+    /// Steady-state quantities used for the solution.
     pub at: Option<Rc<Steady>>,
 }
 
-/// What is the same in every record at one set of parameters.
+/// Quantities that are the same for every record at one set of parameters.
 pub(super) struct Steady {
     /// The whole parameter vector.
     pub theta: Vec<f64>,
@@ -51,15 +50,14 @@ pub(super) struct Steady {
     pub own_rows: OwnRows,
 }
 
-/// Everything at the end of a search.
+/// Results at the end of a search.
 pub(super) struct Passed {
     pub own: Vec<Vec<f64>>,
     pub normals: Vec<Normal>,
 }
 
 impl Problem<'_> {
-    /// Each free entry that something is known of before the flight: its place, the value, one sigma,
-    /// and how often it counts.
+    /// Each free entry with a prior: its index, the prior value, one sigma, and its weight.
     pub fn priors(&self) -> impl Iterator<Item = (usize, f64, f64, f64)> {
         self.free.iter().enumerate().filter_map(|(place, &index)| {
             let (value, sigma) = self.structure.parameters.get(index)?.prior?;
@@ -80,13 +78,13 @@ impl Problem<'_> {
         self.records.iter().map(|record| record.samples).sum()
     }
 
-    /// First guesses of all records' own values, solved for nothing yet.
+    /// Initial guesses of all records' own values.
     pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
         let values = records.iter().map(|record| Self::guess(structure, record)).collect();
         Own { values, at: None }
     }
 
-    /// A first guess of a record's own values: what is measured at its start.
+    /// Initial guess of a record's own values: the measurements at its start.
     pub fn guess(structure: &Structure, record: &Record) -> Vec<f64> {
         let n = structure.states.len();
         let mut own = vec![0.0; n + structure.offsets.len() + structure.biases.len()];
@@ -98,21 +96,21 @@ impl Problem<'_> {
         own
     }
 
-    /// Which of a record's `own` values are solved for. Errors of the outputs start at 0: what they start
-    /// at cannot be told from what the motion does, and their size is known.
+    /// Indices of a record's `own` values to solve for. Output errors start at 0: their initial values cannot be
+    /// separated from the motion, and their size is known.
     fn solved(structure: &Structure) -> Vec<usize> {
         let n = structure.states.len();
         let all = n + structure.offsets.len() + structure.biases.len();
         (0..n - structure.trailing_errors()).chain(n..all).collect()
     }
 
-    /// Sensitivities to what is solved for in `records`.
+    /// Sensitivities to the solved own values in `records`.
     pub fn own_rows(structure: &Structure, predictor: &Predictor, records: &[Record]) -> OwnRows {
         let lengths = records.iter().map(|record| record.samples);
         OwnRows::new(structure, predictor, Self::solved(structure), lengths)
     }
 
-    /// −½ νᵀS⁻¹ν at its best over the record's own unknowns, which come back solved.
+    /// −½ νᵀS⁻¹ν minimised over the record's own unknowns, which are returned.
     pub fn solve_own(
         structure: &Structure,
         predictor: &Predictor,
@@ -140,7 +138,7 @@ impl Problem<'_> {
         Some(normal.half_squares - saved)
     }
 
-    /// What is the same in every record at `theta`.
+    /// Quantities at `theta` that are the same for every record.
     fn steady(&self, theta: Vec<f64>) -> Option<Rc<Steady>> {
         let predictor = Predictor::new(self.structure, &theta, self.period_s, self.innovations)?;
         let own_rows = Self::own_rows(self.structure, &predictor, self.records);
@@ -226,7 +224,7 @@ impl Problem<'_> {
     }
 }
 
-/// `work` on each record with its own values, in order.
+/// Runs `work` on each record with its own values, in order.
 fn side_by_side<T: Send>(
     records: &[Record],
     own: &mut [Vec<f64>],
@@ -268,7 +266,7 @@ impl Cost for Problem<'_> {
     }
 }
 
-/// Solves with a positive semidefinite matrix; what it cannot see stays where it is.
+/// Solves with a positive semidefinite matrix; unobservable directions stay unchanged.
 pub(super) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     solve_many(matrix, &DMatrix::from_column_slice(right.len(), 1, right.as_slice()))
         .map(|solved| solved.column(0).into_owned())
@@ -278,7 +276,7 @@ pub(super) fn solve_many(matrix: &DMatrix<f64>, right: &DMatrix<f64>) -> Option<
     if matrix.is_empty() {
         return Some(DMatrix::zeros(matrix.ncols(), right.ncols()));
     }
-    // Scaled to a unit diagonal, so that the ridge means the same for a rate and a velocity.
+    // Scaled to a unit diagonal, so that the regularisation is the same for a rate and a velocity.
     let scale = matrix.diagonal().map(|value| if value > 0.0 { value.sqrt().recip() } else { 0.0 });
     let mut scaled = matrix.clone();
     for column in 0..scaled.ncols() {

@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 
 use super::predictor::Predictor;
 
-/// Samples between two multiplications of the normal equations.
+/// Samples between two updates of the normal equations.
 pub(super) const BLOCK: usize = 128;
 
-/// −C s: what the state's sensitivities make of the innovations, an output's together.
+/// −C s: effect of the state's sensitivities on the innovations, with those of an output adjacent.
 pub(super) fn observed(
     predictor: &Predictor,
     sensitivity: &[f64],
@@ -27,8 +27,8 @@ pub(super) fn observed(
     }
 }
 
-/// L⁻¹ times `raw`, of which an output's `columns` lie together, into `rows`, where an output's begin
-/// every `stride`.
+/// L⁻¹ times `raw`, in which the `columns` of an output are adjacent, written to `rows`, in which outputs are `stride`
+/// apart.
 pub(super) fn whiten(
     predictor: &Predictor,
     raw: &[f64],
@@ -48,8 +48,8 @@ pub(super) fn whiten(
     }
 }
 
-/// next += F s, `closed` being Fᵀ; a state's sensitivities lie together, `columns` of them. Four states
-/// at a time, as a general product would spend its time packing matrices this small.
+/// next += F s, with `closed` = Fᵀ. The sensitivities of a state, `columns` of them, are adjacent. Four states are
+/// processed at a time, because a general product would spend its time packing matrices this small.
 pub(super) fn propagate(
     closed: &DMatrix<f64>,
     sensitivity: &[f64],

@@ -1,48 +1,47 @@
-//! How to identify.
+//! Settings of the identification.
 
 use crate::methods::least_squares::Limits;
 
-/// What predicts the output.
+/// Predictor of the outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Form {
-    /// The Kalman predictor. Holds one start for the σ of each process noise of the structure, in the
-    /// unit of the state's rate, per sample.
+    /// The Kalman predictor. Contains the initial σ of each process noise of the structure, in the unit of the state's
+    /// rate, per sample.
     Innovations(Vec<f64>),
-    /// The simulated output: process noise is left out, the gain is 0.
+    /// The simulated output: no process noise, zero gain.
     OutputError,
 }
 
-/// How to identify.
+/// Settings of the identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// What predicts the output.
+    /// Predictor of the outputs.
     pub form: Form,
-    /// Outputs whose σ is held at a value, by name, in the output's unit. The others are estimated,
-    /// from a start that the output's second differences give.
+    /// Outputs whose σ is fixed at a value, by name, in the output's unit. The others are estimated, starting from the
+    /// output's second differences.
     pub held_sigma: Vec<(String, f64)>,
-    /// Process noises whose σ is at most a value, by name, in the unit of the state's rate, per sample.
+    /// Upper limits of process noises, by name: σ in the unit of the state's rate, per sample.
     pub largest_process_sigma: Vec<(String, f64)>,
-    /// When to stop.
+    /// Stopping criteria.
     pub limits: Limits,
-    /// Which parameters to drop; none where `None`.
+    /// Criteria for dropping parameters; `None` drops nothing.
     pub dropping: Option<Dropping>,
-    /// The time over which correlated innovations widen the bounds, s; 0 takes them as white and as
-    /// large at all times.
+    /// Longest correlation time of the innovations that widens the bounds, s. 0 assumes white innovations of constant
+    /// size.
     pub residual_correlation_s: f64,
-    /// By how much bounds are widened for what the structure leaves out, which no innovation tells of; 1
-    /// for none.
+    /// Factor on the bounds for effects that the structure omits and the innovations do not show; 1 for no widening.
     pub widened: f64,
 }
 
 impl Settings {
-    /// Innovations form from these process noises; noise estimated, nothing dropped, bounds of white
+    /// Innovations form with these initial process noises: noise estimated, nothing dropped, bounds for white
     /// innovations.
     #[must_use]
     pub fn innovations(process_sigma: Vec<f64>) -> Self {
         Self { form: Form::Innovations(process_sigma), ..Self::output_error() }
     }
 
-    /// Output error; noise estimated, nothing dropped, bounds of white residuals.
+    /// Output error: noise estimated, nothing dropped, bounds for white residuals.
     #[must_use]
     pub fn output_error() -> Self {
         Self {
@@ -57,8 +56,8 @@ impl Settings {
     }
 }
 
-/// When a parameter is left out of the model: set to 0, or held at its start where an equation divides
-/// by it.
+/// Criteria for dropping a parameter from the model. A dropped parameter is 0, or keeps its initial value where an
+/// equation divides by it.
 ///
 /// # Source
 /// Tischler and Remple, chapter 12: bound at most 20 %, insensitivity at most 10 % of the value.
@@ -68,8 +67,8 @@ pub struct Dropping {
     pub bound_percent: f64,
     /// Largest insensitivity, percent of the value.
     pub insensitivity_percent: f64,
-    /// Largest rise of −2 ln L a parameter may be missed by; 2 is Akaike's price of a parameter. The
-    /// rise counts by as much less as innovations that are not white widen the bound's variance.
+    /// Largest rise of −2 ln L for dropping a parameter; 2 is Akaike's penalty per parameter. The rise is divided by
+    /// the factor by which coloured innovations increase the variance.
     pub likelihood_rise: f64,
 }
 

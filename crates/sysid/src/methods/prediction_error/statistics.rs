@@ -1,4 +1,4 @@
-//! What the innovations say of the estimates.
+//! Statistics of the innovations, for the uncertainty of the estimates.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,7 +6,7 @@ use super::problem::{Forced, Passed, Problem, solve_many};
 use super::sweep::{Normal, Record};
 use crate::methods::least_squares::Quadratic;
 
-/// σ of the white noise on an output, from its second differences: those of white noise have 6σ².
+/// σ of the white noise on an output from its second differences, whose variance is 6σ².
 ///
 /// # Source
 /// Equation (I16) of docs/equations.md.
@@ -36,19 +36,18 @@ pub(super) fn deviation_of(records: &[Record], output: usize, outputs: usize) ->
     (squares / count.max(1) as f64).sqrt().max(1e-12)
 }
 
-/// The covariance of the free parameters where innovations are white.
+/// Covariance of the free parameters for white innovations.
 pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
     let count = at.gradient.len();
     solve_many(&at.information, &DMatrix::identity(count, count))
 }
 
-/// The covariance of the free parameters where innovations are correlated over `lags` samples, or
-/// larger at some times than at others, from `white`, the one of innovations that are neither.
+/// Covariance of the free parameters for innovations that are correlated over `lags` samples and of varying size, from
+/// `white`, the covariance for white innovations of constant size.
 ///
-/// With gₖ a sample's share of the cost's gradient and M the information,
-/// M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's window w keeps the middle positive. Where a step falls
-/// between two samples of the stick is unknown, so residuals are largest just where the
-/// parameters are felt most: only the gradients themselves see that.
+/// With gₖ a sample's contribution to the cost's gradient and M the information, M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's
+/// window w keeps the middle factor positive. The position of a step between two samples of the stick is unknown, so
+/// residuals are largest where the sensitivities are largest. Only the gradients themselves show that.
 ///
 /// # Source
 /// Newey and West (1987), *Econometrica* 55(3); for flight data Morelli and Klein (1997),
@@ -68,8 +67,8 @@ pub(super) fn colored_covariance(
     Some(white * middle * white)
 }
 
-/// By how much the information on each free parameter overstates what the innovations tell: the variance
-/// of the cost's gradient, correlated over `lags` samples, over the information; at least 1.
+/// Factor by which the information on each free parameter is overstated, at least 1: the variance of the cost's
+/// gradient, correlated over `lags` samples, over the information.
 pub(super) fn overconfidence(
     problem: &Problem<'_>,
     at: &Quadratic,
@@ -77,7 +76,7 @@ pub(super) fn overconfidence(
     passed: &Passed,
     lags: usize,
 ) -> Option<Vec<f64>> {
-    /// Beyond this the flight says nothing, whatever the ratio.
+    /// Largest factor; beyond it the flight contains no information.
     const MOST: f64 = 100.0;
     let middle = scatter_of_gradients(problem, forced, passed, lags)?;
     let mut information = at.information.diagonal();
@@ -101,8 +100,8 @@ fn scatter_of_gradients(
     })
 }
 
-/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, w Bartlett's window over `lags`: that of the sums of `lags` + 1
-/// neighbours, as gₖ gₖ₊ₗᵀ is in `lags` + 1 − l of their products.
+/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, with w Bartlett's window over `lags`. It is the scatter of the sums of `lags` + 1
+/// neighbours, because gₖ gₖ₊ₗᵀ occurs in `lags` + 1 − l of their products.
 pub(super) fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix<f64> {
     let length = columns.ncols();
     let mut sums = DMatrix::zeros(columns.nrows(), length + lags);
@@ -119,7 +118,7 @@ pub(super) fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix
     &sums * sums.transpose() / (lags + 1) as f64
 }
 
-/// Each sample's share of the cost's gradient, parameters × samples.
+/// Contribution of each sample to the cost's gradient, parameters × samples.
 fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<DMatrix<f64>> {
     let (count, p) = (problem.free.len(), problem.structure.outputs.len());
     let rows = projected(normal, count)?;
@@ -135,8 +134,8 @@ fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<
     Some(shares)
 }
 
-/// Sensitivities of the parameters, parameters × (samples · outputs), less what the record's own
-/// unknowns explain.
+/// Sensitivities to the parameters, parameters × (samples · outputs), without the part that the record's own unknowns
+/// explain.
 pub(super) fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
     let columns = normal.gradient.len();
     let own = columns - count;
@@ -151,7 +150,7 @@ pub(super) fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
     Some(all.rows(0, count) - eliminate.tr_mul(&all.rows(count, own)))
 }
 
-/// The largest correlation in size of each output's whitened innovations 0.1 to 1 s apart.
+/// Largest absolute correlation of each output's whitened innovations at lags of 0.1 to 1 s.
 pub(super) fn innovations_correlation(passed: &Passed, p: usize, period_s: f64) -> Vec<f64> {
     const APART_S: [f64; 2] = [0.1, 1.0];
     let [first, last] = APART_S.map(|apart_s| (apart_s / period_s).ceil() as usize);

@@ -1,5 +1,5 @@
-//! One pass of the predictor over a record: whitened innovations and their sensitivities, gathered
-//! into normal equations.
+//! One pass of the predictor over a record: whitened innovations and their sensitivities, accumulated in normal
+//! equations.
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 
@@ -28,21 +28,21 @@ impl Record {
         })
     }
 
-    /// Outputs alone, samples × outputs row by row.
+    /// A record of outputs only, samples × outputs row by row.
     pub fn of_outputs(outputs: Vec<f64>, samples: usize) -> Self {
         Self { name: String::new(), samples, inputs: Vec::new(), outputs }
     }
 
-    /// A piece of this record by its outputs; its inputs come delayed from the whole.
+    /// A piece of this record, given by its outputs; its delayed inputs come from the whole record.
     pub fn piece(&self, outputs: Vec<f64>, samples: usize) -> Self {
         Self { name: self.name.clone(), ..Self::of_outputs(outputs, samples) }
     }
 
-    /// The inputs behind their delays and lags, and their derivatives with respect to each: of a sample
-    /// first those by the delays, then those by the lags.
+    /// The inputs after their delays and lags, and their derivatives with respect to each: per sample first by the
+    /// delays, then by the lags.
     ///
-    /// A delay of d and a fraction f of a sample holds f of the older value and 1 − f of the newer
-    /// over the interval: the mean of the delayed, held input there.
+    /// For a delay of d samples and a fraction f of a sample, the value over an interval is f times the older value
+    /// plus 1 − f times the newer: the mean of the delayed, held input.
     pub fn delayed(
         &self,
         structure: &Structure,
@@ -82,13 +82,13 @@ impl Record {
     }
 }
 
-/// A first-order lag behind a held input: its mean over each interval.
+/// A first-order lag of a held input, averaged over each interval.
 struct Lag {
-    /// What is left of a difference after an interval, and of it in the interval's mean; how both move
-    /// with the time constant.
+    /// Remaining part of a difference after an interval and in the interval's mean, and the derivatives of both with
+    /// respect to the time constant.
     left: [f64; 2],
     moved: [f64; 2],
-    /// Where it stands, by the delay, by the time constant; `None` before the first sample.
+    /// State, and its derivatives by the delay and by the time constant; `None` before the first sample.
     state: Option<[f64; 3]>,
 }
 
@@ -102,7 +102,7 @@ impl Lag {
         Self { left: [end, mean], moved: [end_moved, mean_moved], state: None }
     }
 
-    /// The interval's mean, and its derivatives by the delay and by the time constant.
+    /// Mean over the interval, and its derivatives by the delay and by the time constant.
     ///
     /// # Source
     /// Equation (I28) of docs/equations.md.
@@ -118,12 +118,12 @@ impl Lag {
     }
 }
 
-/// How the parameters to be estimated force the sensitivities.
+/// Forcing of the sensitivities by the estimated parameters.
 ///
 /// With z = [x u du/dτ o ν], τ the delays and then the lags: s⁺ = F s + `state` z, dν = −C s − `output` z.
 pub(super) struct Forcing {
     pub count: usize,
-    /// (states · parameters) × z, a state's rows together.
+    /// (states · parameters) × z, with the rows of a state adjacent.
     state: DMatrix<f64>,
     /// Parameter, output, entry of z, value.
     output: Vec<(usize, usize, usize, f64)>,
@@ -177,13 +177,13 @@ pub(super) struct Normal {
     pub information: DMatrix<f64>,
     /// Σ e eᵀ of the whitened innovations e.
     pub scatter: DMatrix<f64>,
-    /// Whitened innovations, samples × outputs row by row, where asked for.
+    /// Whitened innovations, samples × outputs row by row, if requested.
     pub whitened: Vec<f64>,
-    /// Whitened sensitivities, (samples · outputs) × columns row by row, where asked for.
+    /// Whitened sensitivities, (samples · outputs) × columns row by row, if requested.
     pub sensitivities: Vec<f64>,
 }
 
-/// What a pass reads.
+/// Inputs of a pass.
 pub(super) struct Pass<'a> {
     pub structure: &'a Structure,
     pub predictor: &'a Predictor,
@@ -193,7 +193,7 @@ pub(super) struct Pass<'a> {
     pub inputs: &'a (Vec<f64>, Vec<f64>),
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
-    /// Those of them that have a column, with their sensitivities.
+    /// Own values with a column, and their sensitivities.
     pub own_rows: &'a OwnRows,
     /// Keep the whitened innovations and sensitivities.
     pub keep: bool,
@@ -210,14 +210,14 @@ impl Pass<'_> {
         let width = n + 3 * m + o + p;
 
         let mut x = DVector::from_column_slice(&self.own[..n]);
-        // Parameters × states: one state's sensitivities together.
+        // Parameters × states, with the sensitivities of a state adjacent.
         let mut sensitivity = DMatrix::zeros(parameters, n);
         // Row by row: a state's row of F is one slice.
         let closed = self.predictor.closed.transpose();
         let mut next = sensitivity.clone();
         let mut z = DMatrix::zeros(width, BLOCK);
         let mut forced = DMatrix::zeros(n * parameters, BLOCK);
-        // Columns × (samples · outputs): those of the parameters, then those of the own values.
+        // Columns × (samples · outputs): the parameters first, then the own values.
         let mut rows = DMatrix::zeros(columns, p * BLOCK);
         let mut errors = DVector::zeros(p * BLOCK);
         let mut raw = vec![0.0; p * parameters];
@@ -283,8 +283,8 @@ impl Pass<'_> {
             .information
             .view_mut((parameters, parameters), (own, own))
             .copy_from(own_information);
-        // Where a disturbance starts can hardly be told from an offset: it is expected at 0, give or take
-        // 1 m/s² or rad/s².
+        // The initial value of a disturbance can hardly be separated from an offset. Its prior is 0 with a sigma of 1
+        // m/s² or rad/s².
         for state in structure.disturbances() {
             let start = self.own[state];
             normal.half_squares += 0.5 * start * start;
@@ -296,7 +296,7 @@ impl Pass<'_> {
         normal
     }
 
-    /// One step of the predictor: fills z, moves x on.
+    /// One step of the predictor: fills z and updates x.
     fn predict(&self, sample: usize, x: &mut DVector<f64>, z: &mut [f64]) {
         let structure = self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
@@ -329,7 +329,7 @@ impl Pass<'_> {
         }
     }
 
-    /// dν of every parameter.
+    /// dν with respect to every parameter.
     fn innovation_rows(&self, z: &[f64], sensitivity: &[f64], raw: &mut [f64]) {
         let Some(forcing) = self.forcing else { return };
         observed(self.predictor, sensitivity, forcing.count, raw);

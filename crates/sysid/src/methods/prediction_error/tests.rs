@@ -1,4 +1,4 @@
-//! The analytic gradient against differences of the cost.
+//! Comparison of the analytic gradient with differences of the cost.
 
 use std::cell::RefCell;
 
@@ -13,7 +13,7 @@ use crate::methods::least_squares::Cost as _;
 use crate::methods::structure::{Parameter, Structure};
 use crate::record::Experiment;
 
-/// Inputs and outputs that no model explains: the gradient must hold away from the optimum.
+/// Inputs and outputs that no model explains: the gradient must be correct away from the optimum.
 fn record(structure: &Structure, samples: usize) -> Record {
     let wave = |rate: f64| {
         move |row: usize, column: usize| {
@@ -63,7 +63,7 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
             moved[index] += offset;
             problem.cost(&moved).expect("a cost")
         };
-        // Fourth order, so that rounding and truncation both stay far below the tolerance.
+        // Fourth order, so that rounding and truncation errors both stay far below the tolerance.
         let difference = (8.0 * (at_offset(step) - at_offset(-step))
             - (at_offset(2.0 * step) - at_offset(-2.0 * step)))
             / (12.0 * step);
@@ -80,7 +80,7 @@ fn gradient_holds(structure: &Structure, innovations: bool) {
 #[test]
 fn gradients_of_every_helicopter_agree_with_central_differences() {
     for kind in Kind::ALL {
-        // A bar that turns nothing cannot be seen: its tilt at the start would be anything.
+        // A bar without effect is unobservable: its initial tilt would be arbitrary.
         let bar = kind.structure().with("Ac", 0.5, false).with("Bd", 0.4, false);
         gradient_holds(&bar, true);
     }
@@ -120,7 +120,7 @@ fn gradient_holds_through_delay_lag_feedthrough_bias_and_what_is_expected() {
 
 #[test]
 fn what_is_expected_holds_a_parameter_that_the_flight_does_not_know() {
-    // The stick never moves: what it does is what was expected, with that for a bound.
+    // The stick never moves: its estimated effect is the prior, with the prior's sigma as bound.
     let structure = Structure::new(
         "still",
         vec![Parameter::new("a", "", -1.0), Parameter::new("k", "", 3.0).expected(2.5, 0.2)],

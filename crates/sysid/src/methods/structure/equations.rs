@@ -4,7 +4,7 @@ use super::error::StructureError;
 use super::parametrised::Structure;
 use super::terms::{Parameter, Term};
 
-/// A line that says something, with its number.
+/// A line that is not empty, with its number.
 struct Line<'a> {
     structure: &'a str,
     number: usize,
@@ -23,11 +23,11 @@ impl Line<'_> {
 }
 
 impl Structure {
-    /// A structure from its equations, one a line, empty lines apart.
+    /// A structure from its equations, one per line; empty lines are ignored.
     ///
-    /// | line | says |
+    /// | line | meaning |
     /// |---|---|
-    /// | `inputs a b …` | the inputs, by the names the experiments have |
+    /// | `inputs a b …` | the inputs, by their names in the experiments |
     /// | `noise n …` | process noises, optional |
     /// | `outputs y …` | the outputs; a name without an equation is the state of that name |
     /// | `offsets x …` | states with a constant forcing per experiment, optional |
@@ -41,7 +41,7 @@ impl Structure {
     /// state, input or noise in each: `b' = -b/tau - p + Blat/tau*lat`. An equation may be `0`.
     ///
     /// # Errors
-    /// [`StructureError`] with the line and what was found.
+    /// [`StructureError`] with the line and its text.
     pub fn new(
         name: &str,
         parameters: Vec<Parameter>,
@@ -135,7 +135,7 @@ fn parse(name: &str, parameters: Vec<Parameter>, text: &str) -> Result<Structure
     Ok(structure)
 }
 
-/// The parameter of each input that `lines` of an input and a parameter name.
+/// The parameter of each input, from `lines` that name an input and a parameter.
 fn by_input(
     structure: &Structure,
     lines: &[(Vec<String>, Line<'_>)],

@@ -1,8 +1,8 @@
-//! Why equations are refused.
+//! Reasons for rejecting equations.
 
 use thiserror::Error;
 
-/// Why a text is not a [`Structure`](super::Structure).
+/// Reasons why a text is not a valid [`Structure`](super::Structure).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum StructureError {
@@ -13,20 +13,20 @@ pub enum StructureError {
         structure: String,
         /// The line, from 1.
         line: usize,
-        /// What stands there.
+        /// Text found.
         found: String,
-        /// What should.
+        /// Text expected.
         expected: &'static str,
     },
-    /// A parameter's start lies outside its own bounds, or is not finite.
-    #[error("{structure}: parameter `{parameter}` does not start inside its bounds")]
+    /// A parameter's initial value lies outside its own limits, or is not finite.
+    #[error("{structure}: the initial value of parameter `{parameter}` is outside its limits")]
     Bounds {
         /// The structure's name.
         structure: String,
         /// The parameter.
         parameter: String,
     },
-    /// A parameter no equation uses.
+    /// A parameter that no equation uses.
     #[error("{structure}: no equation uses the parameter `{parameter}`")]
     Unused {
         /// The structure's name.
@@ -34,8 +34,8 @@ pub enum StructureError {
         /// The parameter.
         parameter: String,
     },
-    /// Nothing to identify.
-    #[error("{structure}: it needs a state and an output")]
+    /// No states or no outputs.
+    #[error("{structure}: expected at least one state and one output")]
     Empty {
         /// The structure's name.
         structure: String,

@@ -1,6 +1,6 @@
 //! A continuous-time state space whose entries are products of named parameters.
 //!
-//! A [`Structure`] is written as the equations stand in a book, and knows its own derivatives:
+//! A [`Structure`] is written in textbook equations and computes its own derivatives:
 //!
 //! ```
 //! use hovernav_sysid::methods::structure::{Parameter, Structure};

@@ -7,10 +7,10 @@ use hovernav_model::{LinearModel, TimeDomain};
 
 /// A continuous-time state space whose entries are products of named parameters.
 ///
-/// See [`Structure::new`] for how it is written.
+/// [`Structure::new`] describes the notation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Structure {
-    /// What messages call it.
+    /// Name in messages.
     pub name: String,
     /// States, in the order of their equations.
     pub states: Vec<String>,
@@ -24,7 +24,7 @@ pub struct Structure {
     pub offsets: Vec<String>,
     /// Outputs with a constant bias of their own in each experiment.
     pub biases: Vec<String>,
-    /// Parameters, in the order `theta` has everywhere.
+    /// Parameters, in the order of every `theta`.
     pub parameters: Vec<Parameter>,
     /// Transport delay of each input: the index of its parameter, s.
     pub(crate) delays: Vec<Option<usize>>,
@@ -42,13 +42,13 @@ impl Structure {
         self.parameters.iter().position(|parameter| parameter.name == name)
     }
 
-    /// The parameters' starts.
+    /// Initial values of the parameters.
     #[must_use]
     pub fn start(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.start).collect()
     }
 
-    /// The same structure with a parameter's start moved and the parameter free or fixed.
+    /// The structure with a parameter's initial value changed and the parameter free or fixed.
     #[must_use]
     pub fn with(mut self, name: &str, start: f64, fixed: bool) -> Self {
         if let Some(parameter) = self.parameters.iter_mut().find(|known| known.name == name) {
@@ -58,7 +58,7 @@ impl Structure {
         self
     }
 
-    /// Whether a parameter stands in a denominator, and so can never be 0.
+    /// Whether a parameter occurs in a denominator and so can never be 0.
     pub(crate) fn divides(&self, parameter: usize) -> bool {
         self.dynamics
             .iter()
@@ -67,8 +67,8 @@ impl Structure {
             .any(|&(index, power)| index == parameter && power < 0)
     }
 
-    /// How many of the last states are errors of the outputs: moved by noise and themselves alone, and
-    /// moving no other state.
+    /// Number of trailing states that are output errors: driven by noise and themselves alone, without effect on other
+    /// states.
     pub(crate) fn trailing_errors(&self) -> usize {
         let (n, m) = (self.states.len(), self.inputs.len());
         let noises = n + m..n + m + self.noises.len();
@@ -82,7 +82,7 @@ impl Structure {
         (1..n).rev().take_while(|&state| is_error(state)).count()
     }
 
-    /// States that noise and themselves alone move: gusts, and errors of the outputs.
+    /// States driven by noise and themselves alone: gusts, and output errors.
     pub(crate) fn disturbances(&self) -> impl Iterator<Item = usize> {
         let first = self.states.len() + self.inputs.len();
         let noises = first..first + self.noises.len();
@@ -115,8 +115,8 @@ impl Structure {
         (dynamics, measurement)
     }
 
-    /// The continuous model at the parameters `theta`, one for each of [`Structure::parameters`]:
-    /// process noises and offsets are left out.
+    /// The continuous model at the parameters `theta`, one for each of [`Structure::parameters`], without process
+    /// noises and offsets.
     ///
     /// # Panics
     /// Where `theta` has another length.
@@ -146,7 +146,7 @@ impl Structure {
         slope
     }
 
-    /// How the process noises drive the states at the parameters `theta`, states × noises.
+    /// Input matrix of the process noises at the parameters `theta`, states × noises.
     ///
     /// # Panics
     /// Where `theta` has another length.

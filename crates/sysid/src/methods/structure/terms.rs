@@ -1,29 +1,28 @@
-//! Parameters, and the products they stand in.
+//! Parameters, and their products.
 
 /// A named parameter of a [`Structure`](super::Structure).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// The name it has in the equations.
+    /// Name in the equations.
     pub name: String,
-    /// Its unit, for print.
+    /// Unit, for output.
     pub unit: String,
-    /// Where the search starts.
+    /// Initial value of the search.
     pub start: f64,
-    /// Smallest value allowed.
+    /// Smallest allowed value.
     pub lower: f64,
-    /// Largest value allowed.
+    /// Largest allowed value.
     pub upper: f64,
-    /// Whether it stays at its start.
+    /// Whether the value is fixed.
     pub fixed: bool,
-    /// Whether the model is none without it: it is never dropped.
+    /// Whether the model is invalid without it: it is never dropped.
     pub needed: bool,
-    /// What is known of it before any flight: the value expected and its one sigma. It counts as one
-    /// more measurement.
+    /// Prior value and one sigma, known before any flight. The prior counts as one more measurement.
     pub prior: Option<(f64, f64)>,
 }
 
 impl Parameter {
-    /// A free parameter without bounds.
+    /// A free parameter without limits.
     #[must_use]
     pub fn new(name: &str, unit: &str, start: f64) -> Self {
         Self {
@@ -38,19 +37,19 @@ impl Parameter {
         }
     }
 
-    /// The same with bounds.
+    /// The parameter with limits.
     #[must_use]
     pub fn within(self, lower: f64, upper: f64) -> Self {
         Self { lower, upper, ..self }
     }
 
-    /// The same, never to be dropped.
+    /// The parameter, never to be dropped.
     #[must_use]
     pub fn needed(self) -> Self {
         Self { needed: true, ..self }
     }
 
-    /// The same, expected at `value` give or take `sigma` before any flight, and never to be dropped.
+    /// The parameter with the prior `value` and one `sigma`, never to be dropped.
     ///
     /// # Source
     /// Maine and Iliff (1981), NASA RP-1077 and Iliff and Maine's MMLE3: a priori weighting.
@@ -59,7 +58,7 @@ impl Parameter {
         Self { prior: Some((value, sigma)), needed: true, ..self }
     }
 
-    /// The same, not to be estimated.
+    /// The parameter with a fixed value.
     #[must_use]
     pub fn held(self) -> Self {
         Self { fixed: true, ..self }
@@ -71,14 +70,14 @@ impl Parameter {
 pub(crate) struct Term {
     /// Row of the state or of the output it adds to.
     pub row: usize,
-    /// Column among states, inputs, noises, offsets in that order; an output sees only the first two.
+    /// Column among states, inputs, noises and offsets, in that order; outputs depend on the first two only.
     pub column: usize,
     pub coefficient: f64,
     pub factors: Vec<(usize, i32)>,
 }
 
 impl Term {
-    /// One signal as it is.
+    /// One signal without factors.
     pub fn plain(row: usize, column: usize) -> Self {
         Self { row, column, coefficient: 1.0, factors: Vec::new() }
     }

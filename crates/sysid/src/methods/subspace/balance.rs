@@ -1,4 +1,4 @@
-//! The balanced basis, in which damped steps treat all states alike.
+//! The balanced basis, in which damped steps treat all states equally.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,8 +6,8 @@ use crate::methods::innovation::InnovationModel;
 use hovernav_model::LinearModel;
 use hovernav_model::linalg::Stein;
 
-/// `model` in the basis in which each state is as easy to reach from inputs and innovations as to
-/// see in the outputs; unchanged where some state is neither.
+/// `model` in the basis in which each state is equally controllable from inputs and innovations and observable in the
+/// outputs. Unchanged where a state is uncontrollable or unobservable.
 pub(super) fn balanced(
     model: InnovationModel,
     initial_state: DVector<f64>,
@@ -36,7 +36,7 @@ fn balancing_basis(model: &InnovationModel) -> Option<DMatrix<f64>> {
     if svd.singular_values.min() <= 0.0 {
         return None;
     }
-    // The singular values here are the squares of Hankel's.
+    // These singular values are the squares of the Hankel singular values.
     let scales = svd.singular_values.map(|value| value.powf(-0.25));
     Some(factor * svd.u? * DMatrix::from_diagonal(&scales))
 }

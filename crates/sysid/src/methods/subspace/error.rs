@@ -1,39 +1,37 @@
-//! Why no model came out.
+//! Reasons for a failed subspace identification.
 
 use thiserror::Error;
 
-/// Why no model came out.
+/// Reasons for a failed subspace identification.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SubspaceError {
     /// The record is too short for the horizon.
     #[error(
-        "experiment `{experiment}`: {samples} samples are too few for a horizon of {horizon}; \
-         {needed} are needed"
+        "experiment `{experiment}`: found {samples} samples, expected at least {needed} for a horizon of \
+         {horizon}"
     )]
     TooShort {
         /// The experiment's name.
         experiment: String,
-        /// Samples there are.
+        /// Number of samples.
         samples: usize,
-        /// The horizon asked for.
+        /// The requested horizon.
         horizon: usize,
-        /// The fewest samples that horizon works with.
+        /// Smallest number of samples for that horizon.
         needed: usize,
     },
     /// The order does not fit the horizon.
-    #[error(
-        "order {order} does not fit a horizon of {horizon}: between 1 and {largest} can be found"
-    )]
+    #[error("order {order} does not fit a horizon of {horizon}: expected 1 to {largest}")]
     Order {
-        /// States asked for.
+        /// The requested number of states.
         order: usize,
         /// The horizon.
         horizon: usize,
-        /// Most states the horizon can show.
+        /// Largest number of states for the horizon.
         largest: usize,
     },
-    /// An input moves too little, or only as other inputs do.
+    /// An input moves too little, or only together with other inputs.
     #[error(
         "experiment `{experiment}`: input `{input}` does not excite: it is constant, too smooth, or \
          a combination of the other inputs"
@@ -52,12 +50,12 @@ pub enum SubspaceError {
         /// The output.
         output: String,
     },
-    /// The arithmetic broke down.
+    /// The computation failed numerically.
     #[error("experiment `{experiment}`: {step} has no finite result")]
     Breakdown {
         /// The experiment's name.
         experiment: String,
-        /// Which step.
+        /// Failed step.
         step: &'static str,
     },
 }

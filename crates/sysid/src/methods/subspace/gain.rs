@@ -1,4 +1,4 @@
-//! The gain of the innovations: how far a measured surprise moves the state.
+//! Innovation gain: the effect of an innovation on the state.
 
 use nalgebra::{Cholesky, DMatrix};
 
@@ -6,8 +6,8 @@ use crate::methods::kalman::predicted_covariance;
 use crate::record::Experiment;
 use hovernav_model::linalg::least_squares;
 
-/// K of x(k+1) = A x + B u + K e, from the scatter that the estimated states (states × instants,
-/// the first at sample `first`) leave unexplained. Zero where the scatter allows no filter.
+/// K of x(k+1) = A x + B u + K e, from the unexplained scatter of the estimated states (states × instants, the first at
+/// sample `first`). Zero where the scatter allows no filter.
 pub(super) fn innovation_gain(
     experiment: &Experiment,
     a: &DMatrix<f64>,
@@ -37,7 +37,7 @@ pub(super) fn innovation_gain(
     let process = scatter.view((0, 0), (order, order)).into_owned();
     let cross = scatter.view((0, order), (order, outputs)).into_owned();
     let mut noise = scatter.view((order, order), (outputs, outputs)).into_owned();
-    // Without noise there is nothing to invert; a trace of it keeps the filter defined.
+    // Without noise the matrix is singular; a small addition keeps the filter defined.
     let size = experiment.outputs.norm_squared() / experiment.outputs.len() as f64;
     for index in 0..outputs {
         noise[(index, index)] += 1e-12 * size;
@@ -45,11 +45,11 @@ pub(super) fn innovation_gain(
     steady_gain(a, c, &process, &cross, &noise).unwrap_or_else(|| DMatrix::zeros(order, outputs))
 }
 
-/// The steady one-step predictor's gain for process noise Q, measurement noise R and their cross
-/// covariance S: K = (A P Cᵀ + S)(C P Cᵀ + R)⁻¹.
+/// Gain of the steady-state one-step predictor for process noise Q, measurement noise R and their cross covariance S: K
+/// = (A P Cᵀ + S)(C P Cᵀ + R)⁻¹.
 ///
-/// The cross covariance is taken out first: P is that of the state without what the outputs' noise
-/// explains of its own.
+/// The cross covariance is removed first: P is the covariance of the state without the part explained by the output
+/// noise.
 ///
 /// # Source
 /// Equation (I8) of docs/equations.md.

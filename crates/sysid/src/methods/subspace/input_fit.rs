@@ -7,15 +7,15 @@ use crate::methods::innovation::InnovationModel;
 use crate::record::Experiment;
 use hovernav_model::linalg::least_squares;
 
-/// What the least squares found.
+/// Result of the least squares.
 pub(super) struct InputMap {
     pub b: DMatrix<f64>,
     pub d: DMatrix<f64>,
     pub initial_state: DVector<f64>,
 }
 
-/// B, D and x(0) with A, C and the gain K held: with K = 0 those of the best simulation, else those
-/// of the best one-step prediction. The output is linear in all of them either way.
+/// B, D and x(0) for given A, C and gain K: of the best simulation with K = 0, else of the best one-step prediction.
+/// The output is linear in all of them in both cases.
 ///
 /// # Source
 /// Equation (I7) of docs/equations.md.
@@ -35,7 +35,7 @@ pub(super) fn fit_inputs(
     let driven = forced_responses(&predictor, c, &experiment.inputs);
     regressors.columns_mut(0, order * inputs).copy_from(&driven);
     if feedthrough {
-        // D reaches the output at once, and through −K D the state.
+        // D affects the output directly, and the state through −K D.
         for input in 0..inputs {
             for output in 0..outputs {
                 let column = order * inputs + input * outputs + output;
@@ -76,7 +76,7 @@ pub(super) fn fit_inputs(
     }
 }
 
-/// The measured outputs less what past outputs alone predict, stacked sample by sample.
+/// Measured outputs minus their prediction from past outputs alone, stacked sample by sample.
 fn unexplained(
     experiment: &Experiment,
     predictor: &DMatrix<f64>,
@@ -102,8 +102,8 @@ fn unexplained(
     left
 }
 
-/// The state at the first sample with which `model` explains the whole of `experiment` best: its
-/// free run where it is stable, its one-step prediction where it is not.
+/// The initial state with which `model` explains `experiment` best: by simulation where the model is stable, by
+/// one-step prediction where it is not.
 #[must_use]
 pub fn fit_initial_state(model: &InnovationModel, experiment: &Experiment) -> DVector<f64> {
     let system = &model.system;
@@ -119,7 +119,7 @@ pub fn fit_initial_state(model: &InnovationModel, experiment: &Experiment) -> DV
     let left = (&experiment.outputs - run).transpose();
     let mut left = DMatrix::from_column_slice(left.len(), 1, left.as_slice());
     let mut free = free_responses(&transition, &system.c, experiment.samples());
-    // Each output in units of its own size, so that no unit outweighs another.
+    // Each output is scaled by its own size, so that units do not affect the weights.
     for (output, signal) in experiment.outputs.column_iter().enumerate() {
         let size = signal.norm().max(f64::MIN_POSITIVE);
         for sample in 0..experiment.samples() {

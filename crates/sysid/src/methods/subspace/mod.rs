@@ -1,12 +1,11 @@
-//! Subspace identification: a state-space model from data alone, without a start value.
+//! Subspace identification: a state-space model from data alone, without initial values.
 //!
-//! The future outputs are projected on the past; the space they span is the extended observability
-//! matrix, whose shift structure gives A and C. B, D and the initial state then come from least
-//! squares on the simulated output, so the model is as good as it can be at what it will be asked:
-//! to run free.
+//! The future outputs are projected on the past. They span the extended observability matrix, whose shift structure
+//! gives A and C. B, D and the initial state then come from least squares on the simulated output, so the model is
+//! optimal for simulation.
 //!
-//! [`identify`] is one pass, some milliseconds. [`refine()`] goes on from there by prediction or
-//! output error, and [`search`] tries several passes and keeps what holds on data set aside.
+//! [`identify`] is one pass and takes some milliseconds. [`refine()`] continues by prediction or output error.
+//! [`search`] tries several passes and keeps the best on held-back data.
 //!
 //! Source: P. Van Overschee & B. De Moor, *Subspace Identification for Linear Systems* (1996),
 //! chapters 4 and 5; L. Ljung, *System Identification*, 2nd ed., section 10.6.

@@ -7,12 +7,12 @@ use super::scales::Scales;
 use super::settings::{Identified, SubspaceSettings};
 use crate::record::Experiment;
 
-/// One pass of subspace identification over `experiment`, which should be about its trim
+/// One pass of subspace identification over `experiment`, whose signals should be deviations from trim
 /// ([`Experiment::about`]).
 ///
 /// # Errors
-/// [`SubspaceError`] where the record is too short, an input does not excite, an output never moves
-/// or the order does not fit.
+/// [`SubspaceError`] where the record is too short, an input does not excite, an output is constant or the order does
+/// not fit.
 ///
 /// # Example
 /// ```
@@ -51,12 +51,11 @@ pub fn identify(
     Ok(found)
 }
 
-/// The number of singular values above the middle, on a logarithmic scale, between the largest and
-/// the smallest: those of the plant stand out from those of the noise. At least 1, at most
-/// `largest`.
+/// Number of singular values above the logarithmic mean of the largest and the smallest: those of the vehicle exceed
+/// those of the noise. At least 1, at most `largest`.
 fn order_from(singular_values: &[f64], largest: usize) -> usize {
     let top = singular_values.first().copied().unwrap_or(0.0);
-    // Rounding is not noise: a noise-free record would put the middle at nothing.
+    // Rounding is not noise: for a record without noise the mean would be near zero.
     let floor = 1e-12 * top;
     let bottom = singular_values.last().copied().unwrap_or(0.0).max(floor);
     let middle = (top * bottom).sqrt();

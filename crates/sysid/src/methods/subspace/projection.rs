@@ -11,29 +11,29 @@ use hovernav_model::linalg::add_gram;
 
 /// The weighted projection of the future outputs on past inputs and outputs, factored.
 pub(super) struct Projection {
-    /// The extended observability matrix over all singular values, horizon·outputs × directions:
-    /// its first columns are that of any order.
+    /// The extended observability matrix over all singular values, horizon·outputs × directions. Its first columns are
+    /// the matrix of any lower order.
     pub observability: DMatrix<f64>,
-    /// Singular values, falling.
+    /// Singular values in falling order.
     pub singular_values: Vec<f64>,
-    /// What maps a past (inputs, then outputs, oldest first) to the future outputs it implies,
-    /// horizon·outputs × horizon·(inputs + outputs).
+    /// Map from a past (inputs, then outputs, oldest first) to the future outputs that it implies, horizon·outputs ×
+    /// horizon·(inputs + outputs).
     pub past_to_future: DMatrix<f64>,
-    /// Samples of past and of future.
+    /// Number of past and of future samples.
     pub horizon: usize,
     outputs: usize,
 }
 
-/// A triangular factor with a smaller diagonal ratio than this is found by rotations instead of
-/// through the normal equations, whose error grows with the square.
+/// Below this ratio of its diagonal a triangular factor is computed by rotations instead of through the normal
+/// equations, whose error grows with the square of the condition.
 const WELL_CONDITIONED: f64 = 1e-5;
 
-/// Below this part of the largest, a direction of the inputs is no excitation.
+/// Directions of the inputs below this part of the largest are no excitation.
 const EXCITED: f64 = 1e-9;
 
 impl Projection {
-    /// Projects with `horizon` samples of past and future. The signals should be of one size
-    /// ([`super::scales::Scales`]), so that no unit outweighs another.
+    /// Projects with `horizon` past and future samples. The signals should be scaled ([`super::scales::Scales`]), so
+    /// that units do not affect the weights.
     ///
     /// # Source
     /// Equation (I5) of docs/equations.md.
@@ -80,7 +80,7 @@ impl Projection {
             Weighting::Moesp => (r32.into_owned(), None),
             Weighting::Cva => {
                 let mut scatter = r32 * r32.transpose() + r33 * r33.transpose();
-                // Without noise the scatter is singular; rounding decides nothing then.
+                // Without noise the scatter is singular; the floor keeps rounding from deciding.
                 let floor = 1e-14 * scatter.trace();
                 for index in 0..future {
                     scatter[(index, index)] += floor;
@@ -91,8 +91,8 @@ impl Projection {
                 (weighted, Some(factor))
             }
         };
-        // Only the left directions matter: the eigenvectors of the small square are cheaper, but
-        // cost half the digits that the order is read from.
+        // Only the left directions matter. The eigenvectors of the small square matrix are cheaper, but lose half the
+        // digits that determine the order.
         let svd = weighted.transpose().qr().r().transpose().svd(true, false);
         let (Some(left), values) = (svd.u, svd.singular_values) else {
             return Err(breakdown(experiment));
@@ -116,7 +116,7 @@ impl Projection {
         })
     }
 
-    /// Most states this horizon can show.
+    /// Largest number of states for this horizon.
     pub fn largest_order(&self) -> usize {
         ((self.horizon - 1) * self.outputs).min(self.singular_values.len())
     }
@@ -126,7 +126,7 @@ fn breakdown(experiment: &Experiment) -> SubspaceError {
     SubspaceError::Breakdown { experiment: experiment.name.clone(), step: "the projection" }
 }
 
-/// Instants that are stacked at a time: as many rows as a cache holds.
+/// Instants stacked at a time: as many rows as fit in a cache.
 const BLOCK: usize = 512;
 
 /// Block Hankel matrices side by side, transposed, of the instants `rows`: one row per instant; columns
@@ -150,8 +150,8 @@ fn stacked(experiment: &Experiment, horizon: usize, rows: Range<usize>) -> DMatr
 
 /// The lower triangular L with L Lᵀ = dataᵀ data, `data` the [`stacked`] rows of all instants.
 ///
-/// The normal equations are many times faster than rotating the tall matrix, and as good while the
-/// data is well conditioned (SLICOT's IB01AD chooses likewise).
+/// The normal equations are many times faster than rotations of the tall matrix, and as accurate for well-conditioned
+/// data (SLICOT's IB01AD chooses likewise).
 fn triangular_factor(experiment: &Experiment, horizon: usize) -> DMatrix<f64> {
     let instants = experiment.samples() - 2 * horizon + 1;
     let blocks = || {
@@ -198,7 +198,7 @@ fn check_excitation(
     }
 }
 
-/// x with x · triangle = left; directions the triangle lacks are left out.
+/// x with x · triangle = left; directions missing in the triangle are ignored.
 fn divide_by_triangle(
     left: &DMatrixView<'_, f64>,
     triangle: &DMatrixView<'_, f64>,

@@ -1,4 +1,4 @@
-//! From the observability matrix to A, C, and on to the whole model.
+//! From the observability matrix to A and C, and to the whole model.
 
 use nalgebra::DMatrix;
 
@@ -13,10 +13,10 @@ use hovernav_model::linalg::least_squares;
 use hovernav_model::linalg::spectral_radius;
 use hovernav_model::{LinearModel, TimeDomain};
 
-/// Instants worked on at a time: as many states as a cache holds.
+/// Instants processed at a time: as many states as fit in a cache.
 const BLOCK: usize = 512;
 
-/// Where the outermost pole of a plant known to be stable is put, inside the unit circle.
+/// Distance inside the unit circle of the outermost pole of a model known to be stable.
 const EDGE: f64 = 1e-4;
 
 /// The model of `order` states.
@@ -77,7 +77,7 @@ pub(super) fn realize(
     })
 }
 
-/// The states that the past implies at every instant from `horizon` on, states × instants.
+/// The states implied by the past at every instant from `horizon` on, states × instants.
 fn states(
     experiment: &Experiment,
     projection: &Projection,

@@ -1,9 +1,8 @@
-//! Onwards from a subspace model: the black-box output-error or prediction-error estimate.
+//! Refinement of a subspace model: the black-box output-error or prediction-error estimate.
 //!
-//! All entries of A, B, C, D, K and the initial state are free. That is more than the data can tell
-//! apart, for a change of basis leaves every output as it was; uniformly damped steps never move
-//! along such directions (they are orthogonal to the gradient), which is what data-driven local
-//! coordinates do, without computing them.
+//! All entries of A, B, C, D, K and the initial state are free. The data cannot identify all of them, because a change
+//! of basis leaves every output unchanged. Uniformly damped steps never move along such directions, which are
+//! orthogonal to the gradient. That is equivalent to data-driven local coordinates, without computing them.
 //!
 //! Source: T. McKelvey, A. Helmersson & T. Ribarits (2004), "Data driven local coordinates for
 //! multivariable linear systems", *Automatica* 40(9); A. Wills & B. Ninness (2008), "On gradient-based
@@ -20,24 +19,23 @@ use crate::record::Experiment;
 use hovernav_model::linalg::{gram, spectral_radius};
 use hovernav_model::{LinearModel, TimeDomain};
 
-/// What the model is to be best at.
+/// Criterion of the refinement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
-    /// Running free from the inputs alone (output error). Only for stable plants; K is zero.
+    /// Simulation from the inputs alone (output error). Only for stable models; K is zero.
     Simulation,
-    /// Predicting the next sample from the past ones (prediction error), K with it. Works for
-    /// unstable plants too.
+    /// One-step prediction from the past samples (prediction error), including K. Works for unstable vehicles too.
     OneStep,
 }
 
-/// How to refine.
+/// Settings of the refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefineSettings {
-    /// What the model is to be best at.
+    /// Criterion to optimise.
     pub criterion: Criterion,
-    /// Whether D is free; it stays as it is where not.
+    /// Whether D is free; otherwise it stays unchanged.
     pub feedthrough: bool,
-    /// Most linearisations.
+    /// Largest number of linearisations.
     pub max_steps: usize,
 }
 
@@ -47,26 +45,25 @@ impl Default for RefineSettings {
     }
 }
 
-/// What the refinement found.
+/// Result of the refinement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refined {
     /// The model.
     pub model: InnovationModel,
     /// The state at the first sample.
     pub initial_state: DVector<f64>,
-    /// Sum over outputs and samples of squared errors, each output in units of its own mean square
-    /// deviation, before and after.
+    /// Sum over outputs and samples of squared errors, before and after; each output in units of its own mean square
+    /// deviation.
     pub cost: [f64; 2],
-    /// Linearisations made.
+    /// Number of linearisations.
     pub steps: usize,
-    /// Whether nothing was left to gain.
+    /// Whether the search converged.
     pub converged: bool,
 }
 
-/// Refines `start` over `experiment`, the data it was found on, about the same trim.
+/// Refines `start` over `experiment`, its estimation data, about the same trim.
 ///
-/// `None` where `start` cannot be refined by this criterion: its simulation, or its one-step
-/// predictor, is unstable.
+/// `None` where `start` cannot be refined by this criterion: its simulation, or its one-step predictor, is unstable.
 #[must_use]
 pub fn refine(
     start: &Identified,
@@ -102,7 +99,7 @@ pub fn refine(
 /// Ā = A − K C and B̄ = B − K D. Without K it is the simulation.
 struct OutputError<'a> {
     experiment: &'a Experiment,
-    /// Inputs and, where K is free, outputs side by side: what drives the predictor.
+    /// Inputs and, where K is free, outputs in adjacent columns: the signals that drive the predictor.
     drives: DMatrix<f64>,
     /// One over the root mean square deviation of each output.
     weights: Vec<f64>,

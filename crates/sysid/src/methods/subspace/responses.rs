@@ -1,9 +1,9 @@
-//! The recursions from which regressors and derivatives are made.
+//! Recursions for regressors and derivatives.
 
 use nalgebra::DMatrix;
 
-/// What the outputs do when each of the `signals` (samples × signals) in turn pushes each of the
-/// states in turn: rows are outputs, sample by sample; column signal·order + state.
+/// Responses of the outputs to each of the `signals` (samples × signals) acting on each of the states: rows are
+/// outputs, sample by sample; column signal·order + state.
 pub(super) fn forced_responses(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
@@ -19,7 +19,7 @@ pub(super) fn forced_responses(
     responses
 }
 
-/// What the outputs do when each state in turn starts at one: rows as in [`forced_responses`].
+/// Responses of the outputs to a unit initial value of each state: rows as in [`forced_responses`].
 pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize) -> DMatrix<f64> {
     let silence = vec![0.0; samples];
     let mut responses = DMatrix::zeros(samples * c.nrows(), a.nrows());
@@ -30,11 +30,11 @@ pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize)
     responses
 }
 
-/// x(k+1) = A x(k) + e z(k), y(k) = C x(k), as the tight loop everything here spends its time in.
+/// x(k+1) = A x(k) + e z(k), y(k) = C x(k), as the inner loop in which this module spends its time.
 struct Recursion {
     order: usize,
     outputs: usize,
-    /// A above C, column by column: one sweep gives the next state and the output.
+    /// A above C, column by column: one pass gives the next state and the output.
     columns: Vec<f64>,
     state: Vec<f64>,
     swept: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Signals of one size, and back.
+//! Scaling of signals to unit size, and back.
 
 use nalgebra::DMatrix;
 
@@ -6,7 +6,7 @@ use super::error::SubspaceError;
 use crate::methods::innovation::InnovationModel;
 use crate::record::Experiment;
 
-/// Root mean square of each signal, so that no unit outweighs another.
+/// Root mean square of each signal, so that units do not affect the weights.
 pub(super) struct Scales {
     inputs: Vec<f64>,
     outputs: Vec<f64>,
@@ -43,7 +43,7 @@ impl Scales {
         Ok(Self { inputs, outputs })
     }
 
-    /// The record with every signal of size one.
+    /// The record with every signal scaled to unit size.
     pub fn applied(&self, experiment: &Experiment) -> Experiment {
         let mut unit = experiment.clone();
         for (mut column, scale) in unit.inputs.column_iter_mut().zip(&self.inputs) {
@@ -55,7 +55,7 @@ impl Scales {
         unit
     }
 
-    /// A model of the scaled record, as one of the record itself.
+    /// Converts a model of the scaled record into a model of the record itself.
     pub fn restore(&self, model: &mut InnovationModel) {
         let InnovationModel { system, gain } = model;
         for (input, scale) in self.inputs.iter().enumerate() {

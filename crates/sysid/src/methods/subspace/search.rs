@@ -1,4 +1,4 @@
-//! Several passes, and the one that holds on data set aside.
+//! Several passes, and the best of them on held-back data.
 
 use super::error::SubspaceError;
 use super::input_fit::fit_initial_state;
@@ -9,20 +9,20 @@ use crate::methods::innovation::InnovationModel;
 use crate::methods::validate::fit_percent;
 use crate::record::Experiment;
 
-/// What to try.
+/// Settings of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchSettings {
-    /// States; `None` lets the singular values of the first pass decide, for all passes.
+    /// Number of states; `None` derives it from the singular values of the first pass, for all passes.
     pub order: Option<usize>,
-    /// Horizons to try. Too long ones for the record are skipped.
+    /// Horizons to try; those too long for the record are skipped.
     pub horizons: Vec<usize>,
     /// Weightings to try.
     pub weightings: Vec<Weighting>,
     /// Whether inputs act on outputs within the same sample.
     pub feedthrough: bool,
-    /// The last part of the record that no candidate is fitted on while they are compared.
+    /// Last part of the record that is held back from the fits while candidates are compared.
     pub set_aside: f64,
-    /// Most steps of each refinement.
+    /// Largest number of steps of each refinement.
     pub max_steps: usize,
 }
 
@@ -39,40 +39,41 @@ impl Default for SearchSettings {
     }
 }
 
-/// One way tried.
+/// One method tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// How.
+    /// The method.
     pub way: Way,
-    /// Mean over the outputs of the simulation fit on the data set aside, percent.
+    /// Mean over the outputs of the simulation fit on the held-back data, percent.
     pub set_aside_fit: f64,
 }
 
-/// A way to a model.
+/// A method of identification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Way {
     /// One subspace pass.
     Pass(SubspaceSettings),
-    /// Refinement for simulation, here from this pass. On the whole record it starts from every
-    /// pass and keeps the lowest cost, so that no local minimum of one start decides.
+    /// Refinement for simulation, here from this pass. On the whole record it starts from every pass and keeps the
+    /// lowest cost, so that a local minimum of one start does not decide.
     Refined(SubspaceSettings),
 }
 
-/// What the search found.
+/// Result of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
-    /// The model, fitted on the whole record in the way that held best.
+    /// The model, fitted on the whole record with the best method.
     pub model: InnovationModel,
-    /// That way.
+    /// Best method.
     pub chosen: Candidate,
-    /// All ways that gave a model, best first.
+    /// All methods that gave a model, best first.
     pub candidates: Vec<Candidate>,
 }
 
-/// Tries every horizon and weighting, with and without refinement, on the first part of `experiment`; the way whose free run fits the rest best is then run on the whole record.
+/// Tries every horizon and weighting, with and without refinement, on the first part of `experiment`. The method whose
+/// simulation fits the rest best is then applied to the whole record.
 ///
-/// The plant is taken to be stable: nothing else can run free. The choice sees nothing but
-/// `experiment`; validation data stays unseen.
+/// The vehicle is assumed stable, as a simulation requires. The choice uses `experiment` only; validation data are not
+/// used.
 ///
 /// # Errors
 /// The first pass's [`SubspaceError`] where no pass gave a model.
@@ -111,7 +112,10 @@ pub fn search(experiment: &Experiment, settings: &SearchSettings) -> Result<Sear
             return Ok(Search { model, chosen: candidate.clone(), candidates });
         }
     }
-    Err(SubspaceError::Breakdown { experiment: experiment.name.clone(), step: "every way tried" })
+    Err(SubspaceError::Breakdown {
+        experiment: experiment.name.clone(),
+        step: "every method tried",
+    })
 }
 
 /// All passes over one record.
@@ -131,7 +135,7 @@ impl Tried {
                     SubspaceSettings { order, horizon, weighting, feedthrough, stable: true };
                 match identify(experiment, &pass) {
                     Ok(found) => {
-                        // All candidates are of one order.
+                        // All candidates have the same order.
                         order = Some(found.model.system.order());
                         passes.push((SubspaceSettings { order, ..pass }, found));
                     }

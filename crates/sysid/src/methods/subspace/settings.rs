@@ -1,4 +1,4 @@
-//! How to run one pass, and what it gives.
+//! Settings and result of one pass.
 
 use nalgebra::DVector;
 
@@ -9,32 +9,32 @@ use crate::methods::innovation::InnovationModel;
 pub enum Weighting {
     /// No weight: the oblique projection itself. Van Overschee & De Moor's N4SID.
     N4sid,
-    /// Without what the future inputs explain. Verhaegen's MOESP with past inputs and outputs.
+    /// Without the part that the future inputs explain. Verhaegen's MOESP with past inputs and outputs.
     Moesp,
     /// As [`Weighting::Moesp`], each direction of the future in units of its own scatter: Larimore's
     /// canonical variate analysis. The singular values are canonical correlations.
     Cva,
 }
 
-/// How to run one pass.
+/// Settings of one pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubspaceSettings {
-    /// States; `None` lets the singular values decide.
+    /// Number of states; `None` derives it from the singular values.
     pub order: Option<usize>,
-    /// Samples of past and of future in each projection. More than the order is needed; `None` takes twice
-    /// the order, at least ten and at most what the record allows.
+    /// Number of past and of future samples in each projection; it must exceed the order. `None` takes twice the order,
+    /// at least ten and at most what the record allows.
     pub horizon: Option<usize>,
     /// The weighting.
     pub weighting: Weighting,
-    /// Whether inputs act on outputs within the same sample. A plant measured at the moment its
-    /// input changes has none.
+    /// Whether inputs act on outputs within the same sample. Not the case for a vehicle measured at the moment its
+    /// input changes.
     pub feedthrough: bool,
-    /// Whether the plant is known to be stable: where noise or drift pushes a pole outside the unit
-    /// circle, all poles are then drawn in until it is just inside.
+    /// Whether the vehicle is known to be stable. Where noise or drift moves a pole outside the unit circle, all poles
+    /// are then scaled until it is just inside.
     pub stable: bool,
 }
 
-/// Horizon where neither it nor an order is asked for.
+/// Horizon where neither it nor an order is given.
 const USUAL_HORIZON: usize = 10;
 
 impl SubspaceSettings {
@@ -58,24 +58,24 @@ impl Default for SubspaceSettings {
     }
 }
 
-/// What one pass found.
+/// Result of one pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identified {
     /// The model, with the gain of its innovations.
     pub model: InnovationModel,
     /// The state at the first sample.
     pub initial_state: DVector<f64>,
-    /// Singular values of the weighted projection, falling: where they drop, the order ends.
+    /// Singular values of the weighted projection in falling order; they drop after the order.
     pub singular_values: Vec<f64>,
-    /// How B, D and the initial state were found.
+    /// Criterion by which B, D and the initial state were fitted.
     pub input_fit: InputFit,
 }
 
-/// On which output B, D and the initial state were fitted.
+/// Output on which B, D and the initial state were fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InputFit {
-    /// On the simulated output.
+    /// The simulated output.
     Simulation,
-    /// On the one-step prediction, since the plant is unstable and its simulation runs away.
+    /// The one-step prediction, because the model is unstable and its simulation diverges.
     Prediction,
 }

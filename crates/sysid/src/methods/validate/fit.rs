@@ -1,11 +1,11 @@
-//! How much of a measured output a model explains.
+//! Part of a measured output that a model explains.
 
 use nalgebra::DMatrix;
 
-/// Fit in percent of each output, 100·(1 − ‖y − ŷ‖/‖y − ȳ‖): 100 is perfect, 0 no better than the
-/// mean, and a model that runs the wrong way is below. Both matrices are samples × outputs.
+/// Fit in percent of each output, 100·(1 − ‖y − ŷ‖/‖y − ȳ‖): 100 is perfect, 0 no better than the mean, and a response
+/// of the wrong sign is negative. Both matrices are samples × outputs.
 ///
-/// A constant output has no deviation to explain: its fit is NaN.
+/// A constant output has no deviation, so its fit is NaN.
 ///
 /// # Panics
 /// Where the shapes differ.
@@ -20,7 +20,7 @@ pub fn fit_percent(measured: &DMatrix<f64>, predicted: &DMatrix<f64>) -> Vec<f64
         .zip(predicted.column_iter())
         .map(|(measured, predicted)| {
             let deviation = measured.add_scalar(-measured.mean()).norm();
-            // The mean of a constant is only that constant to rounding.
+            // The mean of a constant equals it only up to rounding.
             if deviation > 1e-13 * measured.norm() {
                 100.0 * (1.0 - (measured - predicted).norm() / deviation)
             } else {
@@ -30,21 +30,21 @@ pub fn fit_percent(measured: &DMatrix<f64>, predicted: &DMatrix<f64>) -> Vec<f64
         .collect()
 }
 
-/// Theil's inequality coefficient, and where the error lies.
+/// Theil's inequality coefficient, and the composition of the error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Theil {
-    /// Root mean square of the error over the sum of those of both signals: 0 is perfect, 1 the
-    /// worst; 0.25 to 0.3 is usual for a good flight model.
+    /// Root mean square of the error over the sum of those of both signals: 0 is perfect, 1 the worst; 0.25 to 0.3 is
+    /// typical for a good flight model.
     pub coefficient: f64,
-    /// Part of the squared error that is a constant offset.
+    /// Part of the squared error due to a constant offset.
     pub bias: f64,
-    /// Part that is a difference in the size of the movements.
+    /// Part due to a difference in the size of the movements.
     pub variance: f64,
-    /// Part that is neither: the two do not move together. The three parts sum to 1.
+    /// Remaining part, due to different movements. The three parts sum to 1.
     pub covariance: f64,
 }
 
-/// Theil's coefficient of two signals of one length. Equal signals have coefficient 0 and no parts.
+/// Theil's coefficient of two signals of equal length. Equal signals have coefficient 0 and no parts.
 ///
 /// # Panics
 /// Where the lengths differ.

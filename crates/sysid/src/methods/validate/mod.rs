@@ -1,9 +1,8 @@
-//! How well a model does on data it has not seen, or why it is refused.
+//! Validation of a model on new data, or the reason for rejecting it.
 //!
-//! A fit in percent means nothing without its horizon: one step ahead, the last measurement is a
-//! good prediction of almost anything. So each fit names its horizon and stands beside that of the
-//! last measurement held, residuals are tested for what they still hold of past and inputs, and a
-//! model whose validation runs away is refused with the reason.
+//! A fit in percent is meaningless without its horizon: one step ahead, the last measurement predicts almost anything
+//! well. Each fit therefore states its horizon, next to the fit of the last measurement held. The residuals are tested
+//! for correlation with the past and the inputs, and a model that diverges in validation is rejected with the reason.
 //!
 //! Source: L. Ljung, *System Identification*, 2nd ed., sections 16.5 and 16.6; R. Jategaonkar, *Flight
 //! Vehicle System Identification*, chapter 11, for Theil's coefficient.
@@ -24,15 +23,15 @@ use crate::methods::subspace::fit_initial_state;
 use crate::record::Experiment;
 use hovernav_model::TimeDomain;
 
-/// The thesis's mark for a good fit, percent.
+/// The thesis's limit of a good fit, percent.
 pub const GOOD_FIT_PERCENT: f64 = 75.0;
 
-/// How far ahead a prediction looks.
+/// Prediction horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Horizon {
-    /// This many samples, at least 1: the outputs up to that long ago are known.
+    /// Number of samples, at least 1; the outputs up to that many samples ago are known.
     Steps(usize),
-    /// Without end: the inputs and one start state are all that is known.
+    /// Unlimited: only the inputs and one initial state are known.
     Simulation,
 }
 
@@ -46,11 +45,11 @@ impl fmt::Display for Horizon {
     }
 }
 
-/// Why a validation gives no number.
+/// Reasons why a validation gives no result.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// The model's shape is not that of the data, or the period differs.
+    /// Numbers of signals or sample periods of model and data differ.
     #[error(
         "the model has {model_inputs} inputs, {model_outputs} outputs and a period of \
          {model_period_s} s, `{experiment}` {inputs}, {outputs} and {period_s} s"
@@ -71,44 +70,44 @@ pub enum Refusal {
         /// Period of the experiment, s.
         period_s: f64,
     },
-    /// The validation data is, in part or whole, the data of the fit.
+    /// The validation data are partly or wholly the estimation data.
     #[error(
         "`{validation}` repeats rows {row} and on of `{estimation}`, which the model was fitted to"
     )]
     NotHeldOut {
-        /// Name of the data of the fit.
+        /// Name of the estimation data.
         estimation: String,
         /// Name of the validation data.
         validation: String,
-        /// Where in the data of the fit.
+        /// First repeated row in the estimation data.
         row: usize,
     },
-    /// The model itself runs away.
+    /// The model is unstable.
     #[error(
         "the model is unstable (spectral radius {spectral_radius:.4}): in {duration_s:.1} s of \
-         simulation any error grows {growth:.1e}-fold, so its fit says nothing; validate it some \
-         steps ahead"
+         simulation any error grows {growth:.1e}-fold, so its fit is meaningless; validate it a few \
+         steps ahead instead"
     )]
     UnstableModel {
-        /// The largest magnitude of a pole.
+        /// Largest magnitude of a pole.
         spectral_radius: f64,
         /// Length of the validation data, s.
         duration_s: f64,
-        /// Growth over that length.
+        /// Growth of an error over that length.
         growth: f64,
     },
-    /// The predictor runs away.
+    /// The predictor is unstable.
     #[error(
         "the predictor is unstable (spectral radius {spectral_radius:.4}): measurements do not \
          correct it"
     )]
     UnstablePredictor {
-        /// The largest magnitude of a pole of A − K C.
+        /// Largest magnitude of a pole of A − K C.
         spectral_radius: f64,
     },
-    /// What was predicted is out of all proportion.
+    /// The prediction is implausibly large.
     #[error(
-        "output `{output}` runs away in validation ({horizon}): {factor:.1e} times what was measured"
+        "output `{output}` diverges in validation ({horizon}): {factor:.1e} times the measured size"
     )]
     Diverged {
         /// The output.
@@ -118,17 +117,17 @@ pub enum Refusal {
         /// Largest predicted over largest measured deviation.
         factor: f64,
     },
-    /// An output does not move, or the record is too short to test.
-    #[error("`{experiment}` holds nothing to validate with: {reason}")]
+    /// An output is constant, or the record is too short for the tests.
+    #[error("`{experiment}` cannot be used for validation: {reason}")]
     Nothing {
         /// The experiment's name.
         experiment: String,
-        /// What is missing.
+        /// The reason.
         reason: String,
     },
 }
 
-/// One output at one horizon.
+/// Score of one output at one horizon.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Score {
     /// The output.
@@ -137,27 +136,27 @@ pub struct Score {
     pub horizon: Horizon,
     /// Fit, percent ([`fit_percent`]).
     pub fit_percent: f64,
-    /// Fit, percent, of the last measurement held over the horizon; for a simulation that of the
-    /// mean, 0. A model worth having does better.
+    /// Fit, percent, of the last measurement held over the horizon; for a simulation that of the mean, 0. A useful
+    /// model does better.
     pub held_fit_percent: f64,
     /// Theil's coefficient.
     pub theil: Theil,
 }
 
-/// What validation showed.
+/// Result of a validation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
     /// Name of the validation data.
     pub experiment: String,
     /// One score per horizon and output.
     pub scores: Vec<Score>,
-    /// The one-step residuals against their own past and the inputs.
+    /// Correlation of the one-step residuals with their own past and the inputs.
     pub residuals: ResidualTest,
 }
 
 impl Validation {
-    /// The scores that keep the model from being called good: at the longest horizon asked for, a
-    /// fit below [`GOOD_FIT_PERCENT`] or below what holding the last measurement gives.
+    /// Scores below the requirements of a good model. At the longest requested horizon the fit is below
+    /// [`GOOD_FIT_PERCENT`] or below that of the last measurement held.
     #[must_use]
     pub fn shortcomings(&self) -> Vec<&Score> {
         let length = |horizon: Horizon| match horizon {
@@ -193,20 +192,19 @@ impl fmt::Display for Validation {
     }
 }
 
-/// Lags of the residual tests.
+/// Number of lags of the residual tests.
 const LAGS: usize = 25;
-/// Predictions this many times larger than the measurements have run away.
+/// Ratio of prediction to measurement above which a prediction has diverged.
 const RUNAWAY: f64 = 100.0;
 
-/// Validates `model`, fitted on `estimation`, on `validation`; both about the trim of the
-/// estimation data ([`Experiment::about`]).
+/// Validates `model`, fitted on `estimation`, on `validation`; both as deviations from the trim of the estimation data
+/// ([`Experiment::about`]).
 ///
-/// The start state is fitted on the validation data, as nothing else knows it.
+/// The initial state is fitted on the validation data, because it is otherwise unknown.
 ///
 /// # Errors
-/// A [`Refusal`] with its reason where the number would mean nothing: the data was used for the fit,
-/// the model or its predictor is unstable over the horizon asked for, a prediction runs away, or an
-/// output does not move.
+/// A [`Refusal`] with its reason where the result would be meaningless: the data were used for estimation, the model or
+/// its predictor is unstable over the requested horizon, a prediction diverges, or an output is constant.
 pub fn validate(
     model: &InnovationModel,
     estimation: &Experiment,
@@ -321,7 +319,7 @@ fn check_proportion(
     Ok(())
 }
 
-/// Fit of the measurement `steps` ago; the first rows hold the first one.
+/// Fit of the measurement `steps` ago; the first rows hold the first measurement.
 fn held_fit(outputs: &DMatrix<f64>, steps: usize) -> Vec<f64> {
     let held = DMatrix::from_fn(outputs.nrows(), outputs.ncols(), |row, column| {
         outputs[(row.saturating_sub(steps), column)]
@@ -329,10 +327,10 @@ fn held_fit(outputs: &DMatrix<f64>, steps: usize) -> Vec<f64> {
     fit_percent(outputs, &held)
 }
 
-/// As many equal rows in a row are no accident.
+/// Number of consecutive equal rows that chance does not explain.
 const SHARED: usize = 8;
 
-/// Where in `estimation` rows of `validation` turn up again.
+/// Row of `estimation` at which rows of `validation` recur.
 fn shared_rows(estimation: &Experiment, validation: &Experiment) -> Option<usize> {
     if estimation.outputs.ncols() != validation.outputs.ncols()
         || estimation.inputs.ncols() != validation.inputs.ncols()
@@ -346,7 +344,7 @@ fn shared_rows(estimation: &Experiment, validation: &Experiment) -> Option<usize
     let rests = |other: usize| {
         (1..SHARED).all(|k| validation.outputs.row(other + k) == validation.outputs.row(other))
     };
-    // Overlapping stretches of two records share the start of one or the other.
+    // Overlapping parts of two records contain the start of one or the other.
     let starts = [0, validation.samples().saturating_sub(SHARED)];
     let found = |other: usize| {
         if other + SHARED > validation.samples() || rests(other) {

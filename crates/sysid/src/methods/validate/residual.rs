@@ -1,38 +1,37 @@
-//! What the residuals still hold.
+//! Whiteness of the residuals, and their independence of the inputs.
 
 use nalgebra::{DMatrix, DVector};
 
 /// The 99 % bound of a standard normal variable, two-sided.
 const NORMAL_99: f64 = 2.575_829;
 
-/// One correlation function against its bound.
+/// A correlation function with its confidence bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorrelationTest {
     /// Correlation coefficients, −1 to 1, from lag `first_lag` on.
     pub correlations: Vec<f64>,
     /// The first lag, samples.
     pub first_lag: usize,
-    /// What 99 % of the coefficients stay within where nothing is left.
+    /// 99 % confidence bound of the coefficients of an uncorrelated residual.
     pub bound: f64,
 }
 
 impl CorrelationTest {
-    /// How many coefficients leave the bounds.
+    /// Number of coefficients outside the bound.
     #[must_use]
     pub fn outside(&self) -> usize {
         self.correlations.iter().filter(|value| value.abs() > self.bound).count()
     }
 
-    /// Whether so many leave the bounds that something is left: more than would do so by chance once
-    /// in a hundred times.
+    /// Whether the residual is significantly correlated: more coefficients outside the bound than chance causes in 1 %
+    /// of all cases.
     #[must_use]
     pub fn something_left(&self) -> bool {
         self.outside() > chance_outside(self.correlations.len())
     }
 }
 
-/// The smallest number that a binomial count of `lags` tries of 1 % exceeds in less than 1 % of all
-/// cases.
+/// Smallest number that a binomial count of `lags` trials of 1 % exceeds in less than 1 % of all cases.
 fn chance_outside(lags: usize) -> usize {
     let mut exactly = 0.99_f64.powi(lags as i32);
     let mut at_most = exactly;
@@ -48,16 +47,16 @@ fn chance_outside(lags: usize) -> usize {
 /// Tests of all residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualTest {
-    /// Each output's residual against its own past, lags 1 and on: what is left is noise with a
-    /// colour that the noise model missed.
+    /// Each output's residual against its own past, lags 1 and up: correlation means coloured noise that the noise
+    /// model misses.
     pub own_past: Vec<CorrelationTest>,
-    /// Each output's residual (outer) against each input (inner), lags 0 and on: what is left is
-    /// dynamics that the model missed.
+    /// Each output's residual (outer) against each input (inner), lags 0 and up: correlation means dynamics that the
+    /// model misses.
     pub inputs: Vec<Vec<CorrelationTest>>,
 }
 
 impl ResidualTest {
-    /// Whether neither past nor inputs are left in any residual.
+    /// Whether no residual is correlated with its past or the inputs.
     #[must_use]
     pub fn nothing_left(&self) -> bool {
         let all = self.own_past.iter().chain(self.inputs.iter().flatten());
@@ -72,9 +71,8 @@ impl ResidualTest {
 /// Where the numbers of samples differ, or are not above `lags`.
 ///
 /// # Source
-/// Ljung, eqs. 16.65 to 16.68: against the own past the bound is that of white noise; against an
-/// input that of two independent but coloured signals.
-/// Equation (I24) of docs/equations.md.
+/// Ljung, eqs. 16.65 to 16.68: against the own past the bound is that of white noise; against an input that of two
+/// independent coloured signals. Equation (I24) of docs/equations.md.
 #[must_use]
 pub fn residual_test(residuals: &DMatrix<f64>, inputs: &DMatrix<f64>, lags: usize) -> ResidualTest {
     assert!(residuals.nrows() == inputs.nrows() && residuals.nrows() > lags);
@@ -107,7 +105,7 @@ pub fn residual_test(residuals: &DMatrix<f64>, inputs: &DMatrix<f64>, lags: usiz
     test
 }
 
-/// Correlation of `later` with `earlier` that many samples before; zero where one does not move.
+/// Correlation of `later` with `earlier`, shifted by each lag; zero where a signal is constant.
 fn correlations(
     later: &DVector<f64>,
     earlier: &DVector<f64>,

@@ -21,7 +21,7 @@ pub struct LowPass {
     order: usize,
 }
 
-/// Beyond this order the sections' rounding is all that is gained.
+/// Largest useful order: above it rounding errors of the sections dominate.
 const LARGEST_ORDER: usize = 16;
 
 impl LowPass {

@@ -1,9 +1,8 @@
-//! Are attitude, rates and velocity those of one rigid body?
+//! Kinematic consistency of attitude, rates and velocity.
 //!
-//! Kinematics hold whatever the aerodynamics: a record in which they do not has a wrong unit, sign,
-//! axis or clock somewhere, and no model fitted to it means anything. Each relation is checked in
-//! its integrated form, in pieces without their mean and slope: differentiating would drown it in
-//! noise, and a bias or a slow drift is no fault here.
+//! Kinematics hold regardless of aerodynamics. A record that violates them has a wrong unit, sign, axis or clock, and
+//! every model fitted to it is meaningless. Each relation is checked in its integrated form, in pieces without mean and
+//! slope. Differentiation would amplify noise, and a bias or a slow drift is not a fault here.
 //!
 //! Source: R. Jategaonkar, *Flight Vehicle System Identification*, chapter 10 (data compatibility
 //! check); M. Tischler & R. Remple, *Aircraft and Rotorcraft System Identification*, section 5.8.
@@ -16,8 +15,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::record::experiment::{Experiment, ExperimentError};
 use hovernav_model::linalg::least_squares;
 
-/// Which signal is what. Angles in rad, rates in rad/s, velocities of the body axes in m/s,
-/// specific forces in m/s². A relation is checked where all it needs is named.
+/// Names of the signals. Angles in rad, rates in rad/s, body-axis velocities in m/s, specific forces in m/s². A
+/// relation is checked where all its signals are named.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct KinematicChannels<'a> {
     /// Roll φ, right wing down.
@@ -40,30 +39,30 @@ pub struct KinematicChannels<'a> {
     pub specific_force: Option<[&'a str; 3]>,
 }
 
-/// How one relation came out.
+/// Result of checking one relation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Relation {
     /// The relation, as an equation.
     pub equation: &'static str,
-    /// By what the right-hand side must be multiplied to fit the left: 1 where it closes.
+    /// Factor on the right-hand side that fits the left-hand side: 1 for a consistent record.
     pub scale: f64,
-    /// The part of the left-hand side's movement so explained, 0 to 1.
+    /// Part of the left-hand side's movement that is explained, 0 to 1.
     pub explained: f64,
-    /// How much later the left-hand side comes than the right says, s.
+    /// Time by which the left-hand side lags the right-hand side, s.
     pub skew_s: f64,
 }
 
-/// What is wrong with a relation.
+/// A fault of a relation.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum KinematicFault {
-    /// One side moves against the other: a sign or an axis is wrong.
+    /// The sides have opposite signs: a sign or an axis is wrong.
     Sign(Relation),
     /// The sides differ in size: a unit, a scale or the point of measurement is wrong.
     Scale(Relation),
-    /// The sides have little to do with each other.
+    /// The sides are unrelated.
     Unrelated(Relation),
-    /// One side comes later: clocks or filters differ.
+    /// One side is delayed: clocks or filters differ.
     Skew(Relation),
 }
 
@@ -71,54 +70,52 @@ impl fmt::Display for KinematicFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Sign(Relation { equation, scale, .. }) => {
-                write!(f, "{equation} holds with the sign reversed ({scale:.2} of it)")
+                write!(f, "{equation} holds only with the sign reversed (factor {scale:.2})")
             }
             Self::Scale(Relation { equation, scale, .. }) => {
-                write!(f, "{equation} closes only with the right-hand side times {scale:.2}")
+                write!(f, "{equation} holds only with the right-hand side times {scale:.2}")
             }
-            Self::Unrelated(Relation { equation, explained, .. }) => write!(
-                f,
-                "{equation} explains only {:.0} % of what was measured",
-                100.0 * explained
-            ),
+            Self::Unrelated(Relation { equation, explained, .. }) => {
+                write!(f, "{equation} explains only {:.0} % of the measurement", 100.0 * explained)
+            }
             Self::Skew(Relation { equation, skew_s, .. }) => {
-                write!(f, "{equation}: the left-hand side comes {skew_s:.3} s late")
+                write!(f, "{equation}: the left-hand side is {skew_s:.3} s late")
             }
         }
     }
 }
 
-/// All relations that could be checked, and what is wrong with them.
+/// All checked relations, and their faults.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KinematicReport {
     /// The relations.
     pub relations: Vec<Relation>,
-    /// What is wrong; empty where the record is of one rigid body.
+    /// The faults; empty where the record is kinematically consistent.
     pub faults: Vec<KinematicFault>,
 }
 
-/// Length of the pieces, s: long against a manoeuvre, short against a drifting bias.
+/// Length of the pieces, s: long compared with a manoeuvre, short compared with the drift of a bias.
 const PIECE_S: f64 = 10.0;
-/// Later or earlier than this is not looked for, s.
+/// Longest delay or lead that is searched, s.
 const LONGEST_SKEW_S: f64 = 0.25;
-/// Sides apart by more samples than this have different clocks or filters.
+/// Largest delay between the sides, samples; beyond it clocks or filters differ.
 const MOST_SKEW: usize = 2;
-/// Scales of a kinematic relation outside these are wrong.
+/// Range of the factor of a correct kinematic relation.
 const CLOSES: [f64; 2] = [0.85, 1.15];
-/// Less explained than this is no relation.
+/// Smallest explained part of a valid relation.
 const RELATED: f64 = 0.8;
-/// With the wrong sign, so much explained is no accident.
+/// Smallest explained part that shows a reversed sign.
 const REVERSED: f64 = 0.25;
-/// The balance of gravity and drag leaves out the forces of the rotor: it is held to its sign and
-/// order of size only.
+/// Range of the factor of the balance of gravity and drag. It omits the forces of the rotor, so only its sign and order
+/// of magnitude are checked.
 const ROUGHLY: [f64; 2] = [0.3, 3.0];
 const ROUGHLY_RELATED: f64 = 0.5;
 
 /// Checks every relation whose signals `channels` names.
 ///
-/// φ̇ = p + tan θ (q sin φ + r cos φ), θ̇ = q cos φ − r sin φ, and the velocity in body axes against
-/// specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the
-/// tilted axes and drag, which in hover must at least agree in sign and size.
+/// The relations are φ̇ = p + tan θ (q sin φ + r cos φ), θ̇ = q cos φ − r sin φ, and the body-axis velocity against
+/// specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the tilted axes and
+/// drag; in hover they must at least agree in sign and magnitude.
 ///
 /// # Errors
 /// [`ExperimentError::UnknownSignal`] where a named signal is not in the record.
@@ -185,8 +182,8 @@ struct Check {
 }
 
 impl Check {
-    /// Compares `integral` with the running sum of `rate`, and of `drag` times some factor where
-    /// the relation is a rough one.
+    /// Compares `integral` with the running sum of `rate`; for a rough relation, `drag` times a fitted factor is added
+    /// to `rate`.
     fn relate(
         &mut self,
         equation: &'static str,
@@ -218,8 +215,7 @@ impl Check {
         self.relations.push(relation);
     }
 
-    /// Scale and explained part with the left-hand side taken `shift` samples later; `None` where
-    /// nothing moves.
+    /// Factor and explained part with the left-hand side shifted by `shift` samples; `None` where nothing moves.
     fn fit(
         &self,
         integral: &DVector<f64>,
@@ -246,7 +242,7 @@ impl Check {
         Some([solution[(0, 0)], explained])
     }
 
-    /// The integral from the first sample on, by trapezoids.
+    /// The integral from the first sample on, by the trapezoidal rule.
     fn running_sum(&self, values: &[f64]) -> DVector<f64> {
         let (mut sum, mut before) = (0.0, None);
         DVector::from_iterator(
@@ -264,8 +260,8 @@ impl Check {
     }
 }
 
-/// Each column without mean and slope, piece by piece; rows past the last whole piece are left out,
-/// unless there is no whole one.
+/// Each column without mean and slope, piece by piece. Rows past the last whole piece are ignored, unless no piece is
+/// whole.
 fn straightened(mut signals: DMatrix<f64>, piece: usize) -> DMatrix<f64> {
     let piece = piece.min(signals.nrows());
     let rows = signals.nrows() / piece.max(1) * piece;

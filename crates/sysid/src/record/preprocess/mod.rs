@@ -1,9 +1,8 @@
-//! Before any fit: filters that shift nothing, trim, segments, and the questions a record must
-//! answer first.
+//! Preparation of a record: zero-phase filters, trim, segments and consistency checks.
 //!
-//! [`check_inputs`](crate::methods::excitation::check_inputs) asks whether the inputs tell apart what they are to tell apart,
-//! [`check_kinematics`] whether attitude, rates and velocity are those of one body. What they find
-//! is named, with numbers; a model fitted past such findings would be precise and wrong.
+//! [`check_inputs`](crate::methods::excitation::check_inputs) checks that the inputs excite the system independently.
+//! [`check_kinematics`] checks that attitude, rates and velocity are kinematically consistent. Both report their
+//! findings with numbers; a model fitted in spite of them would be precise and wrong.
 
 mod butterworth;
 mod kinematics;
@@ -24,38 +23,40 @@ use thiserror::Error;
 
 use crate::record::experiment::ExperimentError;
 
-/// Why a signal could not be prepared.
+/// Reasons why a signal cannot be prepared.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PreprocessError {
-    /// A low-pass needs its cut-off between zero and half the sample rate.
+    /// The cut-off of a low-pass is not between zero and half the sample rate.
     #[error("cut-off {cutoff_hz} Hz is not between 0 and half the sample rate of {rate_hz} Hz")]
     Cutoff {
-        /// The cut-off asked for, Hz.
+        /// The requested cut-off, Hz.
         cutoff_hz: f64,
         /// The sample rate, Hz.
         rate_hz: f64,
     },
-    /// A filter order that cannot be built.
-    #[error("a filter of order {order}: between 1 and {largest} can be built")]
+    /// An unsupported filter order.
+    #[error("found a filter order of {order}, expected 1 to {largest}")]
     FilterOrder {
-        /// The order asked for.
+        /// The requested order.
         order: usize,
-        /// The largest.
+        /// The largest order.
         largest: usize,
     },
     /// Too few samples.
-    #[error("{samples} samples are too few for {what}; more than {needed} are needed")]
+    #[error("found {samples} samples, expected more than {needed} for {what}")]
     TooShort {
-        /// For what.
+        /// The operation.
         what: &'static str,
-        /// Samples there are.
+        /// Number of samples.
         samples: usize,
         /// One fewer than needed.
         needed: usize,
     },
-    /// Times that do not rise, or values that are not finite.
-    #[error("sample {sample}: time {time_s} s, value {value}: times must rise, all must be finite")]
+    /// Times that do not increase, or values that are not finite.
+    #[error(
+        "sample {sample}: time {time_s} s, value {value}: expected increasing times and finite values"
+    )]
     Sample {
         /// Its index.
         sample: usize,
@@ -67,20 +68,20 @@ pub enum PreprocessError {
     /// A gap too long to bridge.
     #[error("no samples from {from_s} s for {gap_s} s, longer than the {longest_s} s to bridge")]
     Gap {
-        /// The last sample before it, s.
+        /// Time of the last sample before the gap, s.
         from_s: f64,
-        /// Its length, s.
+        /// Length of the gap, s.
         gap_s: f64,
-        /// The longest that may be bridged, s.
+        /// Longest gap that may be bridged, s.
         longest_s: f64,
     },
-    /// A period that is not positive and finite, or other than asked for.
-    #[error("a sample period of {period_s} s")]
+    /// The sample period is invalid, or differs from the requested one.
+    #[error("invalid sample period of {period_s} s")]
     Period {
         /// The period, s.
         period_s: f64,
     },
-    /// The record itself.
+    /// The record is invalid.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
 }

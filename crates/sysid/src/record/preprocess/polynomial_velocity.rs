@@ -1,4 +1,4 @@
-//! The thesis's velocity: a fourth-order polynomial through slow GPS.
+//! The thesis's velocity: a fourth-order polynomial through 1 Hz GPS.
 
 use nalgebra::DMatrix;
 
@@ -7,21 +7,21 @@ use hovernav_model::linalg::least_squares;
 
 /// Order of the thesis's polynomial.
 const ORDER: usize = 4;
-/// Length of the pieces it is fitted on, s.
+/// Length of the fitted pieces, s.
 const PIECE_S: f64 = 12.0;
 
-/// One component of GPS velocity, smoothed by a fourth-order polynomial of least squares per 12 s
-/// piece and read at `at_s`. For comparison only: it lags, cuts corners and jumps between pieces;
-/// the filter in [`hovernav::ekf`] exists to replace it.
+/// One component of GPS velocity, smoothed by a fourth-order least-squares polynomial per 12 s piece and evaluated at
+/// `at_s`. For comparison only: it lags, cuts corners and jumps between pieces. [`hovernav::ekf`] is better in all
+/// three respects.
 ///
-/// Times are seconds on one clock, values in the velocity's unit, which is also the result's. Each
-/// piece holds the fixes from its start to its end, both included.
+/// Times are seconds on one clock; values and result have the same unit. Each piece contains the fixes from its start
+/// to its end, both included.
 ///
 /// # Errors
-/// [`PreprocessError::TooShort`] where a piece that is asked for holds too few fixes.
+/// [`PreprocessError::TooShort`] where a piece contains too few fixes.
 ///
 /// # Source
-/// Paw (2005), chapter 5: GPS velocity is zero-order-held at 1 Hz and smoothed so.
+/// Paw (2005), chapter 5: GPS velocity is held at 1 Hz and smoothed in this way.
 pub fn polynomial_velocity(
     times_s: &[f64],
     values: &[f64],
@@ -29,7 +29,7 @@ pub fn polynomial_velocity(
 ) -> Result<Vec<f64>, PreprocessError> {
     let start = times_s.first().copied().unwrap_or(0.0);
     let span = times_s.last().copied().unwrap_or(0.0) - start;
-    // A last piece that is not whole is fitted with the one before.
+    // An incomplete last piece is fitted together with the one before.
     let pieces = ((span / PIECE_S) as usize).max(1);
     let mut fitted: Vec<Option<[f64; ORDER + 1]>> = vec![None; pieces];
     at_s.iter()

@@ -1,23 +1,22 @@
-//! Onto another clock.
+//! Resampling.
 
 use nalgebra::DMatrix;
 
 use super::{LowPass, PreprocessError, filtered};
 use crate::record::experiment::Experiment;
 
-/// Order of the filter before samples are thinned out, and its cut-off as a part of half the new
-/// sample rate.
+/// Order of the anti-alias filter before decimation, and its cut-off as a part of half the new sample rate.
 const ALIAS_ORDER: usize = 8;
 const ALIAS_PART: f64 = 0.8;
 
 /// The experiment at another sample period.
 ///
-/// Where the new period is longer, everything is low-passed first, without phase shift, at 0.8 of
-/// half the new sample rate. Values between samples are those of local cubics (Catmull–Rom).
+/// For a longer period every signal is first low-passed, without phase shift, at 0.8 of half the new sample rate.
+/// Values between samples come from local cubics (Catmull–Rom).
 ///
 /// # Errors
-/// [`PreprocessError::Period`] where the period is not positive and finite, or
-/// [`PreprocessError::TooShort`] where the record is too short to be filtered.
+/// [`PreprocessError::Period`] where the period is not positive and finite, or [`PreprocessError::TooShort`] where the
+/// record is too short to filter.
 pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, PreprocessError> {
     if !(period_s > 0.0 && period_s.is_finite()) {
         return Err(PreprocessError::Period { period_s });
@@ -25,7 +24,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     let thinned;
     let source = if period_s > experiment.period_s {
         let cutoff_hz = ALIAS_PART * 0.5 / period_s;
-        // Close to the old rate there is nothing left to take away.
+        // Close to the old rate no filter is needed.
         if cutoff_hz * experiment.period_s < 0.5 * ALIAS_PART {
             let filter = LowPass::butterworth(ALIAS_ORDER, cutoff_hz, experiment.period_s)?;
             thinned = filtered(experiment, &filter)?;
@@ -38,7 +37,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     };
     let last = (source.samples() - 1) as f64;
     let step = period_s / experiment.period_s;
-    // A hair more, so that a whole ratio keeps its last sample.
+    // A small margin, so that a whole ratio keeps its last sample.
     let samples = (last / step + 1e-9) as usize + 1;
     let moved = |signals: &DMatrix<f64>| {
         DMatrix::from_fn(samples, signals.ncols(), |sample, column| {
@@ -58,7 +57,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     )?)
 }
 
-/// The value at `row`; one row past either end that of the parabola through the last three.
+/// The value at `row`; one row past either end it is extrapolated by the parabola through the last three.
 fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
     let last = signals.nrows() - 1;
     let value = |row: usize| signals[(row.min(last), column)];
@@ -71,13 +70,13 @@ fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
     }
 }
 
-/// Catmull and Rom's cubic between the middle two of four values, `part` of the way.
+/// Catmull–Rom cubic between the middle two of four values, at `part` of the interval.
 fn cubic([a, b, c, d]: [f64; 4], part: f64) -> f64 {
     let (slope_b, slope_c) = (0.5 * (c - a), 0.5 * (d - b));
     hermite([b, c], [slope_b, slope_c], part)
 }
 
-/// The cubic with these end values and end slopes, `part` of the way from 0 to 1.
+/// Cubic with these end values and end slopes, at `part` from 0 to 1.
 fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
     let (square, cube) = (part * part, part * part * part);
     (2.0 * cube - 3.0 * square + 1.0) * start
@@ -86,14 +85,14 @@ fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
         + (cube - square) * fall
 }
 
-/// A signal sampled at any times, onto a uniform grid from the first time on.
+/// Resamples a signal with any sample times on a uniform grid from the first time on.
 ///
-/// Values between samples are those of local cubics whose slope at a sample is that of the parabola
-/// through it and its neighbours.
+/// Values between samples come from local cubics. Their slope at a sample is that of the parabola through it and its
+/// neighbours.
 ///
 /// # Errors
-/// [`PreprocessError`] where lengths differ or fewer than two samples are given, where times do not
-/// rise or something is not finite, or where a gap is longer than `longest_gap_s`.
+/// [`PreprocessError`] where lengths differ, fewer than two samples are given, times do not increase, a value is not
+/// finite, or a gap is longer than `longest_gap_s`.
 pub fn uniform(
     times_s: &[f64],
     values: &[f64],

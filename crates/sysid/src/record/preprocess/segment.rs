@@ -1,4 +1,4 @@
-//! The parts of a record worth fitting, and the whole of it filtered.
+//! Excited segments of a record, and filtering of a whole record.
 
 use std::ops::Range;
 
@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use super::{LowPass, PreprocessError};
 use crate::record::experiment::Experiment;
 
-/// The experiment with every signal, inputs too, through the same zero-phase filter: what is common
-/// to both sides leaves their relation as it was.
+/// The experiment with every signal, including inputs, through the same zero-phase filter. The relation between inputs
+/// and outputs stays unchanged.
 ///
 /// # Errors
 /// [`PreprocessError::TooShort`], see [`LowPass::zero_phase`].
@@ -27,14 +27,14 @@ pub fn filtered(experiment: &Experiment, filter: &LowPass) -> Result<Experiment,
     Ok(smooth)
 }
 
-/// What counts as a manoeuvre.
+/// Definition of a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SegmentSettings {
-    /// Deviation of an input from its median that counts, as a part of its largest deviation.
+    /// Smallest deviation of an input from its median, as a part of its largest deviation.
     pub threshold: f64,
-    /// Quiet time kept before, to know the trim, s.
+    /// Quiet time kept before a manoeuvre, for the trim, s.
     pub before_s: f64,
-    /// Time kept after the last movement, for the response to end, s.
+    /// Time kept after the last movement, until the response has decayed, s.
     pub after_s: f64,
 }
 
@@ -44,9 +44,9 @@ impl Default for SegmentSettings {
     }
 }
 
-/// The rows in which some input moves, with the time before and after; what overlaps is one.
+/// The rows in which an input moves, with the time before and after; overlapping segments are merged.
 ///
-/// Each input is measured against its own median, which rare manoeuvres do not move.
+/// Deviations are from each input's own median, which rare manoeuvres do not change.
 #[must_use]
 pub fn excited_segments(experiment: &Experiment, settings: &SegmentSettings) -> Vec<Range<usize>> {
     let samples = experiment.samples();

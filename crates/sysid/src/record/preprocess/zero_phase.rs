@@ -1,22 +1,20 @@
-//! Filtering forwards and backwards, so that nothing is shifted in time.
+//! Zero-phase filtering, forwards and backwards.
 
 use super::{LowPass, PreprocessError, Section};
 
 impl LowPass {
     /// The signal filtered forwards, then backwards: no phase shift, the gain squared.
     ///
-    /// Each end is prolonged by its own mirror image about the end point, 3·(order + 1) samples
-    /// long, and the filter starts as if the first value had always been there: a constant passes
-    /// unchanged, and a ramp nearly so at its ends.
+    /// Each end is extended by its own mirror image about the end point, 3·(order + 1) samples long. The filter starts
+    /// in the steady state of the first value: a constant passes unchanged, and a ramp nearly so at its ends.
     ///
     /// # Errors
-    /// [`PreprocessError::TooShort`] where the signal is not longer than its prolongation.
+    /// [`PreprocessError::TooShort`] where the signal is not longer than its extension.
     ///
     /// # Source
-    /// F. Gustafsson (1996), "Determining the initial states in forward-backward filtering", *IEEE
-    /// Trans. Signal Processing* 44(4), for the problem; the ends are those of SciPy's `filtfilt`,
-    /// which this equals to rounding.
-    /// Equation (I2) of docs/equations.md.
+    /// F. Gustafsson (1996), "Determining the initial states in forward-backward filtering", *IEEE Trans. Signal
+    /// Processing* 44(4), for the problem. The ends are those of SciPy's `filtfilt`, which this function equals to
+    /// rounding. Equation (I2) of docs/equations.md.
     pub fn zero_phase(&self, signal: &[f64]) -> Result<Vec<f64>, PreprocessError> {
         let margin = 3 * (self.order() + 1);
         let samples = signal.len();
