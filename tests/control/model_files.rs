@@ -139,7 +139,7 @@ fn what_does_not_fit_a_model_is_refused_by_name() {
     assert!(unknown.contains("no \"psi\"") && unknown.contains("theta"), "{unknown}");
     assert!(told(thesis.require_discrete().unwrap_err()).contains("continuous"));
     let adrift = told(shipped::raptor60().residualised(&["psi"]).unwrap_err());
-    assert!(adrift.contains("no steady value"), "{adrift}");
+    assert!(adrift.contains("no steady state"), "{adrift}");
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn correlations_that_no_variables_have_together_are_refused() {
     assert!(shipped::thesis().with_parameters(parameters.clone(), exact).is_ok());
     assert!(shipped::thesis().with_parameters(Vec::new(), Some(DMatrix::zeros(0, 0))).is_ok());
     let refused = with(-0.9).unwrap_err().to_string();
-    assert!(refused.contains("found correlations that no variables have together"), "{refused}");
+    assert!(refused.contains("found correlations that are impossible together"), "{refused}");
 }
 
 #[test]

@@ -163,7 +163,7 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_everything_that_flies_it() {
     for verb in ["simulate", "campaign"] {
         assert_refused(
             &[verb, "--model", text(&model), "--out", text(&dir)],
-            "\"do not fly\" (Lb has the wrong sign), expected a model to fly by; design an autopilot for it \
+            "\"do not fly\" (Lb has the wrong sign), expected a flyable model; design an autopilot for it \
              with `hovernav design --force` and pass that with --autopilot",
         );
     }

@@ -1,103 +1,103 @@
-//! Why a model is refused.
+//! Errors of models.
 
 use hovernav_toml::TomlError;
 
-/// Why a model could not be made, read, written or used.
+/// Reasons why a model cannot be made, read, written or used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// A model file cannot be read or written, or does not spell a model.
+    /// A model file cannot be read or written, or does not contain a model.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// A matrix has another shape than the names ask for.
+    /// The shape of a matrix does not match the names.
     #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
     Shape {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
         /// Rows found.
         rows: usize,
         /// Columns found.
         columns: usize,
-        /// Rows that the names ask for.
+        /// Rows according to the names.
         expected_rows: usize,
-        /// Columns that the names ask for.
+        /// Columns according to the names.
         expected_columns: usize,
     },
-    /// A matrix holds NaN or an infinity.
+    /// A matrix contains NaN or an infinity.
     #[error("{matrix}: found {value} in row {row}, column {column}, expected a finite number")]
     NotFinite {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
         /// Row, from 1.
         row: usize,
         /// Column, from 1.
         column: usize,
-        /// What stands there.
+        /// Value found.
         value: f64,
     },
-    /// A parameter is NaN or infinite, or its covariance is no covariance.
+    /// A parameter is NaN or infinite, or its covariance is invalid.
     #[error("parameter {name}: {reason}")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: String,
-        /// What was found and expected.
+        /// Value found and value expected.
         reason: &'static str,
     },
-    /// A name is empty or stands twice.
+    /// A name is empty or occurs twice.
     #[error("{list}: found the name \"{name}\" {found}, expected each name once")]
     Name {
-        /// Which list.
+        /// The list.
         list: &'static str,
         /// The name.
         name: String,
         /// `"empty"` or `"twice"`.
         found: &'static str,
     },
-    /// A slope speaks of what the model does not have, or is no number.
+    /// A slope refers to something that the model does not have, or is not a number.
     #[error("slope {index}, {what}: found \"{found}\", expected {expected}")]
     Slope {
-        /// Which, from 1.
+        /// The slope, from 1.
         index: usize,
-        /// What of it.
+        /// Invalid part of the slope.
         what: &'static str,
-        /// What was found.
+        /// Value found.
         found: String,
-        /// What was expected.
+        /// Value expected.
         expected: &'static str,
     },
-    /// A name that the model does not have.
+    /// The model has no such name.
     #[error("{list}: the model has no \"{name}\", expected one of {known}")]
     Unknown {
-        /// Which list.
+        /// The list.
         list: &'static str,
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// Those there are.
+        /// The existing names.
         known: String,
     },
     /// The sample period is not a positive number.
     #[error("sample period: found {period_s} s, expected a number above 0")]
     Period {
-        /// What was found, s.
+        /// Value found, s.
         period_s: f64,
     },
-    /// The model is in the wrong time domain for what is asked.
+    /// The operation requires the other time domain.
     #[error("the model is {found}, expected {expected}")]
     TimeDomain {
-        /// What the model is.
+        /// Time domain of the model.
         found: &'static str,
-        /// What it should be.
+        /// Time domain expected.
         expected: &'static str,
     },
-    /// States that were to be removed have no steady value.
-    #[error("states {states} cannot be removed: they have no steady value")]
+    /// States to remove have no steady state.
+    #[error("states {states} cannot be removed: they have no steady state")]
     NoSteadyValue {
         /// The states.
         states: String,
     },
-    /// The eigenvalues did not settle.
-    #[error("the eigenvalues of a {size}x{size} matrix did not settle")]
+    /// The eigenvalue computation did not converge.
+    #[error("the eigenvalues of a {size}x{size} matrix did not converge")]
     Eigenvalues {
-        /// Its size.
+        /// Size of the matrix.
         size: usize,
     },
 }

@@ -18,7 +18,7 @@ type Rows = Vec<Vec<f64>>;
 
 const COVARIANCE: &str = "parameter_covariance";
 
-/// The file as it stands. Matrices are lists of rows.
+/// The content of the file. Matrices are lists of rows.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -63,24 +63,23 @@ impl StateSpace {
         Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
-    /// The model that `text` spells; `path` names it in messages.
+    /// The model in the text `text`; `path` is its name in messages.
     ///
-    /// Keys: `name`, `source`, `time_domain` (`"continuous"` or `"discrete"`, never left out),
-    /// `period_s` (s, with a discrete model alone), matrices `A`, `B` and optionally `C`, `D` as lists
-    /// of rows, `states`, `inputs` and optionally `outputs` as tables of `name` and `unit`,
-    /// `parameters` as tables of `name`, `value`, `unit`, `parameter_covariance`, `slopes` as tables of
-    /// `parameter`, `row`, `column`, `slope` as [`Slope`] has them, and `verdict` (`"good"`, `"care"` or
-    /// `"do not fly"`) with its `reasons`, which all but `"good"` have. Without
-    /// `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
+    /// Keys: `name`, `source`, `time_domain` (`"continuous"` or `"discrete"`, always required), `period_s` (s, for a
+    /// discrete model only), matrices `A`, `B` and optionally `C`, `D` as lists of rows, `states`, `inputs` and
+    /// optionally `outputs` as tables of `name` and `unit`, `parameters` as tables of `name`, `value`, `unit`,
+    /// `parameter_covariance`, `slopes` as tables of `parameter`, `row`, `column`, `slope` as in [`Slope`], and
+    /// `verdict` (`"good"`, `"care"` or `"do not fly"`) with its `reasons`, which are required unless it is `"good"`.
+    /// Without `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
     ///
     /// # Errors
-    /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or not known,
-    /// or what it says is not a model.
+    /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or unknown, or the content is
+    /// not a valid model.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let refused = |key: &str, reason: String| -> ModelError {
             TomlError::at(path, text, hovernav_toml::offset_of_key(text, key), &reason).into()
         };
-        // No key goes unknown: each is refused where it stands.
+        // Unknown keys are rejected with their line.
         let (written, _): (Written, _) = hovernav_toml::parse(text, path)?;
         let time = match (written.time_domain, written.period_s) {
             (Domain::Continuous, None) => TimeDomain::Continuous,
@@ -103,7 +102,7 @@ impl StateSpace {
         let d = written.d.as_ref().map(|rows| read("D", "D", rows)).transpose()?;
         let covariance = written.parameter_covariance.as_ref();
         let covariance = covariance.map(|rows| read(COVARIANCE, "covariance", rows)).transpose()?;
-        // An error of the model points at the matrix or list it speaks of.
+        // An error of the model refers to the line of its matrix or list.
         let placed = |error: ModelError| {
             let key = match &error {
                 ModelError::Shape { matrix, .. } | ModelError::NotFinite { matrix, .. } => {
@@ -127,7 +126,7 @@ impl StateSpace {
                 if sigma.is_finite() && sigma > most {
                     let reason = format!(
                         "{COVARIANCE}: found {variance:e} for {name}, a standard error of {sigma:.0e} {unit}, \
-                         expected at most {most:e}, a thousand times what any helicopter has"
+                         expected at most {most:e}, a thousand times the value of any helicopter"
                     );
                     return Err(refused(COVARIANCE, reason));
                 }
@@ -156,7 +155,7 @@ impl StateSpace {
         model.with_slopes(slopes.unwrap_or_default()).map_err(placed)
     }
 
-    /// The text of `model.toml`: [`StateSpace::parse`] gives the same model back, to the last bit.
+    /// The text of `model.toml`: [`StateSpace::parse`] restores the same model exactly.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
@@ -226,9 +225,9 @@ impl StateSpace {
     }
 }
 
-/// The greatest standard error that the parameter `name` is believed to have, in its unit: a thousand times the
-/// largest that it can be, 1 s of a stick's delay or a servo's lag, about 1000 of a derivative in SI. With a worse
-/// one nothing is known, and nothing can be designed.
+/// Largest plausible standard error of the parameter `name`, in its unit. It is a thousand times the largest possible
+/// value: 1 s for a stick's delay or a servo's lag, about 1000 for a derivative in SI. With a larger one the parameter
+/// is unknown, and no design is possible.
 fn least_known(name: &str) -> f64 {
     match name.split_once('_') {
         Some(("tau", "lat" | "lon" | "col" | "ped") | ("lag", _)) => 1e3,
@@ -236,8 +235,8 @@ fn least_known(name: &str) -> f64 {
     }
 }
 
-/// What the model's file says of it; an error is a key and what is wrong with it. Verdict and reasons are written
-/// together: where one of them is missing or does not go with the other, somebody changed it.
+/// Verdict in the model's file; an error consists of the key and the reason. Verdict and reasons are written together:
+/// if one of them is missing or contradicts the other, the file was edited.
 fn verdict(
     grade: Option<Grade>,
     reasons: Vec<String>,
@@ -248,21 +247,17 @@ fn verdict(
         Some(Grade::Good) if count > 0 => Err((
             "verdict",
             format!(
-                "found the verdict \"good\" and {counted} against it, expected the verdict that was written with the \
+                "found the verdict \"good\" and {counted} against it, expected the original verdict of these \
                  reasons"
             ),
         )),
         Some(grade) if grade != Grade::Good && count == 0 => Err((
             "verdict",
-            format!(
-                "found the verdict \"{grade}\" without reasons, expected the reasons that were written with it"
-            ),
+            format!("found the verdict \"{grade}\" without reasons, expected its original reasons"),
         )),
         None if count > 0 => Err((
             "reasons",
-            format!(
-                "found {counted} without a verdict, expected the verdict that was written with them"
-            ),
+            format!("found {counted} without a verdict, expected their original verdict"),
         )),
         grade => Ok(grade.map(|grade| Verdict { grade, reasons })),
     }

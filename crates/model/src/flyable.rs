@@ -1,41 +1,41 @@
-//! Why a model is not to be flown by.
+//! Reasons why a model must not be flown.
 
 use super::signs::WrongSign;
 use super::state_space::StateSpace;
 use super::verdict::{Grade, Verdict};
 
-/// How the source of an identified model begins.
+/// Beginning of the source of an identified model.
 pub const IDENTIFIED: &str = "identified by prediction error";
 
-/// Why a model is not to be flown by.
+/// Reasons why a model must not be flown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unflyable {
-    /// It says so itself.
-    #[error("found the verdict \"do not fly\" ({}), expected a model to fly by", .reasons.join("; "))]
+    /// The verdict of the model itself.
+    #[error("found the verdict \"do not fly\" ({}), expected a flyable model", .reasons.join("; "))]
     Verdict {
         /// The verdict's reasons.
         reasons: Vec<String>,
     },
-    /// It was identified and says nothing: whatever identifies writes a verdict.
+    /// An identified model without a verdict. Identification always writes a verdict.
     #[error(
-        "found {found} and no verdict, expected the verdict that `hovernav identify` wrote with it, or a model \
-         written by hand, which has no {key}"
+        "found {found} and no verdict, expected the verdict of `hovernav identify`, or a model written by hand, \
+         which has no {key}"
     )]
     NoVerdict {
-        /// What tells that it was identified.
+        /// Evidence that the model was identified.
         found: &'static str,
-        /// The key that has it, which in a model written by hand is absent.
+        /// Key of that evidence; a model written by hand does not have it.
         key: &'static str,
     },
-    /// A derivative has a sign that none has.
+    /// A derivative has an impossible sign.
     #[error("{0}")]
     Sign(WrongSign),
 }
 
 impl StateSpace {
-    /// Why it is not to be flown by: its verdict says so, it was identified and has no verdict, or a derivative has
-    /// a sign that none has, as [`StateSpace::wrong_signs`] finds them. A model written by hand has no verdict and
-    /// needs none.
+    /// The reason why the model must not be flown, or `None`. Its verdict is "do not fly", it was identified and has no
+    /// verdict, or a derivative has an impossible sign according to [`StateSpace::wrong_signs`]. A model written by
+    /// hand needs no verdict.
     #[must_use]
     pub fn unflyable(&self) -> Option<Unflyable> {
         match self.verdict() {
@@ -53,7 +53,7 @@ impl StateSpace {
                     (!self.slopes().is_empty(), "the slopes of identified parameters", "slopes"),
                     (
                         self.source().starts_with(IDENTIFIED),
-                        "a source that says it was identified",
+                        "a source that states identification",
                         "such source",
                     ),
                 ];

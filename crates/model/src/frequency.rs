@@ -1,10 +1,10 @@
-//! The answers of one linear model at many frequencies.
+//! Frequency responses of a linear model at many frequencies.
 
 use nalgebra::{Complex, DMatrix};
 
 use super::linear::{LinearModel, TimeDomain};
 
-/// A linear model with its A in Hessenberg form: an answer takes n² operations, where one by
+/// A linear model with its A in Hessenberg form. A response takes n² operations, where
 /// [`LinearModel::frequency_response`] takes n³.
 ///
 /// ```
@@ -18,15 +18,15 @@ use super::linear::{LinearModel, TimeDomain};
 #[derive(Clone, Debug)]
 pub struct FrequencySweep {
     time: TimeDomain,
-    /// −QᵀAQ and QᵀB beside each other, transposed, so that a row of the equations lies in one piece; a row's first
-    /// element is left of the diagonal, with zeros before it.
+    /// −QᵀAQ and QᵀB in adjacent columns, transposed, so that a row of the equations is contiguous. The first element
+    /// of a row is left of the diagonal, with zeros before it.
     equations: DMatrix<Complex<f64>>,
     c: DMatrix<f64>,
     d: DMatrix<f64>,
 }
 
 impl LinearModel {
-    /// The model made ready for many frequencies.
+    /// Prepares the model for many frequencies.
     #[must_use]
     pub fn sweep(&self) -> FrequencySweep {
         let Self { time, mut a, mut b, mut c, d } = self.clone();
@@ -43,7 +43,7 @@ impl LinearModel {
 }
 
 impl FrequencySweep {
-    /// C(zI − A)⁻¹B + D at `frequency_radps`, as [`LinearModel::frequency_response`] has it.
+    /// C(zI − A)⁻¹B + D at `frequency_radps`, equal to [`LinearModel::frequency_response`].
     ///
     /// # Source
     /// Laub (1981), *Efficient multivariable frequency response computations*, IEEE Transactions on Automatic
@@ -57,7 +57,7 @@ impl FrequencySweep {
         for k in 0..n {
             rows[(k, k)] += z;
         }
-        // Only the diagonal and what stands left of it can be the pivot.
+        // Only the diagonal and its left neighbour can be the pivot.
         for k in 0..n.saturating_sub(1) {
             if rows[(k, k + 1)].norm_sqr() > rows[(k, k)].norm_sqr() {
                 rows.swap_columns(k, k + 1);

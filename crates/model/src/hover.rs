@@ -1,7 +1,7 @@
-//! The structures of hover models: which derivative stands where.
+//! Structures of hover models: the position of each derivative in the matrices.
 //!
-//! Units follow from the states, m/s, rad/s, rad, and from the unit of the stick, which is told:
-//! Paw's derivatives are per percent of stick.
+//! Units follow from the states (m/s, rad/s, rad) and from the given unit of the stick: Paw's derivatives are per
+//! percent of stick.
 
 use nalgebra::{DMatrix, dmatrix};
 
@@ -11,8 +11,8 @@ use super::signal::Signal;
 use super::state_space::StateSpace;
 use hovernav::controls::Sticks;
 
-/// The states that hover models are made of and the units they count in: velocity and rate in body axes, attitude,
-/// flapping (a backwards, b to the right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
+/// States of hover models with their units: velocity and rate in body axes, attitude, flapping (a backwards, b to the
+/// right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
 pub const STATES: [(&str, &str); 14] = [
     ("u", "m/s"),
     ("v", "m/s"),
@@ -30,7 +30,7 @@ pub const STATES: [(&str, &str); 14] = [
     ("rfb", "rad/s"),
 ];
 
-/// The unit of the state `name` of a hover model, as [`STATES`] has it; empty for a state that is not in it.
+/// The unit of the state `name` of a hover model, from [`STATES`]; empty for an unknown state.
 #[must_use]
 pub fn unit_of(name: &str) -> &'static str {
     STATES.into_iter().find(|(state, _)| *state == name).map_or("", |(_, unit)| unit)
@@ -126,8 +126,7 @@ impl HybridDerivatives {
     }
 }
 
-/// Derivatives of the reduced hover model: flapping taken out, the cyclic acting on rates and
-/// velocities at once.
+/// Derivatives of the reduced hover model: without flapping states, the cyclic acts on rates and velocities directly.
 ///
 /// # Source
 /// Paw (2005), section 5.6.1.3.
@@ -153,7 +152,7 @@ pub struct ReducedDerivatives {
     pub xu: f64,
     /// Side force by side velocity over mass, 1/s.
     pub yv: f64,
-    /// What the cyclic does: rows p, q, u, v; columns lateral, longitudinal, per stick unit.
+    /// Cyclic derivatives: rows p, q, u, v; columns lateral, longitudinal, per stick unit.
     pub cyclic: [[f64; 2]; 4],
     /// Vertical force by vertical velocity over mass, 1/s.
     pub zw: f64,
@@ -170,9 +169,8 @@ pub struct ReducedDerivatives {
 }
 
 impl ReducedDerivatives {
-    /// The derivatives as Paw prints them, per percent of stick, with the signs that reproduce his
-    /// table of eigenvalues and his gain. Printed as continuous; see
-    /// [`StateSpace::step_taken_for_rate`].
+    /// The derivatives printed by Paw, per percent of stick, with the signs that reproduce his table of eigenvalues and
+    /// his gain. He calls them continuous; see [`StateSpace::step_taken_for_rate`].
     ///
     /// # Source
     /// Equation (V15) of docs/equations.md.
@@ -229,11 +227,11 @@ impl ReducedDerivatives {
     }
 }
 
-/// The hover model with the fast states that it has, flapping a and b, bar c and d, yaw-rate feedback
-/// rfb, taken out as [`StateSpace::residualised`] does.
+/// The hover model without its fast states (flapping a and b, bar c and d, yaw-rate feedback rfb), removed by
+/// [`StateSpace::residualised`].
 ///
 /// # Errors
-/// [`ModelError::NoSteadyValue`] where they have none.
+/// [`ModelError::NoSteadyValue`] where the fast states have no steady state.
 pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, ModelError> {
     let fast: Vec<&str> = ["a", "b", "c", "d", "rfb"]
         .into_iter()
@@ -242,18 +240,17 @@ pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, ModelError> {
     model.residualised(&fast)
 }
 
-/// The part of a hover model in which roll and pitch live: p, q, phi, theta, u, v by the cyclic. Fast
-/// states are taken out first, by [`quasi_steady`]; also for [`heave`] and [`yaw`].
+/// Roll and pitch part of a hover model: p, q, phi, theta, u, v from the cyclic. Fast states are removed first, by
+/// [`quasi_steady`]; likewise in [`heave`] and [`yaw`].
 ///
 /// # Errors
-/// [`ModelError::Unknown`] where the model has not all of them; also for
-/// [`heave`] and [`yaw`].
+/// [`ModelError::Unknown`] where the model lacks one of them; likewise for [`heave`] and [`yaw`].
 pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, ModelError> {
     quasi_steady(model)?
         .subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
 }
 
-/// The heave part: w by the collective.
+/// Heave part: w from the collective.
 ///
 /// # Errors
 /// As [`roll_pitch`].
@@ -261,8 +258,8 @@ pub fn heave(model: &StateSpace) -> Result<StateSpace, ModelError> {
     quasi_steady(model)?.subsystem(&["w"], &["collective"])
 }
 
-/// The yaw part with heading, r and psi, by collective and pedal, as Paw's heading hold uses it.
-/// Heading is the integral of r; for a discrete model its step is exact where r holds between.
+/// Yaw part with heading: r and psi from collective and pedal, as in Paw's heading hold. Heading is the integral of r;
+/// for a discrete model its step is exact for constant r between samples.
 ///
 /// # Errors
 /// As [`roll_pitch`].

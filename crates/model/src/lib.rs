@@ -1,12 +1,11 @@
-//! What is flown and what is designed on: a nonlinear helicopter, and linear models as data.
+//! Vehicle models for simulation and design: a nonlinear helicopter, and linear models as data.
 //!
-//! [`helicopter::Helicopter`] is a rigid body in six degrees of freedom under a tip-path-plane rotor
-//! with a stabilizer bar, a tail rotor with a rate gyro, fins and a fuselage. It is trimmed and
-//! linearised about hover or slow flight.
+//! [`helicopter::Helicopter`] is a rigid body in six degrees of freedom with a tip-path-plane rotor with a stabilizer
+//! bar, a tail rotor with a rate gyro, fins and a fuselage. It is trimmed and linearised about hover or slow flight.
 //!
-//! [`StateSpace`] is a linear model: matrices, the names and units of what they speak of, and the
-//! time domain they are in. It is written as and read from `model.toml`; three ship in [`shipped`].
-//! [`hover`] builds the structures that hover models of small helicopters have.
+//! [`StateSpace`] is a linear model: matrices, the names and units of its signals, and its time domain. It is read from
+//! and written to `model.toml`; [`shipped`] contains three. [`hover`] builds the structures of hover models of small
+//! helicopters.
 
 mod error;
 mod file;

@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::linalg::{ZeroOrderHold, complex, spectral_radius};
 
-/// Whether a model's matrices say how fast the state changes, or what it is one period later.
+/// Meaning of a model's matrices: rates of change, or the state one period later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeDomain {
     /// ẋ = A x + B u.
@@ -48,8 +48,7 @@ impl fmt::Display for TimeDomain {
 
 /// A linear time-invariant model, n states, m inputs, p outputs: ẋ or x⁺ = A x + B u, y = C x + D u.
 ///
-/// Plain matrices: [`StateSpace`](crate::StateSpace) adds the names and the guarantee that shapes agree
-/// and every number is finite.
+/// Plain matrices: [`StateSpace`](crate::StateSpace) adds names and guarantees matching shapes and finite numbers.
 ///
 /// ```
 /// use hovernav_model::{LinearModel, TimeDomain};
@@ -107,15 +106,15 @@ impl LinearModel {
         self.c.nrows()
     }
 
-    /// The largest magnitude among the eigenvalues of A: below 1 a discrete model is stable. Infinite
-    /// where a number is not finite.
+    /// Largest magnitude of the eigenvalues of A: below 1 a discrete model is stable. Infinite where a number is not
+    /// finite.
     #[must_use]
     pub fn spectral_radius(&self) -> f64 {
         spectral_radius(&self.a)
     }
 
-    /// The discrete model of this continuous one with its inputs held for `period_s`, exact to
-    /// rounding; `None` where a number is not finite.
+    /// The discrete model of this continuous one with inputs held for `period_s`, exact to rounding; `None` where a
+    /// number is not finite.
     #[must_use]
     pub fn held(&self, period_s: f64) -> Option<Self> {
         let hold = ZeroOrderHold::new(self.a.clone(), self.b.clone(), period_s)?;
@@ -124,8 +123,8 @@ impl LinearModel {
         Some(Self { time, a, b, c: self.c.clone(), d: self.d.clone() })
     }
 
-    /// The outputs (samples × p) of a discrete model that the inputs (samples × m) alone give from the
-    /// state `start`: the free run, without any correction from measurements.
+    /// Simulated outputs (samples × p) of a discrete model from the inputs (samples × m) and the initial state `start`,
+    /// without correction by measurements.
     ///
     /// An unstable model may overflow to infinities.
     #[must_use]
@@ -141,9 +140,9 @@ impl LinearModel {
         (&self.c * states + &self.d * inputs.transpose()).transpose()
     }
 
-    /// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete
-    /// one. The points of a Nyquist plot, for a single loop. `None` at a mode on the border of stability. For
-    /// many frequencies [`sweep`](Self::sweep) is quicker.
+    /// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete one. For a
+    /// single loop these are the points of a Nyquist plot. `None` at a mode on the border of stability. For many
+    /// frequencies [`sweep`](Self::sweep) is faster.
     ///
     /// # Source
     /// Equation (L12) of docs/equations.md.

@@ -1,4 +1,4 @@
-//! Eigenvalues, and what they mean: frequency, damping, time constants.
+//! Eigenvalues with their frequency, damping and time constants.
 
 use std::fmt;
 
@@ -12,9 +12,9 @@ use super::state_space::StateSpace;
 /// One eigenvalue of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mode {
-    /// The eigenvalue of A as it stands, 1/s for a continuous model, a plain factor for a discrete one.
+    /// Eigenvalue of A, 1/s for a continuous model, dimensionless for a discrete one.
     pub eigenvalue: Complex<f64>,
-    /// The same in continuous time, 1/s: ln(λ)/T for a discrete model, infinite for a λ of zero.
+    /// Eigenvalue in continuous time, 1/s: ln(λ)/T for a discrete model, infinite for a λ of zero.
     pub continuous: Complex<f64>,
 }
 
@@ -25,7 +25,7 @@ impl Mode {
         self.continuous.norm()
     }
 
-    /// Damping ratio in −1…1, above zero where the mode dies away; none for an integrator.
+    /// Damping ratio in −1…1, above zero for a mode that decays; `None` for an integrator.
     #[must_use]
     pub fn damping_ratio(&self) -> Option<f64> {
         let frequency = self.frequency_radps();
@@ -35,20 +35,20 @@ impl Mode {
         (frequency > 1e-12).then(|| -self.continuous.re / frequency)
     }
 
-    /// Time in which the mode falls to 1/e, s; below zero, in which it grows e-fold; none where it
-    /// does neither.
+    /// Time in which the mode decays to 1/e, s. Negative for a mode that grows e-fold in that time, `None` for constant
+    /// amplitude.
     #[must_use]
     pub fn time_constant_s(&self) -> Option<f64> {
         (self.continuous.re.abs() > 1e-12).then(|| -1.0 / self.continuous.re)
     }
 }
 
-/// The modes of a model, slowest first. Shown, a table.
+/// Modes of a model, slowest first. Displayed as a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
-    /// Which time domain the eigenvalues are in.
+    /// Time domain of the eigenvalues.
     pub time: TimeDomain,
-    /// The modes by rising natural frequency; of a pair, that with the positive imaginary part first.
+    /// The modes by rising natural frequency, the positive imaginary part of a pair first.
     pub modes: Vec<Mode>,
 }
 
@@ -56,7 +56,7 @@ impl StateSpace {
     /// The modes of the model.
     ///
     /// # Errors
-    /// [`ModelError::Eigenvalues`] where they do not settle.
+    /// [`ModelError::Eigenvalues`] where the computation does not converge.
     ///
     /// # Source
     /// Equation (L16) of docs/equations.md.

@@ -1,15 +1,15 @@
-//! What fills the matrices of a model, how sure it is, and where it stands in them.
+//! Parameters of a model, their uncertainty, and their effect on its matrices.
 
 use nalgebra::DMatrix;
 
 use super::error::ModelError;
 use super::signal::check_unique;
 
-/// A parameter from which the matrices were filled.
+/// A parameter from which the matrices were computed.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
-    /// Name, as `Lp`.
+    /// Name, for example `Lp`.
     pub name: String,
     /// Value.
     pub value: f64,
@@ -17,25 +17,24 @@ pub struct Parameter {
     pub unit: String,
 }
 
-/// By how much an entry of A or B moves with a parameter.
+/// Derivative of an entry of A or B with respect to a parameter.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Slope {
-    /// The parameter's name.
+    /// Name of the parameter.
     pub parameter: String,
-    /// The state whose derivative, or next value, it moves.
+    /// The state whose derivative, or next value, the parameter changes.
     pub row: String,
-    /// The state it stands before, an entry of A, or else the input, an entry of B.
+    /// The state or input that the entry multiplies: a state for an entry of A, an input for B.
     pub column: String,
     /// The entry's derivative with respect to the parameter, in their units.
     pub slope: f64,
 }
 
-/// Least eigenvalue of a matrix of correlations that rounding leaves.
+/// Smallest eigenvalue of a correlation matrix that rounding explains.
 const ROUNDING: f64 = -1e-6;
 
-/// Refuses a name that is empty or repeated, a value that is not finite, and a delay or servo lag of a stick that
-/// none has.
+/// Rejects an empty or repeated name, a value that is not finite, and an impossible stick delay or servo lag.
 pub(super) fn check_parameters(parameters: &[Parameter]) -> Result<(), ModelError> {
     check_unique("parameters", parameters.iter().map(|parameter| parameter.name.as_str()))?;
     for parameter in parameters {
@@ -56,7 +55,7 @@ pub(super) fn check_parameters(parameters: &[Parameter]) -> Result<(), ModelErro
     Ok(())
 }
 
-/// Refuses what is no covariance of `parameters`: square in their order and finite it is.
+/// Rejects a `covariance` that is invalid for `parameters`; its size and finite values are checked before.
 pub(super) fn check_covariance(
     parameters: &[Parameter],
     covariance: &DMatrix<f64>,
@@ -68,7 +67,7 @@ pub(super) fn check_covariance(
         for column in 0..row {
             let [above, below] = [covariance[(column, row)], covariance[(row, column)]];
             let scale = covariance[(row, row)].sqrt() * covariance[(column, column)].sqrt();
-            // Written so that a NaN is refused too.
+            // The comparison also rejects a NaN.
             let even = (above - below).abs() <= 1e-9 * scale;
             if !even {
                 return Err(refused(parameter, "found a covariance that is not symmetric"));
@@ -96,7 +95,7 @@ pub(super) fn check_covariance(
         Some(least) if axes.eigenvalues[least] < ROUNDING * known.len() as f64 => {
             let most = axes.eigenvectors.column(least).iamax();
             let parameter = &parameters[known[most]];
-            Err(refused(parameter, "found correlations that no variables have together"))
+            Err(refused(parameter, "found correlations that are impossible together"))
         }
         _ => Ok(()),
     }

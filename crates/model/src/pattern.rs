@@ -1,30 +1,30 @@
-//! A discrete matrix taken for a continuous one gives itself away by its dampings.
+//! Detection of a discrete matrix used as a continuous one, from its damping terms.
 
 use std::fmt;
 
 use super::linear::TimeDomain;
 use super::state_space::StateSpace;
 
-/// The states whose own diagonal term is a damping: rates and velocities.
+/// States whose diagonal term is a damping: rates and velocities.
 const DAMPED: [&str; 6] = ["p", "q", "r", "u", "v", "w"];
 
-/// Every damping of a continuous model is positive and below one: the mark of a one-step transition
-/// matrix taken for a continuous one. Shown, it explains itself.
+/// The pattern of a one-step transition matrix used as a continuous one: every damping term is positive and below one.
+/// The `Display` text explains it.
 ///
-/// The diagonal of a transition matrix over a short period is near e^(damping·period), in (0, 1) for
-/// anything that is damped. The same numbers as continuous dampings say that every rate and every
-/// velocity grows by itself, which no helicopter with a stabilizer bar and a rate gyro does.
+/// The diagonal of a transition matrix over a short period is near e^(damping·period), which is in (0, 1) for every
+/// damped state. As continuous damping terms, the same numbers mean that every rate and every velocity grows. No
+/// helicopter with a stabilizer bar and a rate gyro does that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepTakenForRate {
-    /// The period at which the matrix is read as a step, s.
+    /// Period of the step as which the matrix is read, s.
     pub period_s: f64,
-    /// State, the term as it stands, the damping it means if the matrix is a step: ln(term)/period, 1/s.
+    /// State, its diagonal term, and its damping if the matrix is a step: ln(term)/period, 1/s.
     pub dampings: Vec<(String, f64, f64)>,
 }
 
 impl StateSpace {
-    /// Looks for the pattern. `period_s` is the period at which the data were sampled; none is found
-    /// in a discrete model, or in one that has no rate and no velocity.
+    /// Searches for the pattern. `period_s` is the sample period of the data. `None` for a discrete model, or one
+    /// without rates and velocities.
     #[must_use]
     pub fn step_taken_for_rate(&self, period_s: f64) -> Option<StepTakenForRate> {
         if self.time() != TimeDomain::Continuous {
@@ -54,7 +54,7 @@ impl fmt::Display for StepTakenForRate {
             f,
             "every damping of this continuous model lies between 0 and 1 ({}), so every rate and \
              velocity would grow by itself. Read as a step of {:.4} s they are {} 1/s, as damped \
-             vehicles are: the matrix is very probably a discrete transition matrix taken for a \
+             vehicles are: the matrix is very probably a discrete transition matrix used as a \
              continuous one",
             list(&|each| each.1),
             self.period_s,

@@ -1,8 +1,8 @@
-//! Numbers that carry a derivative, so that one text of the physics serves flight and linearisation.
+//! Numbers with a derivative, so that the same equations serve simulation and linearisation.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the equations of motion ask of a number.
+/// Operations that the equations of motion need.
 pub(super) trait Real:
     Copy
     + Add<Output = Self>
@@ -18,7 +18,7 @@ pub(super) trait Real:
     fn constant(value: f64) -> Self;
     /// The number without its derivative.
     fn value(self) -> f64;
-    /// Square root. At zero the derivative is taken as zero.
+    /// Square root. At zero the derivative is zero.
     fn sqrt(self) -> Self;
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
@@ -28,7 +28,7 @@ pub(super) trait Real:
         if self.value() < 0.0 { -self } else { self }
     }
 
-    /// Held between two limits, outside of which it does not move.
+    /// Limited to a range; outside of it the derivative is zero.
     fn clamp(self, low: f64, high: f64) -> Self {
         if self.value() < low {
             Self::constant(low)

@@ -1,33 +1,32 @@
-//! The models that come with the library, each with its source.
+//! Models that come with the library, each with its source.
 
 use std::path::Path;
 
 use super::error::ModelError;
 use super::state_space::StateSpace;
 
-/// The model as printed by Paw (2005): 8 states, continuous as he reads it, inputs in percent of
-/// stick. It reproduces his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] says what is
-/// wrong with it.
+/// The model printed by Paw (2005): 8 states, continuous according to him, inputs in percent of stick. It reproduces
+/// his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] finds its error.
 #[must_use]
 pub fn thesis() -> StateSpace {
     parsed("thesis.toml", include_str!("data/thesis.toml"))
 }
 
-/// Mettler's identified Yamaha R-50 in hover: 13 states with stabilizer bar and yaw-rate feedback,
-/// SI units, normalised sticks. Its source tells which numbers were not checked against print.
+/// Mettler's identified Yamaha R-50 in hover: 13 states with stabilizer bar and yaw-rate feedback, SI units, normalised
+/// sticks. Its source names the numbers that are not checked against the printed paper.
 #[must_use]
 pub fn mettler_r50() -> StateSpace {
     parsed("mettler_r50.toml", include_str!("data/mettler_r50.toml"))
 }
 
-/// The shipped 60-class helicopter linearised in hover: 13 states, stick −1…1. The same as
-/// [`Helicopter::linearise`](super::helicopter::Helicopter::linearise) gives.
+/// The shipped 60-class helicopter linearised in hover: 13 states, stick −1…1. Equal to the result of
+/// [`Helicopter::linearise`](super::helicopter::Helicopter::linearise).
 #[must_use]
 pub fn raptor60() -> StateSpace {
     parsed("raptor60.toml", include_str!("data/raptor60.toml"))
 }
 
-/// A shipped model by its name: `thesis`, `mettler_r50`, for short `r50`, or `raptor60`.
+/// A shipped model by its name: `thesis`, `mettler_r50`, `r50` for short, or `raptor60`.
 #[must_use]
 pub fn by_name(name: &str) -> Option<StateSpace> {
     match name {
@@ -38,10 +37,10 @@ pub fn by_name(name: &str) -> Option<StateSpace> {
     }
 }
 
-/// A shipped model by its name, or else the model in the file of that name.
+/// A shipped model by its name, or else the model in the file with this name.
 ///
 /// # Errors
-/// Those of [`StateSpace::read`].
+/// As [`StateSpace::read`].
 pub fn open(name_or_file: &str) -> Result<StateSpace, ModelError> {
     by_name(name_or_file).map_or_else(|| StateSpace::read(Path::new(name_or_file)), Ok)
 }

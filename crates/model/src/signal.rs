@@ -6,9 +6,9 @@ use super::error::ModelError;
 #[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Signal {
-    /// Name, as `p` or `lateral`.
+    /// Name, for example `p` or `lateral`.
     pub name: String,
-    /// Unit, as `rad/s` or `stick`.
+    /// Unit, for example `rad/s` or `stick`.
     pub unit: String,
 }
 

@@ -1,4 +1,4 @@
-//! The signs that derivatives have on everything that flies.
+//! Signs of derivatives that are the same for every helicopter.
 
 use std::fmt;
 
@@ -6,30 +6,30 @@ use super::state_space::StateSpace;
 
 /// A derivative that has the same sign on every helicopter in hover.
 ///
-/// Sticks count as `controls.csv` has them: lateral to the right, collective up, pedal to the right. The
-/// longitudinal stick is counted forwards by some and backwards by others, so what it does is not here.
+/// Signs of sticks are those of `controls.csv`: lateral to the right, collective up, pedal to the right. The
+/// longitudinal stick has no common convention, so its derivatives are not included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownSign {
-    /// Its name among the parameters of an identified model.
+    /// Name of the parameter in an identified model.
     pub name: &'static str,
-    /// The state whose derivative it moves.
+    /// The state whose derivative it changes.
     pub row: &'static str,
-    /// The state, an entry of A, or else the stick, an entry of B, that it stands before.
+    /// The state (entry of A) or the stick (entry of B) that it multiplies.
     pub column: &'static str,
-    /// 1 or −1.
+    /// Sign, 1 or −1.
     pub sign: f64,
-    /// What it stands for.
+    /// Kind of the derivative.
     pub role: DerivativeRole,
 }
 
-/// What a derivative of known sign stands for.
+/// Kind of a derivative with a known sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DerivativeRole {
-    /// What a stick does; the words tell what a positive one would do were the sign the other.
+    /// Control derivative; the text describes the response to a positive stick with the wrong sign.
     Stick(&'static str),
-    /// How the tilt of the rotor turns the fuselage; the words tell what a tilt would do were the sign the other.
+    /// Moment of the fuselage by rotor tilt; the text describes its effect with the wrong sign.
     Rotor(&'static str),
-    /// What damps an axis.
+    /// Damping of an axis.
     Damping,
 }
 
@@ -46,16 +46,16 @@ const ROTOR: [(&str, &str, &str, &str); 2] = [
 const DAMPING: [(&str, &str); 6] =
     [("Zw", "w"), ("Nr", "r"), ("Xu", "u"), ("Yv", "v"), ("Lp", "p"), ("Mq", "q")];
 
-/// How the objection to a derivative begins that has its sign from a stick or the rotor.
+/// Beginning of the objection to a control or rotor derivative.
 const WRONG: &str = "of the wrong sign: ";
 
 impl KnownSign {
-    /// In one-sigmas: beyond, a derivative has the sign that it has.
+    /// Number of sigma beyond zero from which on the sign of a derivative is certain.
     pub const SIGMAS: f64 = 2.0;
-    /// A damping this much above 0, 1/s, is no helicopter's, however it was found.
+    /// Largest damping derivative above 0, 1/s, that identification errors can explain.
     pub const UNDAMPED_PER_S: f64 = 1.0;
 
-    /// All of them.
+    /// All derivatives with a known sign.
     pub fn all() -> impl Iterator<Item = Self> {
         let stick = STICK.into_iter().map(|(name, row, column, sign, does)| {
             let role = DerivativeRole::Stick(does);
@@ -72,13 +72,13 @@ impl KnownSign {
         stick.chain(rotor).chain(damping)
     }
 
-    /// That of the parameter `name`, where its sign is known.
+    /// The known sign of the parameter `name`, if any.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         Self::all().find(|known| known.name == name)
     }
 
-    /// What is wrong where the sign is the other, as a verdict says it after the value.
+    /// The objection to the wrong sign, as it follows the value in a verdict.
     #[must_use]
     pub fn objection(&self) -> String {
         match self.role {
@@ -87,25 +87,25 @@ impl KnownSign {
                 format!("{WRONG}with a positive {stick} stick it {does}")
             }
             DerivativeRole::Rotor(does) => format!("{WRONG}{does}"),
-            DerivativeRole::Damping => "what flies has it below 0".into(),
+            DerivativeRole::Damping => "on every helicopter in hover it is below 0".into(),
         }
     }
 
-    /// Whether `value`, known to one `sigma`, is of the wrong sign without doubt; of a damping, at all.
+    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether it has it at all.
     fn is_against(&self, value: f64, sigma: f64) -> bool {
         let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
         self.sign * value < -doubt
     }
 }
 
-/// A derivative of a model that has the sign that none has.
+/// A derivative of a model with an impossible sign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WrongSign {
-    /// Which, and what it should be.
+    /// The derivative and its known sign.
     pub known: KnownSign,
-    /// What stands there, in the model's units.
+    /// Value found, in the model's units.
     pub value: f64,
-    /// Where it stands.
+    /// Where the value is in the model: parameters, or a matrix entry.
     place: String,
 }
 
@@ -121,10 +121,10 @@ impl fmt::Display for WrongSign {
 }
 
 impl StateSpace {
-    /// Derivatives of a sign that none has and of which the model's own verdict does not tell: what was written
-    /// or changed by hand. A parameter is taken with its covariance; an entry of a matrix is looked at where no
-    /// parameter answers for it, a damping beyond [`KnownSign::UNDAMPED_PER_S`] and what a stick does only in
-    /// `stick`, which counts as a record does: a model in percent counts as its source has it.
+    /// Derivatives with an impossible sign that the model's own verdict does not name, as after an edit by hand. A
+    /// parameter is judged with its covariance. An entry of a matrix is judged where no parameter corresponds to it: a
+    /// damping beyond [`KnownSign::UNDAMPED_PER_S`], and a control derivative only per `stick`, whose sign is that of a
+    /// record. For a model in percent the sign convention of its source applies.
     #[must_use]
     pub fn wrong_signs(&self) -> Vec<WrongSign> {
         let found = KnownSign::all().filter(|known| !self.tells_of(known));
@@ -133,7 +133,12 @@ impl StateSpace {
 
     /// Whether the verdict of the model names the wrong sign of `known` itself.
     fn tells_of(&self, known: &KnownSign) -> bool {
-        let (begin, objection) = (format!("{} is ", known.name), known.objection());
+        let begin = format!("{} is ", known.name);
+        let objection = match known.role {
+            // Model files contain several versions of the whole text.
+            DerivativeRole::Damping => "below 0".to_owned(),
+            _ => known.objection(),
+        };
         self.verdict().is_some_and(|verdict| {
             let mut reasons = verdict.reasons.iter();
             reasons.any(|reason| reason.starts_with(&begin) && reason.contains(&objection))
@@ -150,7 +155,7 @@ impl StateSpace {
             if known.is_against(value, sigma) {
                 return Some(WrongSign { known, value, place: "parameters".into() });
             }
-            // Which sign it has is open, of its place in the matrix too.
+            // The sign of the parameter is uncertain, and so is that of its entry in the matrix.
             if known.sign * value < 0.0 {
                 return None;
             }
@@ -193,7 +198,7 @@ mod tests {
             let model = shipped::raptor60();
             let (mut a, mut b) = (model.a().clone(), model.b().clone());
             let row = model.state(known.row).unwrap();
-            // Far on the wrong side, for the dampings that a helicopter with flapping has elsewhere.
+            // Far beyond zero, because a helicopter with flapping has part of its damping in other entries.
             let turned = -3.0 * known.sign;
             match model.state(known.column) {
                 Ok(column) => a[(row, column)] = turned,

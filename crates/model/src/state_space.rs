@@ -1,4 +1,4 @@
-//! A linear model that knows its names, units and time domain.
+//! A linear model with names, units and a time domain.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use super::verdict::Verdict;
 
 /// A linear time-invariant model, n states, m inputs, p outputs: ẋ or x⁺ = A x + B u, y = C x + D u.
 ///
-/// Every number is finite, every shape agrees with the names: a value of this type is a model.
+/// Every number is finite, and every shape matches the names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateSpace {
     name: String,
@@ -63,21 +63,21 @@ impl StateSpace {
         })
     }
 
-    /// The same model with a note of where its numbers come from.
+    /// The model with a note on the source of its numbers.
     #[must_use]
     pub fn with_source(mut self, source: &str) -> Self {
         self.source = source.into();
         self
     }
 
-    /// The same model with what whoever made it says of it.
+    /// The model with the verdict of its author.
     #[must_use]
     pub fn with_verdict(mut self, verdict: Verdict) -> Self {
         self.verdict = Some(verdict);
         self
     }
 
-    /// The same model with p outputs y = C x + D u: `c` is p×n, `d` p×m.
+    /// The model with p outputs y = C x + D u: `c` is p×n, `d` p×m.
     ///
     /// # Errors
     /// As [`StateSpace::new`].
@@ -94,13 +94,13 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The same model with the parameters that fill it and their covariance, square in the order of
-    /// the parameters, where it is known.
+    /// The model with the parameters from which it was computed and their covariance, if known, in the order of the
+    /// parameters.
     ///
     /// # Errors
-    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, a delay or servo lag
-    /// of a stick that none has, a variance below zero, and a covariance that is none: not symmetric, with a
-    /// correlation beyond 1, or with a sum of parameters whose variance is below zero.
+    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, an impossible stick delay
+    /// or servo lag, a variance below zero, or an invalid covariance. A covariance is invalid if it is not symmetric,
+    /// contains a correlation beyond 1, or gives a sum of parameters a variance below zero.
     pub fn with_parameters(
         mut self,
         parameters: Vec<Parameter>,
@@ -115,11 +115,11 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The same model, told how its matrices move with its parameters.
+    /// The model with the derivatives of its matrices with respect to its parameters.
     ///
     /// # Errors
-    /// [`ModelError::Slope`] for a parameter, row or column that the model does not have, a number that is not
-    /// finite, and a slope that is told twice.
+    /// [`ModelError::Slope`] for a parameter, row or column that the model does not have, a number that is not finite,
+    /// and a duplicate slope.
     pub fn with_slopes(mut self, slopes: Vec<Slope>) -> Result<Self, ModelError> {
         let mut seen = std::collections::HashSet::new();
         for (index, slope) in slopes.iter().enumerate() {
@@ -140,23 +140,23 @@ impl StateSpace {
                 return refused("slope", &value.to_string(), "a finite number");
             }
             if !seen.insert((parameter, row, column)) {
-                return refused("parameter", parameter, "it once for each row and column");
+                return refused("parameter", parameter, "each parameter once per row and column");
             }
         }
         self.slopes = slopes;
         Ok(self)
     }
 
-    /// The model whose parameters are off by `by`, in their order and units: A and B move along their
-    /// slopes, to first order.
+    /// The model with its parameters changed by `by`, in their order and units. A and B change along their slopes, to
+    /// first order.
     ///
     /// # Errors
-    /// [`ModelError::Shape`] where `by` has another length than the parameters, [`ModelError::NotFinite`] where a
-    /// matrix does not stay finite.
+    /// [`ModelError::Shape`] where `by` and the parameters differ in length, [`ModelError::NotFinite`] where a matrix
+    /// does not stay finite.
     pub fn moved(&self, by: &[f64]) -> Result<Self, ModelError> {
         let count = self.parameters.len();
         if by.len() != count {
-            let (rows, columns, matrix) = (by.len(), 1, "what the parameters are off by");
+            let (rows, columns, matrix) = (by.len(), 1, "changes of the parameters");
             let (expected_rows, expected_columns) = (count, 1);
             return Err(ModelError::Shape {
                 matrix,
@@ -191,19 +191,19 @@ impl StateSpace {
         Ok(moved)
     }
 
-    /// What the model is called.
+    /// Name of the model.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Where its numbers come from.
+    /// Source of the numbers.
     #[must_use]
     pub fn source(&self) -> &str {
         &self.source
     }
 
-    /// What whoever made it says of it, where told.
+    /// Verdict of the model's author, if any.
     #[must_use]
     pub fn verdict(&self) -> Option<&Verdict> {
         self.verdict.as_ref()
@@ -263,7 +263,7 @@ impl StateSpace {
         &self.linear.d
     }
 
-    /// The parameters that fill the matrices, where told.
+    /// Parameters from which the matrices were computed; empty if unknown.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
@@ -275,13 +275,13 @@ impl StateSpace {
         self.covariance.as_ref()
     }
 
-    /// How A and B move with the parameters, where told.
+    /// Derivatives of A and B with respect to the parameters; empty if unknown.
     #[must_use]
     pub fn slopes(&self) -> &[Slope] {
         &self.slopes
     }
 
-    /// Refuses a model that is not continuous.
+    /// Rejects a model that is not continuous.
     ///
     /// # Errors
     /// [`ModelError::TimeDomain`].
@@ -307,7 +307,7 @@ impl StateSpace {
         }
     }
 
-    /// Where the state `name` stands.
+    /// Index of the state `name`.
     ///
     /// # Errors
     /// [`ModelError::Unknown`].
@@ -315,7 +315,7 @@ impl StateSpace {
         position("states", &self.states, name)
     }
 
-    /// Where the input `name` stands.
+    /// Index of the input `name`.
     ///
     /// # Errors
     /// [`ModelError::Unknown`].
@@ -323,12 +323,11 @@ impl StateSpace {
         position("inputs", &self.inputs, name)
     }
 
-    /// The model of some states and inputs alone, in the order asked for, all others held at zero;
-    /// its outputs are its states. Parameters and covariance stay behind.
+    /// The model of some states and inputs only, in the requested order, with all others fixed at zero. Its outputs are
+    /// its states. Parameters and covariance are omitted.
     ///
     /// # Errors
-    /// [`ModelError::Unknown`] for a name the model does not have, [`ModelError::Name`] for one asked
-    /// for twice.
+    /// [`ModelError::Unknown`] for a name the model does not have, [`ModelError::Name`] for one requested twice.
     pub fn subsystem(&self, states: &[&str], inputs: &[&str]) -> Result<Self, ModelError> {
         let rows = states.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
         let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
@@ -343,12 +342,12 @@ impl StateSpace {
         Ok(kept.with_source(&self.source))
     }
 
-    /// The slow model that is left when the states `fast` follow the others without delay
-    /// (residualisation): flapping taken out of a hybrid model leaves the quasi-steady one. Outputs
-    /// become the states left; parameters and covariance stay behind.
+    /// The slow model in which the states `fast` follow the others without delay (residualisation): a hybrid model
+    /// without its flapping states is the quasi-steady one. Its outputs are the remaining states; parameters and
+    /// covariance are omitted.
     ///
     /// # Errors
-    /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have none.
+    /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have no steady state.
     ///
     /// # Source
     /// Equation (L15) of docs/equations.md.
@@ -362,7 +361,7 @@ impl StateSpace {
         let block = |rows: &[usize], columns: &[usize]| {
             self.linear.a.select_rows(rows).select_columns(columns)
         };
-        // 0 = A21 x1 + A22 x2 + B2 u, or x2 = the same.
+        // 0 = A21 x1 + A22 x2 + B2 u for a continuous model; x2 in place of 0 for a discrete one.
         let own = match self.time() {
             TimeDomain::Continuous => -block(&removed, &removed),
             TimeDomain::Discrete { .. } => {

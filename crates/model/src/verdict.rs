@@ -1,4 +1,4 @@
-//! Whether a model may be flown by.
+//! Suitability of a model for flight control design.
 
 use std::fmt;
 
@@ -7,19 +7,19 @@ use std::fmt;
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize, serde::Serialize,
 )]
 pub enum Grade {
-    /// Everything a control design leans on is known.
+    /// Everything that a control design depends on is known.
     #[serde(rename = "good")]
     Good,
-    /// It can be designed for by somebody who has read the reasons.
+    /// Usable for a control design with regard to the reasons.
     #[serde(rename = "care")]
     Care,
-    /// A control design leans on something that is not known.
+    /// The model lacks something that a control design depends on.
     #[serde(rename = "do not fly")]
     DoNotFly,
 }
 
 impl Grade {
-    /// As files spell it.
+    /// Spelling in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -36,11 +36,11 @@ impl fmt::Display for Grade {
     }
 }
 
-/// What whoever made a model says of it.
+/// Verdict of a model's author.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// How far it can be trusted.
+    /// How far the model can be trusted.
     pub grade: Grade,
-    /// Why not further, one sentence each.
+    /// Reasons against a better grade, one sentence each.
     pub reasons: Vec<String>,
 }

@@ -4,12 +4,12 @@ use super::Helicopter;
 use super::parameters::{Fin, HelicopterParameters, Rotor};
 use crate::real::Real;
 
-/// What the forces depend on, all in body axes.
+/// Variables on which the forces depend, all in body axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion<T> {
     pub velocity: [T; 3],
     pub wind: [T; 3],
-    /// The unit vector down.
+    /// Unit vector down.
     pub down: [T; 3],
     pub rate: [T; 3],
     /// Longitudinal, lateral.
@@ -18,23 +18,23 @@ pub(super) struct Motion<T> {
     pub drive: Drive<T>,
 }
 
-/// What turns the rotors.
+/// Drive of the rotors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive<T> {
-    /// Speed over the nominal, above 0; the tail rotor is geared to the main rotor.
+    /// Speed over the nominal speed, above 0; the tail rotor is geared to the main rotor.
     pub speed: T,
-    /// Whether an engine does, whose torque the body has to bear.
+    /// Whether an engine drives the rotors; the fuselage reacts its torque.
     pub powered: bool,
 }
 
 impl<T: Real> Drive<T> {
-    /// At the nominal speed, under power.
+    /// At the nominal speed, with engine power.
     pub fn nominal() -> Self {
         Self { speed: T::constant(1.0), powered: true }
     }
 }
 
-/// How it changes.
+/// Rates of change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change<T> {
     pub velocity: [T; 3],
@@ -42,11 +42,11 @@ pub(super) struct Change<T> {
     pub flapping: [T; 2],
     pub bar: [T; 2],
     pub specific_force: [T; 3],
-    /// What it takes at the main shaft to keep both rotors at their speed, N·m.
+    /// Torque at the main shaft that keeps both rotors at their speed, N·m.
     pub torque_nm: T,
 }
 
-/// Where the controls stand with all sticks at zero.
+/// Positions of the controls with all sticks at zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Rigging {
     pub collective_rad: f64,
@@ -55,7 +55,7 @@ pub(super) struct Rigging {
     pub lateral_rad: f64,
 }
 
-/// One rotor's constants: thrust is `coefficient · scale_n`.
+/// Constants of one rotor; its thrust is `coefficient · scale_n`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Disc {
     /// aσ/2.
@@ -87,8 +87,8 @@ impl Disc {
     /// Inflow ratio in axial flow, where the momentum balance 2(x − m)|x| = slope·(pitch − x/2) is a
     /// quadratic: `pitch` is θ/3, `climb` is m.
     ///
-    /// The branch is the rotor that thrusts against its own inflow. It continues into a steep
-    /// descent, where momentum theory has no answer, without a jump.
+    /// The solution is the rotor that thrusts against its own inflow. It continues without a jump into a steep descent,
+    /// where momentum theory is invalid.
     ///
     /// # Source
     /// Equation (V4) of docs/equations.md.
@@ -108,8 +108,8 @@ impl Disc {
         if reversed { -root } else { root }
     }
 
-    /// Inflow ratio in any flow, from Glauert's balance 2(x − m)√(μ² + x²) = slope·(pitch − x/2), by
-    /// Newton's rule from the axial solution; exact in axial flow.
+    /// Inflow ratio in any flow, from Glauert's balance 2(x − m)√(μ² + x²) = slope·(pitch − x/2), by Newton's method
+    /// from the axial solution; exact in axial flow.
     ///
     /// # Source
     /// Equation (V3) of docs/equations.md.
@@ -134,14 +134,14 @@ impl Disc {
 }
 
 impl Disc {
-    /// Inflow ratio in a steep descent, from the momentum balance with air that turbulence carries off:
-    /// 2(x − m)√(μ² + x² + s²) = slope·(pitch − x/2), s² the share `disturbed` of a third of |C_T|/2.
+    /// Inflow ratio in a steep descent, from a momentum balance with air carried off by turbulence: 2(x − m)√(μ² + x² +
+    /// s²) = slope·(pitch − x/2). s² is the part `disturbed` of a third of |C_T|/2.
     ///
-    /// Downflow turns to upflow without a jump, as Glauert's balance alone does not: its left side falls
-    /// where the flow through the disc comes to rest. The root is found by halving, as bounded as Newton's.
+    /// Downflow turns to upflow without a jump, unlike in Glauert's balance alone, whose left side falls where the flow
+    /// through the disc vanishes. The root is found by bisection, with a fixed number of steps like Newton's method.
     ///
     /// # Source
-    /// The term of turbulence is an assumption of our own, its size that of [`TURBULENT`]. Equation (V19) of
+    /// The turbulence term is an assumption of this project, and [`TURBULENT`] its size. Equation (V19) of
     /// docs/equations.md.
     fn descent_inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T, share: f64) -> T {
         const HALVINGS: usize = 50;
@@ -157,7 +157,7 @@ impl Disc {
             let middle = 0.5 * (low + high);
             if excess(middle) < 0.0 { low = middle } else { high = middle }
         }
-        // One step of Newton's rule gives the root its derivative.
+        // One Newton step gives the root its derivative.
         let x = T::constant(0.5 * (low + high));
         let coefficient = (pitch - x * 0.5) * k;
         let through =
@@ -170,11 +170,10 @@ impl Disc {
     }
 }
 
-/// Descent, in inflow of hover, from which the wake comes back through the disc, and from which it does
-/// altogether.
+/// Descent rates, in hover inflow, at which the wake begins to recirculate through the disc and does so completely.
 const DISTURBED: [f64; 2] = [0.5, 1.5];
-/// Share of the momentum's velocity squared by which turbulence carries air off in such a descent: a
-/// third puts the vertical autorotation near 1.8 times the induced velocity of hover.
+/// Part of the momentum's velocity squared by which turbulence carries air off in such a descent. A third puts the
+/// vertical autorotation near 1.8 times the induced velocity of hover.
 ///
 /// # Source
 /// Leishman, *Principles of Helicopter Aerodynamics* (2006), equations 12.7 to 12.11, after Harris (2003): the force on
@@ -182,24 +181,24 @@ const DISTURBED: [f64; 2] = [0.5, 1.5];
 /// 2/√1.25 = 1.79 induced velocities.
 const TURBULENT: f64 = 1.0 / 3.0;
 
-/// How far a descent of `climb` (negative), in inflow of hover, disturbs the momentum balance, 0 to 1.
+/// Disturbance of the momentum balance by a descent of `climb` (negative), in hover inflow, 0 to 1.
 fn disturbed(climb: f64) -> f64 {
     let [from, to] = DISTURBED;
     let part = ((-climb - from) / (to - from)).clamp(0.0, 1.0);
     part * part * (3.0 - 2.0 * part)
 }
 
-/// Enough for rounding up to 20 m/s: Newton's rule doubles the digits, and the axial start is good.
+/// Enough for rounding accuracy up to 20 m/s: Newton's method doubles the digits, and the axial start is close.
 const NEWTON_STEPS: usize = 4;
 
-/// What the parameters come to, worked out once.
+/// Constants derived once from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Constants {
     main: Disc,
     tail: Disc,
-    /// Inflow ratio of the main rotor where it carries the weight at its nominal speed.
+    /// Inflow ratio of the main rotor that carries the weight at its nominal speed.
     hover_inflow: f64,
-    /// Turns of the tail rotor per turn of the main one.
+    /// Speed of the tail rotor over that of the main rotor.
     tail_gear: f64,
     per_flapping_time: f64,
     flapping_coupling: f64,
@@ -227,13 +226,12 @@ impl Constants {
 }
 
 impl Helicopter {
-    /// The equations of motion; `sticks` are lateral, longitudinal, collective, pedal, held at their
-    /// stops.
+    /// The equations of motion; `sticks` are lateral, longitudinal, collective, pedal, limited at their stops.
     pub(super) fn change<T: Real>(&self, motion: &Motion<T>, sticks: &[T; 4]) -> Change<T> {
         self.unstopped(motion, &sticks.map(|stick| stick.clamp(-1.0, 1.0)))
     }
 
-    /// Pitch of the tail's blades under `pedal` at the yaw rate `r`, rad.
+    /// Pitch of the tail blades under `pedal` at the yaw rate `r`, rad.
     pub(super) fn tail_pitch<T: Real>(&self, pedal: T, r: T) -> T {
         if let Some(stuck_rad) = self.stuck_tail_rad {
             return T::constant(stuck_rad);
@@ -244,10 +242,10 @@ impl Helicopter {
             .clamp(lowest, highest)
     }
 
-    /// The equations of motion with sticks that go as far as they are asked to.
+    /// The equations of motion with sticks without stops.
     ///
     /// # Source
-    /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md, all tip speeds times
+    /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md, with all tip speeds multiplied by
     /// the rotor's speed over its nominal.
     pub(super) fn unstopped<T: Real>(&self, motion: &Motion<T>, sticks: &[T; 4]) -> Change<T> {
         let (par, con, rigging) = (&self.parameters, &self.constants, &self.rigging);
@@ -285,7 +283,7 @@ impl Helicopter {
             + con.tail.profile_torque)
             * speed_squared
             * (con.tail.torque_scale_nm * con.tail_gear);
-        // The body bears what the engine gives the main rotor: without one it turns freely.
+        // The fuselage reacts the engine's torque on the main rotor; without an engine the rotor turns freely.
         let borne = if powered { torque } else { T::constant(0.0) };
 
         let half_density = 0.5 * par.air_density_kgpm3;
@@ -346,7 +344,7 @@ impl Helicopter {
     }
 }
 
-/// Force of a surface against the flow across it: lift that grows with the flow along it, and drag.
+/// Force of a surface on the flow across it: lift that grows with the flow along it, and drag.
 fn fin_force<T: Real>(fin: &Fin, half_density: f64, along: T, across: T) -> T {
     (along.abs() * fin.lift_slope_per_rad + across.abs()) * across * (-half_density * fin.area_m2)
 }

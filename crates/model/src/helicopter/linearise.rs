@@ -16,12 +16,12 @@ const STATES: [&str; 13] =
 const STICKS: [&str; 4] = Sticks::NAMES;
 
 impl Helicopter {
-    /// The continuous linear model about `trim` in a steady wind: 13 states u, v, w, p, q, r, phi,
-    /// theta, psi, a, b, c, d; inputs lateral, longitudinal, collective, pedal in stick −1…1. States
-    /// and inputs are differences from the trim.
+    /// The continuous linear model about `trim` in a steady wind: 13 states u, v, w, p, q, r, phi, theta, psi, a, b, c,
+    /// d; inputs lateral, longitudinal, collective, pedal in stick −1…1. States and inputs are deviations from the
+    /// trim.
     ///
-    /// The derivatives are those of the equations themselves, by forward-mode differentiation: exact
-    /// to rounding. Valid at a pitch that is not ±90°, as every trim's is.
+    /// The derivatives of the equations come from forward-mode differentiation and are exact to rounding. Valid at a
+    /// pitch other than ±90°, as in every trim.
     #[must_use]
     pub fn linearise(&self, trim: &Trim, wind_mps: Vector<Ned>) -> StateSpace {
         let state = &trim.state;

@@ -1,17 +1,15 @@
 //! A small helicopter in six degrees of freedom.
 //!
-//! Rigid body (Paw, 3.5–3.10) under a main rotor whose tip-path plane tilts with first-order lag
-//! (3.39–3.40), helped by a stabilizer bar in the form of Mettler; hub forces and moments
-//! (3.41–3.49); thrust, torque and inflow by blade-element and momentum theory; a tail rotor behind a
-//! rate gyro; fuselage and fins. Rotor speed is the nominal one unless [`Helicopter::driven`] is told
-//! another: what holds it, or does not, is left to whoever flies it.
+//! Rigid body (Paw, 3.5–3.10) with a main rotor whose tip-path plane tilts with first-order lag (3.39–3.40), and a
+//! stabilizer bar in the form of Mettler. Hub forces and moments follow 3.41–3.49; thrust, torque and inflow come from
+//! blade-element and momentum theory. A tail rotor with a rate gyro, fuselage and fins complete the model. The rotor
+//! turns at its nominal speed unless [`Helicopter::driven`] sets another; this module does not model the governor.
 //!
-//! Its controls are [`Sticks`] about hover trim, beyond ±1 at the stop. Signs follow the motion they
-//! begin: lateral rolls right, longitudinal raises the nose, collective climbs, pedal turns the nose
-//! right.
+//! The controls are [`Sticks`] about hover trim, limited to ±1. Signs follow the initial motion: lateral rolls right,
+//! longitudinal raises the nose, collective climbs, pedal turns the nose right.
 //!
-//! Valid from hover to slow flight, about 15 m/s, and down to sink rates where the rotor still works
-//! against its own inflow; beyond that it stays finite and continuous but is no longer physics.
+//! Valid from hover to slow flight, about 15 m/s, and down to sink rates at which the rotor still works against its own
+//! inflow. Beyond that the model stays finite and continuous but is not physical.
 //!
 //! ```
 //! use hovernav::controls::Sticks;
@@ -43,7 +41,7 @@ pub use trim::Trim;
 
 use dynamics::{Constants, Drive, Motion, Rigging};
 
-/// Where the helicopter's motion stands. Position is left to whoever flies it.
+/// State of the helicopter's motion, without its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HelicopterState {
     /// Velocity of the centre of gravity over the ground (u, v, w), m/s.
@@ -62,7 +60,7 @@ pub struct HelicopterState {
     pub lateral_bar_rad: f64,
 }
 
-/// How the state moves.
+/// Time derivative of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateDerivative {
     /// Derivative of the components of velocity, m/s².
@@ -79,20 +77,19 @@ pub struct StateDerivative {
     pub longitudinal_bar_radps: f64,
     /// Derivative of the lateral tilt of the bar, rad/s.
     pub lateral_bar_radps: f64,
-    /// Specific force at the centre of gravity: what an accelerometer there reads, m/s².
+    /// Specific force at the centre of gravity, as an accelerometer there measures it, m/s².
     pub specific_force_mps2: Vector<Body>,
-    /// What it takes at the main shaft to keep both rotors at their speed, N·m; below 0 the air drives
-    /// them.
+    /// Torque at the main shaft that keeps both rotors at their speed, N·m; below 0 the air drives them.
     pub rotor_torque_nm: f64,
 }
 
-/// What turns the rotors.
+/// Drive of the rotors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorDrive {
-    /// Speed of the main rotor over its nominal one; the tail rotor is geared to it. No less than a
-    /// tenth counts: a rotor that slow carries nothing.
+    /// Speed of the main rotor over its nominal speed; the tail rotor is geared to it. Limited to at least a tenth: a
+    /// slower rotor carries nothing.
     pub speed: f64,
-    /// Whether an engine turns them, whose torque the body has to bear; otherwise they turn freely.
+    /// Whether an engine drives the rotors; the fuselage reacts its torque. Otherwise they turn freely.
     pub powered: bool,
 }
 
@@ -101,18 +98,18 @@ impl RotorDrive {
     pub const NOMINAL: Self = Self { speed: 1.0, powered: true };
 }
 
-/// A slower rotor carries nothing, and the equations divide by its speed.
+/// Smallest speed: a slower rotor carries nothing, and the equations divide by the speed.
 const SLOWEST: f64 = 0.1;
 
-/// Why a helicopter or a trim is refused.
+/// Reasons for rejecting a helicopter or a trim.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HelicopterError {
-    /// A parameter is one that no helicopter has.
+    /// A parameter is out of its physical range.
     #[error("helicopter parameter {name}: found {value}, expected a finite number in its range")]
     Parameter {
-        /// Its name.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value found.
         value: f64,
     },
     /// No steady flight was found.
@@ -121,7 +118,7 @@ pub enum HelicopterError {
          {residual} m/s² or rad/s² remain, expected none"
     )]
     NoTrim {
-        /// Velocity through the air asked for, north, m/s.
+        /// Requested airspeed, north, m/s.
         north_mps: f64,
         /// East, m/s.
         east_mps: f64,
@@ -133,15 +130,15 @@ pub enum HelicopterError {
     /// The trim needs a control beyond its stop.
     #[error("trim needs {control} at {value}, expected it in -1 to 1")]
     ControlAtStop {
-        /// Which.
+        /// The control.
         control: &'static str,
-        /// Where it would have to be.
+        /// Required position.
         value: f64,
     },
 }
 
-/// A helicopter: its parameters, and how its sticks are rigged. [`Helicopter::new`] rigs them so that all at
-/// zero is hover in calm air.
+/// A helicopter: its parameters and the rigging of its sticks. [`Helicopter::new`] rigs them so that all sticks at zero
+/// are hover in calm air.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Helicopter {
     parameters: HelicopterParameters,
@@ -149,45 +146,44 @@ pub struct Helicopter {
     rigging: Rigging,
     hover: HelicopterState,
     hover_sticks: Sticks,
-    /// Pitch at which the tail's blades are stuck, rad, where they are.
+    /// Pitch at which the tail blades are jammed, rad; `None` for a working tail.
     stuck_tail_rad: Option<f64>,
 }
 
 impl Helicopter {
-    /// The parameters it was made of.
+    /// Parameters of the helicopter.
     #[must_use]
     pub fn parameters(&self) -> &HelicopterParameters {
         &self.parameters
     }
 
-    /// Hover in calm air heading north, the sticks at [`hover_sticks`](Self::hover_sticks).
+    /// Hover in calm air heading north, with the sticks at [`hover_sticks`](Self::hover_sticks).
     #[must_use]
     pub fn hover(&self) -> &HelicopterState {
         &self.hover
     }
 
-    /// Where the sticks are in hover: all at zero where it was rigged for these parameters. Beyond ±1 it
-    /// cannot hover.
+    /// Stick positions in hover: all zero if the helicopter was rigged for these parameters. Beyond ±1 it cannot hover.
     #[must_use]
     pub const fn hover_sticks(&self) -> Sticks {
         self.hover_sticks
     }
 
-    /// Pitch of the tail's blades in `state` under `pedal`, rad: what pedal and gyro make of it, within its limits.
+    /// Pitch of the tail blades in `state` under `pedal`, rad: the sum of pedal and gyro, within its limits.
     #[must_use]
     pub fn tail_pitch_rad(&self, state: &HelicopterState, pedal: f64) -> f64 {
         self.tail_pitch(pedal.clamp(-1.0, 1.0), state.rate_radps.z())
     }
 
-    /// The same with the tail's blades stuck at `pitch_rad`: neither pedal nor gyro moves them any more.
+    /// The helicopter with tail blades jammed at `pitch_rad`: pedal and gyro have no effect.
     #[must_use]
     pub const fn with_stuck_tail(mut self, pitch_rad: f64) -> Self {
         self.stuck_tail_rad = Some(pitch_rad);
         self
     }
 
-    /// How `state` moves under `controls` in a wind of `wind_mps`, the rotors at their nominal speed.
-    /// Takes no memory, never panics; NaN in gives NaN out.
+    /// Derivative of `state` under `controls` in a wind of `wind_mps`, with the rotors at their nominal speed. Does not
+    /// allocate or panic; NaN in gives NaN out.
     #[must_use]
     pub fn derivative(
         &self,
@@ -198,7 +194,7 @@ impl Helicopter {
         self.driven(state, controls, wind_mps, RotorDrive::NOMINAL)
     }
 
-    /// The same with the rotors turned by `drive`.
+    /// The derivative with the rotors driven by `drive`.
     #[must_use]
     pub fn driven(
         &self,
@@ -234,10 +230,10 @@ impl Helicopter {
         }
     }
 
-    /// `state` carried over `interval_s`, controls and wind held: the classical Runge-Kutta step.
+    /// `state` after `interval_s` with constant controls and wind: a classical Runge-Kutta step.
     ///
-    /// The fastest mode of the shipped helicopter is near 30 rad/s: up to 0.02 s the step is stable
-    /// and well under the model's own error.
+    /// The fastest mode of the shipped helicopter is near 30 rad/s. Up to 0.02 s the step is stable, and its error is
+    /// far below that of the model.
     ///
     /// # Source
     /// Equation (V11) of docs/equations.md.
@@ -254,8 +250,8 @@ impl Helicopter {
 }
 
 impl HelicopterState {
-    /// This state carried over `interval_s` along `derivative` by one classical Runge-Kutta step of
-    /// fourth order, the quaternion normalised at its end.
+    /// This state after `interval_s` along `derivative`, by one classical fourth-order Runge-Kutta step. The quaternion
+    /// is normalised at the end.
     #[must_use]
     pub fn integrated(
         &self,
@@ -277,7 +273,7 @@ impl HelicopterState {
         end
     }
 
-    /// This state moved along `change` for `interval_s`, the quaternion not normalised.
+    /// This state moved along `change` for `interval_s`, without normalising the quaternion.
     fn moved(&self, change: &StateDerivative, interval_s: f64) -> Self {
         Self {
             velocity_mps: self.velocity_mps + change.velocity_mps2 * interval_s,

@@ -1,15 +1,15 @@
-//! The numbers of one helicopter, and the 60-class one that ships.
+//! Parameters of a helicopter, and those of the shipped 60-class one.
 
 use std::f64::consts::PI;
 
-/// A rotor of constant-chord, untwisted blades at constant speed: the governor holds it.
+/// A rotor of constant-chord, untwisted blades at constant speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotor {
     /// Radius, m.
     pub radius_m: f64,
     /// Chord of a blade, m.
     pub chord_m: f64,
-    /// How many blades.
+    /// Number of blades.
     pub blades: f64,
     /// Lift slope of the blade section, 1/rad.
     pub lift_slope_per_rad: f64,
@@ -39,8 +39,7 @@ impl Rotor {
     }
 }
 
-/// Bell-Hiller stabilizer bar: a slow gyroscopic rotor that mixes its tilt into the blades' cyclic
-/// pitch.
+/// Bell-Hiller stabilizer bar: a slow gyroscopic rotor whose tilt adds to the blades' cyclic pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StabilizerBar {
     /// Time constant of the bar's flapping, s.
@@ -49,9 +48,9 @@ pub struct StabilizerBar {
     pub lateral_gain: f64,
     /// Blade flapping per bar tilt, longitudinal (Mettler's Ac).
     pub longitudinal_gain: f64,
-    /// Bar tilt by full stick, lateral, rad (Mettler's Dlat).
+    /// Bar tilt at full lateral stick, rad (Mettler's Dlat).
     pub lateral_tilt_rad: f64,
-    /// Bar tilt by full stick, longitudinal, rad (Mettler's Clon).
+    /// Bar tilt at full longitudinal stick, rad (Mettler's Clon).
     pub longitudinal_tilt_rad: f64,
 }
 
@@ -62,11 +61,11 @@ pub struct Fin {
     pub area_m2: f64,
     /// Lift slope, 1/rad.
     pub lift_slope_per_rad: f64,
-    /// How far behind the centre of gravity, m.
+    /// Distance behind the centre of gravity, m.
     pub arm_m: f64,
 }
 
-/// Everything about one helicopter and the air it flies in. SI units.
+/// Parameters of one helicopter and of the air. SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HelicopterParameters {
     /// Mass, kg.
@@ -85,25 +84,25 @@ pub struct HelicopterParameters {
     pub hub_height_m: f64,
     /// Flapping restraint of the hub, N·m/rad (Kβ).
     pub hub_stiffness_nmprad: f64,
-    /// Share of the ideal rotor's flap-back with speed that a real one with a bar shows (Kμ).
+    /// Flap-back of a real rotor with a bar as a part of the ideal rotor's (Kμ).
     pub flap_back: f64,
-    /// Blade flapping by full stick without the bar, lateral, rad (Blat).
+    /// Blade flapping at full lateral stick without the bar, rad (Blat).
     pub lateral_cyclic_rad: f64,
-    /// Blade flapping by full stick without the bar, longitudinal, rad (Alon).
+    /// Blade flapping at full longitudinal stick without the bar, rad (Alon).
     pub longitudinal_cyclic_rad: f64,
-    /// Blade pitch by full collective stick, rad.
+    /// Blade pitch at full collective stick, rad.
     pub collective_rad: f64,
-    /// The bar.
+    /// Stabilizer bar.
     pub bar: StabilizerBar,
-    /// Tail rotor, thrusting the tail to the left.
+    /// Tail rotor, whose thrust pushes the tail to the left.
     pub tail_rotor: Rotor,
-    /// How far behind the centre of gravity the tail rotor is, m.
+    /// Distance of the tail rotor behind the centre of gravity, m.
     pub tail_arm_m: f64,
-    /// How far above the centre of gravity the tail rotor is, m.
+    /// Height of the tail rotor above the centre of gravity, m.
     pub tail_height_m: f64,
-    /// Yaw rate that full pedal asks the gyro for, rad/s.
+    /// Yaw rate commanded by full pedal, rad/s.
     pub pedal_rate_radps: f64,
-    /// Tail blade pitch per yaw rate missing, rad per rad/s: the tail's rate gyro.
+    /// Gain of the tail's rate gyro: tail blade pitch per missing yaw rate, rad per rad/s.
     pub gyro_gain_s: f64,
     /// Lowest and highest pitch of the tail blades, rad.
     pub tail_pitch_limits_rad: [f64; 2],
@@ -116,17 +115,16 @@ pub struct HelicopterParameters {
 }
 
 impl HelicopterParameters {
-    /// A modified Raptor 60 as in Paw (2005): 60-class, rotor of 1.5 m, between 6.0 kg dry and
-    /// 10.0 kg at most, stabilizer bar, governor, rate gyro on the tail.
+    /// A modified Raptor 60 as in Paw (2005): 60-class, rotor of 1.5 m, 6.0 kg dry to 10.0 kg maximum, stabilizer bar,
+    /// governor, rate gyro on the tail.
     ///
     /// # Source
-    /// Mass and rotor diameter: Paw, table of the airframe. Blade chord, rotor speeds, tail geometry,
-    /// lift slopes, flapping inertia, hub height: those usual for the class, as Gavrilets, Mettler and
-    /// Feron give for an X-Cell 60 (*Dynamic model for a miniature aerobatic helicopter*, MIT LIDS
-    /// P-2580, 2003). Inertias: theirs, raised for the payload slung under the skids. The hub is
-    /// softer than the X-Cell's aerobatic one, and the two bar gains are set apart, so that the
-    /// effective dampings, Lp = −(Kβ+hT)(τf+Bd τs)/Ixx and likewise Mq, are near −8 and −12 1/s: what
-    /// the printed transition matrix of Paw means when it is read as a step at 33 Hz.
+    /// Mass and rotor diameter: Paw, table of the airframe. Blade chord, rotor speeds, tail geometry, lift slopes,
+    /// flapping inertia, hub height: typical of the class, as in Gavrilets, Mettler and Feron for an X-Cell 60
+    /// (*Dynamic model for a miniature aerobatic helicopter*, MIT LIDS P-2580, 2003). Inertias: theirs, increased for
+    /// the payload under the skids. The hub is softer than the X-Cell's aerobatic one, and the two bar gains differ.
+    /// The effective dampings, Lp = −(Kβ+hT)(τf+Bd τs)/Ixx and likewise Mq, are then near −8 and −12 1/s. Those follow
+    /// from Paw's printed transition matrix, read as a step at 33 Hz.
     #[must_use]
     pub const fn raptor60() -> Self {
         Self {
@@ -199,7 +197,7 @@ impl HelicopterParameters {
             / (self.lock_number() * self.main_rotor.speed_radps.powi(2) * self.blade_inertia_kgm2)
     }
 
-    /// The first value that no helicopter has: its name and what it is.
+    /// The first value out of its physical range: its name and value.
     pub(super) fn out_of_range(&self) -> Option<(&'static str, f64)> {
         let above_zero = [
             ("mass_kg", self.mass_kg),

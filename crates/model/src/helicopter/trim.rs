@@ -8,7 +8,7 @@ use crate::real::{Dual, Real};
 use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 
-/// Steady flight: a state and controls under which nothing but the position changes.
+/// Steady flight: a state and controls with which only the position changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trim {
     /// The state.
@@ -21,15 +21,15 @@ pub struct Trim {
 type Unknowns = SVector<f64, 10>;
 
 const MOST_STEPS: usize = 50;
-/// A derivative that counts as none, m/s² or rad/s².
+/// Largest derivative that counts as zero, m/s² or rad/s².
 const STEADY: f64 = 1e-10;
 
 impl Helicopter {
-    /// A helicopter of these parameters, rigged to hover with all sticks at zero.
+    /// A helicopter with these parameters, rigged to hover with all sticks at zero.
     ///
     /// # Errors
-    /// [`HelicopterError::Parameter`] for a value that no helicopter has, and
-    /// [`HelicopterError::NoTrim`] where rotors this small cannot carry the weight.
+    /// [`HelicopterError::Parameter`] for a value out of its physical range, and [`HelicopterError::NoTrim`] where the
+    /// rotors are too small for the weight.
     pub fn new(parameters: HelicopterParameters) -> Result<Self, HelicopterError> {
         if let Some((name, value)) = parameters.out_of_range() {
             return Err(HelicopterError::Parameter { name, value });
@@ -56,7 +56,7 @@ impl Helicopter {
             hover_sticks: Sticks::NEUTRAL,
             stuck_tail_rad: None,
         };
-        // The sticks that trim are folded into the rigging until none are needed.
+        // The sticks of each trim are added to the rigging until they are zero.
         for _ in 0..MOST_STEPS {
             let (trim, sticks) = helicopter.steady(Vector::ZERO, Vector::ZERO, 0.0)?;
             helicopter.hover = trim;
@@ -79,8 +79,8 @@ impl Helicopter {
         Ok(helicopter)
     }
 
-    /// A helicopter of `parameters` whose controls are rigged as this one's are: heavier, lighter, or not
-    /// quite what it was rigged for. Its hover takes sticks, and a tail that moves.
+    /// A helicopter with `parameters` and the rigging of this one, for example heavier or lighter. Its hover needs
+    /// sticks other than zero.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -99,12 +99,11 @@ impl Helicopter {
         Ok(other)
     }
 
-    /// Steady straight flight over the ground at `velocity_mps` in a steady wind of `wind_mps`,
-    /// heading `yaw_rad`.
+    /// Steady straight flight over the ground at `velocity_mps` in a steady wind of `wind_mps`, heading `yaw_rad`.
     ///
     /// # Errors
-    /// [`HelicopterError::NoTrim`] where there is none, [`HelicopterError::ControlAtStop`] where it
-    /// needs more control than there is.
+    /// [`HelicopterError::NoTrim`] where no trim exists, [`HelicopterError::ControlAtStop`] where a control would have
+    /// to exceed its stop.
     pub fn trim(
         &self,
         velocity_mps: Vector<Ned>,
@@ -121,8 +120,7 @@ impl Helicopter {
         Ok(Trim { state, controls: Sticks::from_array(sticks) })
     }
 
-    /// Newton's rule on the ten derivatives that steady flight makes zero. The sticks found may lie
-    /// beyond their stops.
+    /// Newton's method on the ten derivatives that are zero in steady flight. The sticks found may exceed their stops.
     ///
     /// # Source
     /// Equation (V13) of docs/equations.md.
@@ -149,7 +147,7 @@ impl Helicopter {
                     remaining[row] = change.value;
                 }
             }
-            // A norm, unlike a largest element, lets a NaN through.
+            // A norm propagates a NaN, unlike a largest element.
             residual = remaining.norm();
             if residual < STEADY {
                 return Ok((
@@ -158,7 +156,7 @@ impl Helicopter {
                 ));
             }
             let Some(step) = jacobian.lu().solve(&remaining) else { break };
-            // Half a radian, half a stick: further the tangent says little.
+            // At most half a radian or half a stick: beyond that the tangent is inaccurate.
             let longest = step.norm();
             if !longest.is_finite() {
                 break;
@@ -205,7 +203,7 @@ impl Helicopter {
     }
 }
 
-/// Rows are the body axes in north, east, down, for the 3-2-1 angles roll, pitch, yaw.
+/// Body axes in north, east, down, one per row, for the 3-2-1 angles roll, pitch, yaw.
 pub(super) fn body_axes<T: Real>([roll, pitch, yaw]: [T; 3]) -> [[T; 3]; 3] {
     let (sr, cr) = roll.sin_cos();
     let (sp, cp) = pitch.sin_cos();

@@ -7,7 +7,7 @@ use crate::error::ModelError;
 /// Eigenvalues of a square matrix of finite numbers, in no order.
 ///
 /// # Errors
-/// [`ModelError::Eigenvalues`] where they do not settle.
+/// [`ModelError::Eigenvalues`] where the computation does not converge.
 pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelError> {
     let size = matrix.nrows();
     let refused = || ModelError::Eigenvalues { size };
@@ -19,8 +19,8 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelErro
     }
     let matrix = balanced(matrix);
     let size_of_matrix = matrix.amax();
-    // A mode is split off where its coupling is small beside it. Modes that a delay puts at zero may
-    // never be: moved away from zero they settle, to within a few roundings of the whole.
+    // The algorithm splits off a mode once its coupling is relatively small. For modes at zero, as delays have, this
+    // may never happen. Shifted away from zero they converge, to within a few rounding errors.
     let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0), (0.23, 64.0), (-1.3, 256.0)];
     let found = attempts.into_iter().find_map(|(shift, roundings)| {
         let shift = shift * size_of_matrix;
@@ -32,7 +32,7 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelErro
     found.ok_or_else(refused)
 }
 
-/// A similar matrix whose rows and columns are of like size, by powers of two that cost no rounding.
+/// A similar matrix with rows and columns of similar size, scaled by powers of two without rounding.
 ///
 /// # Source
 /// Parlett and Reinsch, *Balancing a matrix for calculation of eigenvalues and eigenvectors*, 1969.
@@ -64,8 +64,8 @@ fn balanced(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     balanced
 }
 
-/// The largest magnitude among the eigenvalues of a square matrix; infinite where a number is not
-/// finite. Below 1, the one-step map is stable.
+/// Largest magnitude of the eigenvalues of a square matrix; infinite where a number is not finite. Below 1 the one-step
+/// map is stable.
 #[must_use]
 pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
     if a.iter().any(|value| !value.is_finite()) {

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-/// Rows multiplied at a time: as many as a cache holds of some hundred columns.
+/// Rows multiplied at a time: as many as fit in a cache with some hundred columns.
 const BLOCK: usize = 256;
 
-/// `a`ᵀ `a`, columns × columns. A matrix too tall for the cache is read once, not once a column.
+/// `a`ᵀ `a`, columns × columns. A matrix too tall for the cache is read once, instead of once per column.
 #[must_use]
 pub fn gram(a: &DMatrix<f64>) -> DMatrix<f64> {
     let mut squares = DMatrix::zeros(a.ncols(), a.ncols());

@@ -1,8 +1,8 @@
-//! The exact one-step map of ẋ = A x + B u under held u, and its derivatives.
+//! The exact one-step map of ẋ = A x + B u with held u, and its derivatives.
 
 use nalgebra::DMatrix;
 
-/// Abscissae and weights of Gauss's rule of 8 points on −1…1 (Abramowitz and Stegun, table 25.4).
+/// Abscissae and weights of the 8-point Gauss rule on −1…1 (Abramowitz and Stegun, table 25.4).
 const GAUSS_LEGENDRE: [(f64, f64); 8] = [
     (-0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
     (-0.796_666_477_413_626_7, 0.222_381_034_453_374_5),
@@ -14,8 +14,8 @@ const GAUSS_LEGENDRE: [(f64, f64); 8] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_3),
 ];
 
-/// The map x⁺ = Φ x + Γ u of ẋ = A x + B u over one period in which u is held, by Taylor's series over
-/// a step with ‖A‖·step ≤ 1 and doublings from there: exact to rounding.
+/// The map x⁺ = Φ x + Γ u of ẋ = A x + B u over one period with held u. It uses a Taylor series over a step with
+/// ‖A‖·step ≤ 1, then doubling: exact to rounding.
 ///
 /// # Source
 /// Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, section 4.3; scaling and
@@ -32,7 +32,7 @@ pub struct ZeroOrderHold {
 }
 
 impl ZeroOrderHold {
-    /// Of `a`, n×n, and `b`, n×m, over `period_s`. `None` where a number is not finite.
+    /// The map of `a`, n×n, and `b`, n×m, over `period_s`. `None` where a number is not finite.
     ///
     /// # Source
     /// Equation (L5) of docs/equations.md.
@@ -59,7 +59,7 @@ impl ZeroOrderHold {
         &self.levels[self.levels.len() - 1]
     }
 
-    /// What the derivatives of the map need.
+    /// Intermediate results for the derivatives of the map.
     #[must_use]
     pub fn derivatives(&self) -> HoldDerivatives<'_> {
         let at = |x: f64| Propagator::new(&self.a, &self.b, 0.5 * self.step * (1.0 + x));
@@ -69,8 +69,8 @@ impl ZeroOrderHold {
 
 /// The derivatives of a [`ZeroOrderHold`] with respect to the entries of A and B.
 ///
-/// An entry of A at (i, j) moves Φ by ∫ e^{A(h−s)} eᵢ eⱼᵀ e^{As} ds: a sum of outer products at the
-/// nodes of a Gauss rule, exact to rounding over one step. Longer periods double up from there.
+/// An entry of A at (i, j) changes Φ by ∫ e^{A(h−s)} eᵢ eⱼᵀ e^{As} ds: a sum of outer products at the nodes of a Gauss
+/// rule, exact to rounding over one step. Longer periods follow by doubling.
 #[derive(Clone, Debug)]
 pub struct HoldDerivatives<'a> {
     hold: &'a ZeroOrderHold,
@@ -96,7 +96,7 @@ impl HoldDerivatives<'_> {
                 continue;
             }
             for (index, (_, weight)) in GAUSS_LEGENDRE.iter().enumerate() {
-                // The rule is symmetric: node 7 − i lies as far from the end as node i from the start.
+                // The rule is symmetric: node 7 − i is as far from the end as node i from the start.
                 let late = &self.nodes[GAUSS_LEGENDRE.len() - 1 - index];
                 let early = &self.nodes[index];
                 let scale = 0.5 * self.hold.step * weight * rate;

@@ -1,12 +1,12 @@
-//! Linear least squares that survives columns which say the same thing.
+//! Linear least squares that tolerates linearly dependent columns.
 
 use nalgebra::DMatrix;
 
 /// Below this ratio of the triangular factor's diagonal, columns count as dependent.
 const DEPENDENT: f64 = 1e-11;
 
-/// The x of smallest ‖a x − b‖ (and, where columns of `a` depend on each other, of smallest norm in
-/// units of those columns). `a` is rows × unknowns, `b` rows × right-hand sides.
+/// The x of smallest ‖a x − b‖; where columns of `a` are dependent, also of smallest norm in units of those columns.
+/// `a` is rows × unknowns, `b` rows × right-hand sides.
 #[must_use]
 pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let norms: Vec<f64> = a.column_iter().map(|column| column.norm()).collect();
@@ -24,10 +24,10 @@ pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     solution
 }
 
-/// A and B of a tall problem with the same AᵀA, AᵀB and so the same solution, but no more rows than
-/// columns: rotated together block by block, that each is in the cache.
+/// A and B of a tall problem reduced to as many rows as columns, with the same AᵀA and AᵀB and so the same solution.
+/// They are rotated together in blocks that fit in the cache.
 fn condensed(a: DMatrix<f64>, b: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    /// Rows rotated at a time, for each column: beyond it nothing is gained.
+    /// Rows rotated at a time, per column; larger blocks are not faster.
     const BLOCK: usize = 16;
     const LEAST: usize = 512;
     let (unknowns, sides) = (a.ncols(), b.ncols());

@@ -1,9 +1,9 @@
-//! The matrix equations that design and identification share, each solved in one place.
+//! Matrix equations that design and identification share.
 //!
 //! | function | solves |
 //! |---|---|
 //! | [`eigenvalues`], [`spectral_radius`] | det(λI − A) = 0 |
-//! | [`ZeroOrderHold`], [`exponential`] | ẋ = A x + B u over a period in which u is held |
+//! | [`ZeroOrderHold`], [`exponential`] | ẋ = A x + B u over a period with held u |
 //! | [`dare_by_doubling`] | X = AᵀX(I + GX)⁻¹A + H |
 //! | [`Stein`] | X = F X Fᵀ + V |
 //! | [`least_squares`] | min ‖A X − B‖ |
@@ -25,8 +25,8 @@ pub use stein::Stein;
 
 use nalgebra::{Complex, DMatrix};
 
-/// Inverts a square matrix in its place, by Gauss-Jordan elimination with row pivoting, and gives the
-/// natural logarithm of its determinant's size; `None` where it is singular or not finite.
+/// Inverts a square matrix in place by Gauss-Jordan elimination with row pivoting. Returns the natural logarithm of the
+/// determinant's magnitude; `None` where the matrix is singular or not finite.
 pub fn invert(matrix: &mut DMatrix<f64>) -> Option<f64> {
     let n = matrix.nrows();
     let mut log_determinant = 0.0;
@@ -74,7 +74,7 @@ pub fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     (matrix + matrix.transpose()) * 0.5
 }
 
-/// Makes a square matrix its own symmetric part.
+/// Replaces a square matrix by its symmetric part.
 pub fn symmetrise(matrix: &mut DMatrix<f64>) {
     for column in 0..matrix.ncols() {
         for row in 0..column {
@@ -85,7 +85,7 @@ pub fn symmetrise(matrix: &mut DMatrix<f64>) {
     }
 }
 
-/// Matrices side by side.
+/// Two matrices, the columns of `left` first.
 #[must_use]
 pub fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let mut both = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());
@@ -94,7 +94,7 @@ pub fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     both
 }
 
-/// The matrix in complex numbers.
+/// The matrix as complex numbers.
 #[must_use]
 pub fn complex(matrix: &DMatrix<f64>) -> DMatrix<Complex<f64>> {
     matrix.map(|value| Complex::new(value, 0.0))

@@ -8,17 +8,17 @@ use nalgebra::DMatrix;
 /// Smith (1968), *Matrix equation XA + BX = C*, SIAM J. Appl. Math. 16(1), squared.
 #[derive(Clone, Debug)]
 pub struct Stein {
-    /// F, F², F⁴, … as far as they matter.
+    /// F, F², F⁴, … as far as they are significant.
     powers: Vec<DMatrix<f64>>,
 }
 
-/// Most squarings of F: enough for a spectral radius of 1 − 1e-8.
+/// Largest number of squarings of F: enough for a spectral radius of 1 − 1e-8.
 const MOST_SQUARINGS: usize = 30;
-/// A power of F below this contributes less than rounding: it enters squared.
+/// Powers of F below this contribute less than rounding, because they enter squared.
 const NEGLIGIBLE: f64 = 1e-9;
 
 impl Stein {
-    /// The equation of `f`, n×n; `None` where `f` is not stable by that much.
+    /// The equation of `f`, n×n; `None` where its spectral radius is not below that limit.
     #[must_use]
     pub fn new(f: &DMatrix<f64>) -> Option<Self> {
         let mut powers = vec![f.clone()];
