@@ -258,7 +258,7 @@ fn rows_of_one_time_are_put_together() {
     let Motion::Rates { angular_rate_radps, .. } = dataset.imu[3].motion else { panic!() };
     // Rows 6 and 7: 0.61 and 0.71 rad/s.
     assert_abs_diff_eq!(angular_rate_radps.x(), 0.66, epsilon = 1e-12);
-    let said = "200 rows, the first at line 3, put together with the row before, at the same time";
+    let said = "200 rows, the first at line 3, merged with the row before, at the same time";
     assert!(dataset.warnings[1].contains(said), "{:?}", dataset.warnings);
 }
 

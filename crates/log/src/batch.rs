@@ -1,12 +1,11 @@
-//! Rows of one time put together: what a unit hands over in batches, or a clock coarser than the samples tells apart
-//! no more.
+//! Merging of rows with one time: batches of an inertial unit, or a clock coarser than the sample interval.
 
 use crate::clock::Rows;
 use crate::remarks::Remarks;
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
-/// A row that rows of the same time may still be put to.
+/// A row with which further rows of the same time may be merged.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Batch<T> {
     line: u64,
@@ -15,17 +14,17 @@ pub(crate) struct Batch<T> {
     rows: u32,
 }
 
-/// What rows of the same time make together.
+/// Rows that can be merged if their times are equal.
 pub trait Join: Copy + PartialEq {
-    /// When it was sampled.
+    /// Time of the sample.
     fn time(&self) -> Time;
 
-    /// What `self`, of so many `rows`, and one more make.
+    /// `self`, merged from `rows` rows, with one more.
     #[must_use]
     fn joined(self, rows: u32, next: &Self) -> Self;
 }
 
-const TOGETHER: &str = "put together with the row before, at the same time";
+const TOGETHER: &str = "merged with the row before, at the same time";
 pub(crate) const REPEATED: &str = "left out: same time as the row before";
 
 impl<T: Join> Batch<T> {
@@ -33,8 +32,7 @@ impl<T: Join> Batch<T> {
         Self { line, joined: row, last: row, rows: 1 }
     }
 
-    /// Puts the next row to the batch if it is of its time; else gives it back. One that repeats the row before in
-    /// all is left out.
+    /// Merges the next row if it has the batch's time, else returns it. A row identical to the one before is left out.
     pub fn push(&mut self, line: u64, row: T, remarks: &mut Remarks) -> Option<(u64, T)> {
         if row.time() != self.last.time() {
             return Some((line, row));
@@ -50,15 +48,15 @@ impl<T: Join> Batch<T> {
         None
     }
 
-    /// The line of the first row, and what all of them make.
+    /// The line of the first row, and the merged row.
     pub fn row(&self) -> (u64, T) {
         (self.line, self.joined)
     }
 }
 
 impl<T: Join> Rows<T> {
-    /// The rows with those that follow each other at one time put together: rates and forces their mean, increments
-    /// their sum. Rows that repeat the one before in all are left out.
+    /// The rows, with successive ones of the same time merged: rates and forces averaged, increments added. Rows
+    /// identical to the one before are left out.
     #[must_use]
     pub fn together(self, remarks: &mut Remarks) -> Self {
         let (mut together, mut batch) = (Self::new(), None::<Batch<T>>);
@@ -115,7 +113,7 @@ impl Join for ImuSample {
     }
 }
 
-/// What was at its full scale in one or the other.
+/// Axes at full scale in either.
 fn either(one: ClippedAxes, other: ClippedAxes) -> ClippedAxes {
     let of = |one: [bool; 3], other: [bool; 3]| std::array::from_fn(|axis| one[axis] | other[axis]);
     ClippedAxes { gyro: of(one.gyro, other.gyro), accel: of(one.accel, other.accel) }
@@ -176,7 +174,7 @@ mod tests {
         assert_eq!(
             warnings,
             [
-                "imu.csv: 3 rows, the first at line 3, put together with the row before, at the same time",
+                "imu.csv: 3 rows, the first at line 3, merged with the row before, at the same time",
                 "imu.csv: line 7 left out: same time as the row before",
             ]
         );

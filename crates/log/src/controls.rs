@@ -1,4 +1,4 @@
-//! `controls.csv`: the sticks, and what of them was a test input.
+//! `controls.csv`: stick positions and injected test inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +14,10 @@ pub(crate) const STICKS: [&str; 4] = Sticks::NAMES;
 pub(crate) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
-/// Trim may lie off centre, so a full stroke from it may exceed 1, but never this.
+/// Largest stroke from trim: it may exceed 1 if trim is off centre.
 const LONGEST_STROKE: f64 = 2.0;
 
-/// The rows of a `controls.csv` that was read once to its end, and is read anew by whoever goes over them.
+/// Rows of a `controls.csv` that has been read once to its end; each pass reads them again.
 #[derive(Clone, Debug)]
 pub struct ControlFile {
     dir: PathBuf,
@@ -25,13 +25,13 @@ pub struct ControlFile {
     count: usize,
 }
 
-/// What `controls.csv` holds.
+/// Content of `controls.csv`.
 #[derive(Default)]
 pub(crate) struct Controls {
     pub sticks: Vec<(Time, [f64; 4])>,
-    /// As many as `sticks`, or none.
+    /// As many as `sticks`, or empty.
     pub injected: Vec<[f64; 4]>,
-    /// Where both are instead, if they are too many.
+    /// The file instead of both, if they have too many rows.
     pub file: Option<ControlFile>,
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn read(
         controls.file = Some(ControlFile { dir: dir.into(), left_out, count });
     }
     warnings.extend(rows.remarks.into_warnings());
-    // A damaged row now and then is left out; more is another unit.
+    // A few damaged rows are left out; more of them mean another unit.
     let (beyond, largest, all) = (rows.beyond, rows.largest, count + rows.beyond);
     if beyond > 10 && 100 * beyond > all {
         let reason = format!(
@@ -74,17 +74,17 @@ pub(crate) fn read(
 }
 
 impl ControlFile {
-    /// All of them, in memory.
+    /// All rows, in memory.
     pub(crate) fn whole(&self) -> Result<Controls, LogError> {
         read(&self.dir, usize::MAX, &mut Vec::new())
     }
 
-    /// Hands every row to `each`: its time, and the sticks as in [`Dataset::controls`](crate::Dataset::controls).
+    /// Passes every row to `each`: its time, and the sticks as in [`Dataset::controls`](crate::Dataset::controls).
     pub(crate) fn each(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
         let mut given = 0;
         ordered::go_over(again(&self.dir)?, &self.left_out, |_, Row { time, sticks, .. }| {
             given += 1;
-            // What a logger has added since is left for another time.
+            // Rows that a logger has appended since are ignored.
             if given <= self.count {
                 each(time, sticks);
             }
@@ -97,7 +97,7 @@ fn changed(dir: &Path) -> LogError {
     LogError::changed(dir.join(FILE))
 }
 
-/// The rows of a file that was there before.
+/// Opens a file again that existed before.
 fn again(dir: &Path) -> Result<ControlRows, LogError> {
     ControlRows::open(dir)?.ok_or_else(|| changed(dir))
 }
@@ -106,24 +106,24 @@ fn again(dir: &Path) -> Result<ControlRows, LogError> {
 struct Row {
     time: Time,
     sticks: [f64; 4],
-    /// Zero where the file does not tell.
+    /// Zero if the file has no such column.
     injected: [f64; 4],
 }
 
-/// The rows of `controls.csv`, read forward.
+/// Reader of the rows of `controls.csv`.
 struct ControlRows {
     table: Table,
     time: usize,
     sticks: [usize; 4],
     injected: Option<[usize; 4]>,
     remarks: Remarks,
-    /// Rows with a stick beyond its longest stroke, and the furthest stick of all.
+    /// Number of rows with a stick beyond its longest stroke, and the largest stick of all.
     beyond: usize,
     largest: f64,
 }
 
 impl ControlRows {
-    /// Opens `controls.csv` of `dir`; `None` where there is no such file.
+    /// Opens `controls.csv` of `dir`; `None` without such a file.
     fn open(dir: &Path) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
         let (sticks, injected) = (table.require(STICKS)?, table.find(INJECTED));

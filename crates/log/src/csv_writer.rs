@@ -1,4 +1,4 @@
-//! Rows of numbers to a CSV file, which appears under its name when it is whole.
+//! CSV files of numbers; a file gets its name only when it is complete.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -7,18 +7,18 @@ use crate::error::LogError;
 use hovernav::time::Time;
 use hovernav_toml::WholeFile;
 
-/// Bytes gathered before they are written.
+/// Bytes buffered before a write.
 const CHUNK: usize = 1 << 20;
 
-/// A CSV file in the making. A number that is not finite never reaches it.
+/// A CSV file being written. Numbers that are not finite are rejected.
 pub(crate) struct CsvWriter {
     path: PathBuf,
     columns: Vec<&'static str>,
-    /// What is not written yet.
+    /// Bytes not yet written.
     bytes: Vec<u8>,
-    /// The part written, of a file that is longer than a chunk.
+    /// The part already written, if the file is longer than [`CHUNK`].
     part: Option<WholeFile>,
-    /// Why a part could not be written.
+    /// Error of writing a part.
     failure: Option<io::Error>,
     row: usize,
     column: usize,
@@ -40,7 +40,7 @@ impl CsvWriter {
         }
     }
 
-    /// A time in seconds, with as many decimals as it needs and no more.
+    /// A time in seconds, with as many decimals as needed.
     pub fn time(&mut self, time: Time) {
         const PER_SECOND: u64 = 1_000_000_000;
         let nanoseconds = time.nanoseconds().unsigned_abs();
@@ -70,7 +70,7 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// Each of `values` in the fewest digits, or as many empty fields.
+    /// Each of `values` in the fewest digits; empty fields for `None`.
     pub fn shortest_or_empty<const N: usize>(
         &mut self,
         values: Option<[f64; N]>,
@@ -117,7 +117,7 @@ impl CsvWriter {
         }
     }
 
-    /// Writes what is left, and gives the file its name.
+    /// Writes the rest and gives the file its name.
     pub fn finish(mut self) -> Result<(), LogError> {
         let written = match self.failure.take() {
             Some(failure) => Err(failure),
@@ -139,10 +139,10 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// `value` in units of its last decimal.
+    /// `value` as a number of its last decimal places.
     fn in_units(&self, value: f64, decimals: usize) -> Result<i64, LogError> {
         let units = value * TEN_TO[decimals] as f64;
-        // Written so that NaN fails too.
+        // This form of the comparison rejects NaN too.
         if units.abs() < 9e18 {
             Ok((units + 0.5f64.copysign(units)) as i64)
         } else {

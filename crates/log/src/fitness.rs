@@ -1,4 +1,4 @@
-//! Whether a log is fit for inertial navigation at all.
+//! Whether a log is fit for inertial navigation.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use crate::replay::Run;
 use hovernav::ekf::{Aid, EstimatorConfig};
 
 impl Dataset {
-    /// The rate of the inertial samples, Hz: their number over their span or, where gaps make that
-    /// less, one over their usual interval. `None` of fewer than two.
+    /// Rate of the inertial samples, Hz: their number over their span, or one over their median interval if gaps make
+    /// the former smaller. `None` with fewer than two samples.
     #[must_use]
     pub fn imu_rate_hz(&self) -> Option<f64> {
         let usual_hz = 1.0 / self.sample_interval_s()?;
@@ -20,12 +20,12 @@ impl Dataset {
         Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
     }
 
-    /// Whether the filter can be run over this dataset, read from `log`; what has to be [left out](Self::leave_out)
-    /// then.
+    /// Checks that the filter can run over this dataset, read from `log`. Returns what has to be [left
+    /// out](Self::leave_out).
     ///
     /// # Errors
-    /// [`LogError::Unusable`] with the reason: no inertial samples or no fix. [`LogError::Setup`] where units,
-    /// signs, axes, clocks or rates cannot be: see [`check_setup`](Self::check_setup).
+    /// [`LogError::Unusable`] without inertial samples or fixes. [`LogError::Setup`] with impossible units, signs,
+    /// axes, clocks or rates: see [`check_setup`](Self::check_setup).
     pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
         if self.sample_count() == 0 {
@@ -43,8 +43,8 @@ impl Dataset {
         self.ensure_possible(log)
     }
 
-    /// Leaves the aids of these findings out, as if the log had none of them, unless the manifest's `[aiding]` says
-    /// `true` of one. A finding of [`Sensor::GpsVelocity`] leaves out velocities of exactly 0 from fixes that move.
+    /// Leaves out the aids of these findings, as if the log did not have them, except those that the manifest's
+    /// `[aiding]` sets to `true`. For [`Sensor::GpsVelocity`] it leaves out velocities of exactly 0 from moving fixes.
     /// Returns the findings that were applied, marked as not used.
     pub fn leave_out(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
         let mut left_out = Vec::new();
@@ -71,15 +71,14 @@ impl Dataset {
                 _ => self.turn(Reading { without_attitude: true, ..Reading::default() }),
             }
             finding.found = format!("not used: {}", finding.found);
-            finding.mend =
-                format!("{}; with [aiding] {key} = true it is used all the same", finding.mend);
+            finding.mend = format!("{}; [aiding] {key} = true uses it nevertheless", finding.mend);
             left_out.push(finding);
         }
         left_out
     }
 
-    /// [Leaves out](Self::leave_out) the source of heading without which the fixes agree with a `run` that they deny, if there
-    /// is one: see [`denied_aid`]. Where anything is given back the log is to be estimated once more.
+    /// [Leaves out](Self::leave_out) the source of heading without which the fixes become consistent with a `run`, if
+    /// there is one: see [`denied_aid`]. If the result is not empty, the log is to be estimated once more.
     pub fn leave_out_denied(&mut self, config: &EstimatorConfig, run: &Run) -> Vec<SetupFinding> {
         let denied = denied_aid(self, config, run);
         self.leave_out(denied.into_iter().collect())

@@ -1,10 +1,10 @@
-//! A lever arm as a file has it: three numbers in metres, no longer than a vehicle.
+//! Lever arms in files: three numbers in metres, limited to the size of a vehicle.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use hovernav::frames::{Body, Vector};
 
-/// No vehicle of this kind is larger, m.
+/// Largest component of a lever arm, m.
 const LONGEST_M: f64 = 100.0;
 
 pub(crate) fn serialize<S: Serializer>(

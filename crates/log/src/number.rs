@@ -2,7 +2,7 @@
 
 use hovernav::time::Time;
 
-/// The number that `field` spells; NaN for an empty field, `None` for what is not a number.
+/// The number in `field`; NaN for an empty field, `None` if it is not a number.
 pub(crate) fn parse_number(field: &[u8]) -> Option<f64> {
     let field = field.trim_ascii();
     if field.is_empty() {
@@ -14,8 +14,8 @@ pub(crate) fn parse_number(field: &[u8]) -> Option<f64> {
     }
 }
 
-/// The number that digits with at most one point among them spell, `None` of longer or other ones. The digits
-/// and the power of ten are both exact, so that their quotient is the nearest number.
+/// The number in a field of digits with at most one decimal point; `None` for longer or other fields. The digits and
+/// the power of ten are both exact, so their quotient is the nearest number.
 ///
 /// # Source
 /// W. D. Clinger (1990), How to read floating point numbers accurately, *ACM SIGPLAN Notices* 25 (6),
@@ -48,11 +48,11 @@ fn parse_plain(field: &[u8]) -> Option<f64> {
     Some(if negative { -number } else { number })
 }
 
-/// The time that `field` spells in seconds: `Some(None)` where it is empty, not finite or beyond what
-/// a [`Time`] holds, `None` for what is not a number.
+/// The time in `field`, in seconds. `Some(None)` if the field is empty, not finite or out of the range of a [`Time`];
+/// `None` if it is not a number.
 ///
-/// Plain decimals go straight to nanoseconds, further digits rounded half away from zero, so a clock
-/// that counts seconds since 1970 loses nothing to floating point.
+/// Plain decimals are converted directly to nanoseconds, further digits rounded half away from zero. So a clock that
+/// counts seconds since 1970 loses nothing to floating point.
 pub(crate) fn parse_time(field: &[u8]) -> Option<Option<Time>> {
     let field = field.trim_ascii();
     match parse_decimal_nanoseconds(field) {
@@ -69,7 +69,7 @@ fn parse_decimal_nanoseconds(field: &[u8]) -> Option<i64> {
     };
     let point = digits.iter().position(|&byte| byte == b'.').unwrap_or(digits.len());
     let (whole, fraction) = (&digits[..point], digits.get(point + 1..).unwrap_or_default());
-    // Ten digits of seconds reach beyond the ±9.2e9 s of a time, and cannot overflow below.
+    // Ten digits of seconds exceed the ±9.2e9 s of a time, and cannot overflow below.
     if whole.is_empty() || whole.len() > 10 {
         return None;
     }

@@ -36,28 +36,28 @@ pub(crate) const COLUMNS: [&str; 16] = [
     "r_radps",
 ];
 
-/// The motion a solution is scored against, in time order, each quantity with times of its own.
+/// The motion that a solution is scored against, in time order, each quantity with its own times.
 #[derive(Clone, Debug)]
 pub struct Reference {
     position: Series,
     velocity: Series,
     attitude: Series,
     body_velocity: Series,
-    /// The point whose motion this is, from the solution's point, m.
+    /// Vector from the solution's point to the reference's point, m.
     pub from_solution_point_m: Vector<Body>,
-    /// How long after the first inertial sample scoring begins, s.
+    /// Time from the first inertial sample to the start of scoring, s.
     pub skip_s: f64,
-    /// One-sigma of its own position, each axis, m; zero where it is taken for the truth.
+    /// One-sigma of the reference's own position, each axis, m; zero if it counts as exact.
     pub position_sigma_m: f64,
-    /// One-sigma of its own velocity, each axis, m/s.
+    /// One-sigma of the reference's own velocity, each axis, m/s.
     pub velocity_sigma_mps: f64,
-    /// One-sigma of its own roll, pitch and yaw, degrees.
+    /// One-sigma of the reference's own roll, pitch and yaw, degrees.
     pub attitude_sigma_deg: f64,
-    /// What was repaired or left out while reading, one plain sentence each.
+    /// Repairs and skipped rows while reading, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
-/// The reference at one moment; NaN where it has none.
+/// The reference at one time; NaN for unknown values.
 #[derive(Clone, Copy, Debug)]
 pub struct ReferenceMoment {
     /// Geodetic latitude, rad, longitude, rad, and height above the ellipsoid, m.
@@ -71,8 +71,8 @@ pub struct ReferenceMoment {
 }
 
 impl Reference {
-    /// Reads the reference of the dataset in `dir`, whose manifest says whose motion it is and whose
-    /// the solution's; `None` where there is no reference.
+    /// Reads the reference of the dataset in `dir`; `manifest` names the points of reference and solution. `None`
+    /// without a reference.
     ///
     /// # Errors
     /// As [`Dataset::open`](crate::Dataset::open), for `reference.csv`.
@@ -80,8 +80,8 @@ impl Reference {
         Self::read(dir, manifest, None)
     }
 
-    /// [`open`](Self::open), in memory no more of it than what it takes to say where it was at the `moments`, in
-    /// order of time: at any other it says nothing, or too little.
+    /// [`open`](Self::open) that stores only what interpolation at the `moments`, in order of time, needs. At other
+    /// times its values are unknown or less accurate.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -109,7 +109,7 @@ impl Reference {
         )?;
         let Quantities { position, velocity, attitude, body_velocity, count } = made;
         if count == 0 {
-            rows.remarks().say("holds no usable row".into());
+            rows.remarks().say("found no usable row".into());
         }
         let point = manifest.lever_arm_m(manifest.reference.point);
         Ok(Some(Self {
@@ -126,7 +126,7 @@ impl Reference {
         }))
     }
 
-    /// A trajectory on Earth as reference, scored from its first moment on, its point the solution's.
+    /// A trajectory on Earth as reference, scored from its start, for the solution's point.
     #[must_use]
     pub fn of_trajectory(trajectory: &Trajectory) -> Self {
         let of = |pick: &dyn Fn(&Solution) -> [f64; 3]| {
@@ -175,8 +175,7 @@ impl Reference {
     }
 }
 
-/// The rows of `reference.csv`, read forward: each with the twelve quantities behind its time, NaN where one is
-/// not known.
+/// Reader of the rows of `reference.csv`: each has the twelve quantities after its time, NaN for unknown ones.
 struct ReferenceRows {
     table: Table,
     time: usize,
@@ -185,7 +184,7 @@ struct ReferenceRows {
 }
 
 impl ReferenceRows {
-    /// Opens `reference.csv` of `dir`; `None` where there is no such file.
+    /// Opens `reference.csv` of `dir`; `None` without such a file.
     fn open(dir: &Path) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
         let [time] = table.require(["t_s"])?;
@@ -234,14 +233,14 @@ impl TimedRows for ReferenceRows {
     }
 }
 
-/// What is said of a row whose velocity is unknown for that.
-pub(crate) const TOO_FAST: &str = "with a velocity beyond any vehicle's: taken as unknown";
+/// Remark on a row whose velocity is too large.
+pub(crate) const TOO_FAST: &str = "with a velocity beyond any vehicle's: velocity ignored";
 
-/// Makes unknown what of a row's twelve quantities behind its time, in the order of [`COLUMNS`], no vehicle can have,
-/// and counts it in `remarks` against `line`.
+/// Sets those of a row's twelve quantities to unknown that no vehicle can have, and counts them in `remarks` against
+/// `line`. The quantities are in the order of [`COLUMNS`] after the time.
 ///
 /// # Errors
-/// Why the row is to be left out: its position is no place on Earth.
+/// Reason to leave the row out: its position is not on Earth.
 pub(crate) fn ensure_motion(
     values: &mut [f64],
     fastest_mps: f64,
@@ -251,7 +250,7 @@ pub(crate) fn ensure_motion(
     let [lat, lon, height, vn, ve, vd, roll, pitch, yaw, u, v, w, ..] = values else {
         return Ok(());
     };
-    // An unknown coordinate says nothing against the others.
+    // An unknown coordinate passes this check.
     let known = |value: f64| if value.is_nan() { 0.0 } else { value };
     if Geodetic::from_degrees(known(*lat), known(*lon), known(*height)).is_none() {
         return Err(no_place([known(*lat), known(*lon)]));
@@ -264,17 +263,17 @@ pub(crate) fn ensure_motion(
     };
     within([vn, ve, vd], fastest_mps, TOO_FAST);
     within([u, v, w], fastest_mps, TOO_FAST);
-    within([roll, pitch, yaw], 360.0, "with an angle beyond 360°: attitude taken as unknown");
+    within([roll, pitch, yaw], 360.0, "with an angle beyond 360°: attitude ignored");
     Ok(())
 }
 
-/// What the rows are gathered into.
+/// The quantities gathered from the rows.
 struct Quantities<'a> {
     position: SeriesAt<'a>,
     velocity: SeriesAt<'a>,
     attitude: SeriesAt<'a>,
     body_velocity: SeriesAt<'a>,
-    /// Rows so far.
+    /// Number of rows so far.
     count: usize,
 }
 
@@ -303,7 +302,7 @@ fn wrapped_linear(from_rad: f64, to_rad: f64, fraction: f64) -> f64 {
     wrap_angle(from_rad + wrap_angle(to_rad - from_rad) * fraction)
 }
 
-/// Spherical linear interpolation, or angle by angle where not all three are known.
+/// Spherical linear interpolation, or angle by angle unless all three are known.
 fn along_shortest_turn(from: [f64; 3], to: [f64; 3], fraction: f64) -> [f64; 3] {
     if !is_finite(from) || !is_finite(to) {
         return std::array::from_fn(|axis| wrapped_linear(from[axis], to[axis], fraction));

@@ -1,4 +1,4 @@
-//! A recorded flight through the estimator.
+//! Runs of the estimator over a recorded flight.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -13,7 +13,7 @@ use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Solut
 use hovernav::event::Event;
 use hovernav::time::Time;
 
-/// A span without GPS, to see how the filter fares alone.
+/// A span without GPS, for a test of the filter's drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outage {
     /// When it starts.
@@ -23,50 +23,49 @@ pub struct Outage {
 }
 
 impl Outage {
-    /// Whether a moment falls into it.
+    /// Whether the outage contains a time.
     #[must_use]
     pub fn covers(&self, time: Time) -> bool {
         time >= self.start && time - self.start < self.duration_s
     }
 }
 
-/// What a run over a log gave.
+/// Result of a run over a log.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// The settings it was made with.
+    /// The settings of the run.
     pub config: EstimatorConfig,
-    /// One solution per inertial sample that was taken in, from the end of alignment on, or those of them that were kept.
+    /// The solutions in memory: one per accepted inertial sample, from the end of alignment on, or some of them.
     pub solutions: Vec<Solution>,
-    /// How many were not.
+    /// Number of solutions not in memory.
     pub solutions_left_out: usize,
-    /// What the estimator reported, in order, but for readings left out by design. Of the comparisons that were
-    /// accepted as a matter of course, at most 65 536 of fixes and 32 768 of each other aid, evenly thinned, where
-    /// solutions are ([`Keep::Thinned`]).
+    /// The estimator's notices, in order, without readings left out by design. If solutions are thinned
+    /// ([`Keep::Thinned`]), routine comparisons are too: at most 65 536 of fixes and 32 768 of each other aid stay.
     pub notices: Vec<Notice>,
-    /// How many comparisons of fixes are not among the notices.
+    /// Number of comparisons of fixes not among the notices.
     pub fixes_left_out: usize,
-    /// How many comparisons of other aids are not.
+    /// Number of comparisons of other aids not among the notices.
     pub comparisons_left_out: usize,
-    /// Fixes of which anything corrected the state, and of which anything was refused.
+    /// Number of fixes of which a part corrected the state, and of those of which a part was rejected.
     pub fixes_compared: FixTally,
-    /// What became of all comparisons, by the channel's name.
+    /// Tallies of all comparisons, by the channel's name.
     pub channels: BTreeMap<&'static str, ChannelTally>,
-    /// Readings that could not be used for a fault of theirs, each a notice too.
+    /// Faulty readings that could not be used, each with a notice.
     pub unusable: UnusedReadings,
-    /// Readings left out by design: too soon after the last, or before the heading is known.
+    /// Readings left out by design: too soon after the last one, or before the heading is known.
     pub left_out: UnusedReadings,
-    /// How much earlier than declared the fixes turned out to hold, s, with one-sigma.
+    /// Time by which the fixes are valid earlier than declared, s, with its one-sigma.
     pub gps_offset: Option<(f64, f64)>,
-    /// By how many times the inertial unit turned out noisier than assumed, in variance, at most.
+    /// Largest ratio of the inertial unit's noise to the assumed noise, in variance.
     pub noise_excess: f64,
-    /// How many times the one-sigmas that fixes state their places and level velocities turned out, in the mean.
+    /// Mean ratio of the used to the stated one-sigmas, for positions and horizontal velocities of fixes.
     pub stated_times: [f64; 2],
     learned_from: usize,
-    /// `None` where all comparisons are kept.
+    /// `None` if all comparisons are kept.
     thinning: Option<Thinning>,
 }
 
-/// How many readings of each aid were not used.
+/// Number of unused readings of each aid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct UnusedReadings {
     /// Fixes.
@@ -110,8 +109,7 @@ impl Run {
         }
     }
 
-    /// Keeps a notice; of readings left out by design, of which there are more than samples, the
-    /// number alone.
+    /// Keeps a notice. Readings left out by design outnumber the samples, so they are only counted.
     pub(crate) fn keep(&mut self, notice: Notice) {
         if let Notice::NotUsed { aid, reason, .. } = notice {
             if !reason.is_fault() {
@@ -142,7 +140,7 @@ impl Run {
 impl Dataset {
     /// Leaves out the fixes within `outages`, and thins the rest to at most `rate_hz`.
     pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
-        // A tenth of the interval forgives the jitter of the receiver's clock.
+        // The interval may be a tenth shorter, for the jitter of the receiver's clock.
         let interval_s = rate_hz.map_or(0.0, |rate_hz| 0.9 / rate_hz);
         let mut last: Option<Time> = None;
         let keep = self.fixes.iter().map(|fix| {
@@ -160,23 +158,23 @@ impl Dataset {
         self.fixes.retain(|_| kept.next() == Some(&true));
     }
 
-    /// How many fixes come before the first inertial sample, of no use to anyone.
+    /// Number of fixes before the first inertial sample, which have no effect.
     #[must_use]
     pub fn fixes_before_imu(&self) -> usize {
         let first = self.sample_span().map_or(Time::ZERO, |(first, _)| first);
         self.fixes.iter().take_while(|fix| fix.time < first).count()
     }
 
-    /// Runs the estimator over the log. `progress` is called with the number of inertial samples done.
+    /// Runs the estimator over the log. `progress` receives the number of inertial samples done.
     pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
         self.estimated(config, Keep::All, &mut progress, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// [`estimate`](Self::estimate), every solution handed to `each` when it is there, and kept in the
-    /// run as far as `keep` says.
+    /// [`estimate`](Self::estimate) that also passes every solution to `each` as it is computed. `keep` selects the
+    /// solutions in the run.
     ///
     /// # Errors
-    /// The first of `each`, which ends the run.
+    /// The first error of `each`, which ends the run.
     pub fn estimate_each<E>(
         &self,
         config: &EstimatorConfig,
@@ -192,7 +190,7 @@ impl Dataset {
         failure.map_or(Ok(run), Err)
     }
 
-    // Compiled here once, and not with the filter for every caller's closure.
+    // Compiled once here, instead of the whole filter for every caller's closure.
     fn estimated(
         &self,
         config: &EstimatorConfig,
@@ -212,7 +210,7 @@ impl Dataset {
         })
     }
 
-    /// Gives every event to `push`, and keeps the solution it returns for an inertial sample.
+    /// Passes every event to `push`, and keeps the solution it returns for an inertial sample.
     pub(crate) fn run(
         &self,
         config: &EstimatorConfig,
@@ -239,12 +237,12 @@ impl Dataset {
     }
 }
 
-/// Whether a state of `time` is that at an inertial sample: one that was refused leaves the state where it was.
+/// Whether a state of `time` belongs to this inertial sample: a rejected sample leaves the state at an earlier time.
 pub(crate) fn is_of(event: &Event, time: Time) -> bool {
     matches!(event, Event::Imu(sample) if sample.time == time)
 }
 
-/// Is handed every solution; whether to go on.
+/// Receives every solution; returns whether to continue.
 type Each<'a> = dyn FnMut(&Solution) -> ControlFlow<()> + 'a;
 
 /// The delay of the fixes beyond the declared latency, s, and its one-sigma.

@@ -10,7 +10,7 @@ use crate::sample_file::FromFile;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-/// The inertial samples of a dataset, one after another.
+/// Iterator over the inertial samples of a dataset.
 #[derive(Clone, Debug)]
 pub struct Samples<'a>(Where<'a>);
 
@@ -39,8 +39,8 @@ impl Iterator for Samples<'_> {
 }
 
 impl Dataset {
-    /// The inertial samples, in order of time, from memory or from their file. Those from a file end early
-    /// where it can no longer be read, which [`ensure_read`](Self::ensure_read) tells.
+    /// The inertial samples, in order of time, from memory or from their file. If the file can no longer be read, they
+    /// end early, which [`ensure_read`](Self::ensure_read) reports.
     #[must_use]
     pub fn samples(&self) -> Samples<'_> {
         Samples(match &self.imu_file {
@@ -49,13 +49,13 @@ impl Dataset {
         })
     }
 
-    /// How many inertial samples there are.
+    /// Number of inertial samples.
     #[must_use]
     pub fn sample_count(&self) -> usize {
         self.imu_file.as_ref().map_or(self.imu.len(), |file| file.overview().count)
     }
 
-    /// Times of the first inertial sample and of the last; `None` where there is none.
+    /// Times of the first and the last inertial sample; `None` without samples.
     #[must_use]
     pub fn sample_span(&self) -> Option<(Time, Time)> {
         match &self.imu_file {
@@ -72,17 +72,17 @@ impl Dataset {
         }
     }
 
-    /// The usual interval between inertial samples, s: the median; `None` of fewer than two.
+    /// Median interval between inertial samples, s; `None` with fewer than two.
     #[must_use]
     pub fn sample_interval_s(&self) -> Option<f64> {
         self.overview().gaps.intervals.quantile(0.5)
     }
 
-    /// Whether all samples were there whenever they were gone over.
+    /// Checks that every pass over the samples was complete.
     ///
     /// # Errors
-    /// The first failure since the dataset was opened or this was asked last: a file that was changed, or that
-    /// the system no longer gives.
+    /// The first failure since the dataset was opened or since the last call: a file that has changed, or that can no
+    /// longer be read.
     pub fn ensure_read(&self) -> Result<(), LogError> {
         self.imu_file.as_ref().map_or(Ok(()), |file| file.ensure_read())
     }

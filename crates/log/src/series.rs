@@ -1,25 +1,25 @@
-//! Three components over time, of which no more is kept than will be asked for.
+//! Three components over time, stored only as far as they will be needed.
 
 use crate::distribution::Distribution;
 use hovernav::time::Time;
 
-/// Longer stretches between rows are not interpolated, s, unless three median intervals are longer still.
+/// Longest interval between rows that is interpolated, s, unless three median intervals are longer.
 const LONGEST_GAP_S: f64 = 0.5;
 
-/// A [`Series`] in the making.
+/// A [`Series`] being built.
 pub(crate) struct SeriesAt<'a> {
-    /// When it will be asked for, still to come; `None` where that is not known.
+    /// Times still to be interpolated; `None` if unknown.
     moments: Option<&'a [Time]>,
     times: Vec<Time>,
     values: Vec<[f64; 3]>,
-    /// The row that came last, where it is not among them yet.
+    /// The latest row, if it is not stored yet.
     waiting: Option<(Time, [f64; 3])>,
     last: Option<Time>,
     intervals: Distribution,
 }
 
 impl<'a> SeriesAt<'a> {
-    /// For `moments`, in order of time, or for any.
+    /// For `moments`, in order of time, or for any time.
     pub fn new(moments: Option<&'a [Time]>) -> Self {
         let (times, values) = (Vec::new(), Vec::new());
         Self {
@@ -32,7 +32,7 @@ impl<'a> SeriesAt<'a> {
         }
     }
 
-    /// Adds the next row, unless nothing of it is known.
+    /// Adds a row unless all its values are unknown.
     pub fn push(&mut self, time: Time, values: [f64; 3]) {
         if !values.iter().any(|value| value.is_finite()) {
             return;
@@ -41,7 +41,7 @@ impl<'a> SeriesAt<'a> {
             self.intervals.push(time - last);
         }
         let Some(moments) = &mut self.moments else { return self.take(time, values) };
-        // A moment is told from the row at or before it and the row after.
+        // Interpolation needs the row at or before a time and the row after it.
         let (passed, to_come) = moments.split_at(moments.partition_point(|moment| *moment < time));
         *moments = to_come;
         match self.waiting.take() {
@@ -66,7 +66,7 @@ impl<'a> SeriesAt<'a> {
     }
 }
 
-/// Three components over time; NaN where one is unknown.
+/// Three components over time; NaN for an unknown one.
 #[derive(Clone, Debug)]
 pub(crate) struct Series {
     times: Vec<Time>,
@@ -75,8 +75,8 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// The components at `time`, between two rows as `interpolate` has it; NaN before the first row, beyond the last
-    /// and across gaps.
+    /// The components at `time`, interpolated between two rows by `interpolate`; NaN before the first row, after the
+    /// last one and across gaps.
     pub fn at(
         &self,
         time: Time,

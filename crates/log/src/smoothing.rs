@@ -1,8 +1,8 @@
-//! A recorded flight through the estimator and back.
+//! Smoothing of a recorded flight: the estimator forward, then backward.
 //!
-//! What the smoother needs of a sample is ten times the sample. So the filter runs over the log twice:
-//! first it leaves only what it was at the start of every block of samples, then, from the last block
-//! to the first, each block is run again for the smoother, which goes back over it at once.
+//! The smoother needs ten times the memory of a sample for each sample. So the filter runs over the log twice. The
+//! first run stores only the filter at the start of every block of samples. Then, from the last block to the first,
+//! the filter runs over each block again, and the smoother goes back over it at once.
 
 use std::mem::size_of;
 use std::ops::ControlFlow;
@@ -20,41 +20,40 @@ use hovernav::ekf::{
 use hovernav::event::Event;
 use hovernav::ins::{HeadingSource, Start};
 
-/// What a run over a log and back gave.
+/// Result of a forward run and its smoothing.
 #[derive(Clone, Debug, Default)]
 pub struct SmoothedRun {
-    /// The filter's own solutions, moment by moment.
+    /// The filter's own solutions.
     pub forward: Run,
-    /// The smoothed solutions, at the times of the forward run's; none where nothing could be
-    /// smoothed, see [`Dataset::smooth`].
+    /// The smoothed solutions, at the times of the forward run's; empty if nothing could be smoothed, see
+    /// [`Dataset::smooth`].
     pub solutions: Vec<Solution>,
-    /// Where the fixes deny what smoothing gave, so that the filter's own solutions stand there.
+    /// Spans whose smoothed solutions were inconsistent with the fixes and were replaced by the filter's own.
     pub denied: Vec<Finding>,
 }
 
-/// Samples of a block, at least: what the smoother keeps of so many is 16 MB.
+/// Smallest number of samples of a block, for which the smoother needs 16 MB.
 const LEAST_BLOCK: usize = 4096;
-/// What the smoother keeps of a sample, at most, bytes.
+/// Largest memory of the smoother for one sample, bytes.
 const TRACE: usize = 4096;
 
-/// The filter before a block of events.
+/// State of the filter before a block of events.
 struct Checkpoint<'a> {
     estimator: Estimator<Full, 28>,
     events: Events<'a>,
 }
 
 impl Dataset {
-    /// Runs the estimator forward over the log, then smooths backward: every moment from the whole
-    /// log, biases and all.
+    /// Runs the estimator forward over the log, then smooths backward, so that every solution uses the whole log for
+    /// states and biases.
     ///
-    /// A log whose heading is found only in motion is gone over again, the filter starting in the
-    /// heading's sector, so that all of it is smoothed. Where alignment never ends or the heading is
-    /// never found, nothing is smoothed: to choose a heading would be to guess, and to guess
-    /// with confidence. `progress` is called with the number of inertial samples that the forward run
-    /// under way has done. Of the forward run's solutions those stay in memory that `keep` says.
+    /// If the heading is found only in motion, the log is run again from a start in the sector of that heading, so that
+    /// all of it is smoothed. If alignment never ends or the heading is never found, nothing is smoothed, for any
+    /// chosen heading would be a guess with too small a one-sigma. `progress` receives the number of inertial samples
+    /// done in the current forward run. `keep` selects the solutions of the forward run that stay in memory.
     ///
-    /// Where the fixes deny the smoothed path, the filter's own solutions stand in
-    /// its place, and a finding says so: the step at either end is the size of the contradiction.
+    /// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
+    /// The step at either end is the size of the inconsistency.
     ///
     /// See [`Smoother`] for the method, [`smoothing_bytes`](Self::smoothing_bytes) for the memory.
     pub fn smooth_keeping(
@@ -66,13 +65,13 @@ impl Dataset {
         self.smoothed(config, keep, &mut progress)
     }
 
-    /// [`smooth_keeping`](Self::smooth_keeping) every solution of the forward run.
+    /// [`smooth_keeping`](Self::smooth_keeping) with every solution of the forward run.
     pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
         self.smoothed(config, Keep::All, &mut progress)
     }
 
-    /// What smoothing takes beside the log itself, bytes: a solution of every sample, and what goes
-    /// back over one block and starts the others.
+    /// Memory for smoothing in addition to the log itself, bytes: a solution of every sample, the checkpoints, and the
+    /// smoother's data of one block.
     #[must_use]
     pub fn smoothing_bytes(&self) -> u64 {
         let (samples, block) = (self.sample_count(), self.block());
@@ -83,7 +82,7 @@ impl Dataset {
         bytes as u64
     }
 
-    /// Samples of a block: where checkpoints and one block's trace take least together.
+    /// Samples in a block, for the least total memory of checkpoints and one block's trace.
     fn block(&self) -> usize {
         let balanced = (self.sample_count() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
         balanced.max(LEAST_BLOCK)
@@ -143,7 +142,7 @@ impl Dataset {
         SmoothedRun { forward, solutions, denied: denied.iter().map(Denied::finding).collect() }
     }
 
-    /// Puts the forward run's solutions in the place of those that are denied.
+    /// Replaces the solutions in the `denied` spans by those of a forward run.
     fn put_forward(&self, config: &EstimatorConfig, denied: &[Denied], solutions: &mut [Solution]) {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         for event in self.events() {
@@ -158,8 +157,8 @@ impl Dataset {
         }
     }
 
-    /// A forward run that leaves a checkpoint before the first sample of every block; from `start` where
-    /// one is given, else from the alignment's own.
+    /// Forward run with a checkpoint before the first sample of every block; from `start` if given, else from the
+    /// alignment's own start.
     fn checkpointed<'a>(
         &'a self,
         config: &EstimatorConfig,
@@ -192,7 +191,7 @@ impl Dataset {
     }
 }
 
-/// Gives `event` to the estimator, which goes on from `start`, where one is given, once it is aligned.
+/// Passes `event` to the estimator, which continues from `start`, if given, once it is aligned.
 fn push(
     estimator: &mut Estimator<Full, 28>,
     event: &Event,

@@ -1,4 +1,4 @@
-//! What is in a log, for programs, and what of it matters.
+//! Survey of a log, for programs and for `hovernav info`.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -17,8 +17,8 @@ use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-/// A log at a glance: sensors, vibration, GPS quality, what is missing, what was found. Its
-/// [`Display`](fmt::Display) is what `hovernav info` says below the tables of [`Info`](crate::Info).
+/// A log at a glance: sensors, vibration, GPS quality, missing data, findings. Its [`Display`](fmt::Display) is the
+/// part of `hovernav info` below the tables of [`Info`](crate::Info).
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
@@ -32,16 +32,16 @@ pub struct Survey {
     /// The fixes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gps: Option<GpsSurvey>,
-    /// How much earlier than declared the fixes hold, s, and one-sigma, as the filter finds it.
+    /// Time by which the fixes are valid earlier than declared, s, with its one-sigma, as the filter estimates it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gps_offset_s: Option<(f64, f64)>,
-    /// What is missing, and what that costs, one sentence each.
+    /// Missing data and its consequence, one sentence each.
     pub missing: Vec<String>,
-    /// What of the set-up cannot be, or hardly.
+    /// Certain and likely errors of the set-up.
     pub setup: Vec<String>,
-    /// What happened when, as a run of the filter with the log's own settings shows it.
+    /// Findings of a filter run with the log's own settings.
     pub findings: Vec<Finding>,
-    /// What was repaired or left out in reading.
+    /// Repairs and skipped rows while reading.
     pub warnings: Vec<String>,
 }
 
@@ -49,17 +49,17 @@ pub struct Survey {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct SensorSurvey {
-    /// Its name.
+    /// Name of the sensor.
     pub name: &'static str,
-    /// How many samples.
+    /// Number of samples.
     pub samples: usize,
-    /// The first and the last, s on the log's clock.
+    /// First and last sample, s on the log's clock.
     pub span_s: (f64, f64),
-    /// Samples a second, by the usual interval.
+    /// Sample rate from the median interval, Hz.
     pub rate_hz: f64,
-    /// The longest interval, s.
+    /// Longest interval, s.
     pub longest_s: f64,
-    /// Gaps: after which time, s, and how long, s.
+    /// Gaps: time before each, s, and length, s.
     pub gaps_s: Vec<(f64, f64)>,
 }
 
@@ -77,9 +77,9 @@ pub struct ImuSurvey {
     pub mean_force_mps2: [f64; 3],
     /// Vibration between samples, rms, rad/s.
     pub vibration_radps: [f64; 3],
-    /// The same of the accelerometers, m/s².
+    /// Vibration of the accelerometers, m/s².
     pub vibration_mps2: [f64; 3],
-    /// Its strongest lines.
+    /// Strongest vibration lines.
     pub lines: Vec<VibrationLine>,
 }
 
@@ -89,7 +89,7 @@ pub struct ImuSurvey {
 pub struct GpsSurvey {
     /// Share of fixes with velocity.
     pub with_velocity: f64,
-    /// Share of fixes that state how good their position is.
+    /// Share of fixes with a stated one-sigma of position.
     pub with_position_sigma: f64,
     /// Median of the stated horizontal one-sigma, m.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -200,7 +200,7 @@ fn gps(fixes: &[Fix]) -> Option<GpsSurvey> {
     })
 }
 
-/// What is not there, and what that costs.
+/// Missing data of a log, and its consequence.
 fn missing(dataset: &Dataset) -> Vec<String> {
     let mut missing = Vec::new();
     let mut say = |sentence: &str| missing.push(sentence.to_owned());
@@ -210,11 +210,11 @@ fn missing(dataset: &Dataset) -> Vec<String> {
         say("no GPS: nothing to start from, so no solution");
     } else if dataset.fixes.iter().all(|fix| fix.horizontal_velocity_mps.is_none()) {
         say(
-            "no GPS velocity: velocity is about half as well again known, heading takes longer to find",
+            "no GPS velocity: velocity is about 1.5 times less accurate, heading takes longer to find",
         );
     }
     if dataset.fixes.iter().all(|fix| fix.position_sigma_m.is_none()) && !dataset.fixes.is_empty() {
-        say("no accuracy of the fixes: learned from the innovations, slowly");
+        say("no accuracy of the fixes: the filter estimates it from the innovations, slowly");
     }
     if !has_attitude && !has_field {
         say(
@@ -222,20 +222,22 @@ fn missing(dataset: &Dataset) -> Vec<String> {
              horizontally, and drifts in a hover",
         );
     } else if !has_field {
-        say("no magnetometer: heading rests on the unit's own attitude");
+        say("no magnetometer: heading comes from the unit's own attitude alone");
     }
     if dataset.baro.is_empty() {
         say(
-            "no barometer: height is the GPS's own, two to three times as far off as its position, and \
-             nothing denies a wrong one",
+            "no barometer: height comes from GPS alone, two to three times less accurate than position, and a \
+             wrong height is not detected",
         );
     }
     let manifest = &dataset.manifest;
     if manifest.gps.antenna_lever_arm_m == hovernav::frames::Vector::ZERO {
-        say("no antenna lever arm: each metre of it costs 0.1 m/s for every 6°/s of turning");
+        say(
+            "no antenna lever arm: each metre of it costs 0.1 m/s of velocity for every 6°/s of turn rate",
+        );
     }
     if manifest.imu.accel_range_g.is_none() {
-        say("no ranges of the inertial unit: clipping is noticed only once it has repeated itself");
+        say("no full-scale ranges of the inertial unit: only repeated clipping is detected");
     }
     missing
 }
@@ -269,10 +271,10 @@ impl fmt::Display for Survey {
             writeln!(f, "  fastest     {:.1} m/s", gps.fastest_mps)?;
             if let Some((offset_s, sigma_s)) = self.gps_offset_s {
                 let text = format!("{offset_s:.3} s ± {sigma_s:.3} s earlier than declared");
-                writeln!(f, "  time        fixes hold {text}")?;
+                writeln!(f, "  time        fixes are valid {text}")?;
             }
         }
-        section(f, "missing, and what that costs", &self.missing)?;
+        section(f, "missing data, and its cost", &self.missing)?;
         section(f, "set-up", &self.setup)?;
         let words: Vec<String> = sentences(&self.findings);
         section(f, "found by running the filter", &words)

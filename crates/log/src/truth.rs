@@ -1,13 +1,13 @@
-//! What was true of a simulated flight: what `reference.csv` is written from.
+//! True motion of a simulated flight, for `reference.csv`.
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
 
-/// Where a point of the vehicle was and how it moved.
+/// Position and motion of a point of the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
-    /// When.
+    /// Time.
     pub time: Time,
     /// Position of the point.
     pub position: Geodetic,
@@ -15,6 +15,6 @@ pub struct Truth {
     pub velocity_mps: Vector<Ned>,
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned>,
-    /// Angular rate of the body against the NED axes, rad/s.
+    /// Angular rate of the body relative to the NED axes, rad/s.
     pub angular_rate_radps: Vector<Body>,
 }

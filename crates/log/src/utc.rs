@@ -1,12 +1,12 @@
-//! The log's clock and the calendar.
+//! Conversion between the log's clock and calendar time.
 
 use chrono::{DateTime, NaiveDate, SecondsFormat};
 use toml::value::{Datetime, Offset};
 
 use crate::manifest::Manifest;
 
-/// A moment, ns of UTC since the start of 1970, as `date` of `dataset.toml` writes it, to the millisecond. `None`
-/// outside the years 1990 to 2100, in which no log was made.
+/// Time `unix_ns`, ns of UTC since the start of 1970, in the form of `date` in `dataset.toml`, to the millisecond.
+/// `None` outside the years 1990 to 2100.
 #[must_use]
 pub fn moment(unix_ns: i64) -> Option<Datetime> {
     let text = DateTime::from_timestamp_nanos(unix_ns).to_rfc3339_opts(SecondsFormat::Millis, true);
@@ -15,8 +15,8 @@ pub fn moment(unix_ns: i64) -> Option<Datetime> {
 }
 
 impl Manifest {
-    /// When the log's clock reads zero, ns of UTC since the start of 1970: a `date` that has a time of day, taken for
-    /// UTC where it names no offset. `None` of a mere day.
+    /// Time at which the log's clock reads zero, ns of UTC since the start of 1970, from a `date` with a time of day;
+    /// UTC is assumed without an offset. `None` for a date alone.
     ///
     /// ```
     /// # use hovernav_log::Manifest;

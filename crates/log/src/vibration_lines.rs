@@ -1,4 +1,4 @@
-//! The strongest lines in the spectrum of an inertial unit.
+//! Strongest vibration lines in the spectrum of an inertial unit.
 
 use std::f64::consts::TAU;
 
@@ -10,30 +10,30 @@ use crate::statistics::quantile;
 /// A line of vibration.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VibrationLine {
-    /// Which sensor: `gyro x` to `accelerometer z`.
+    /// Sensor axis: `gyro x` to `accelerometer z`.
     pub axis: &'static str,
-    /// Where it shows, Hz: at its alias where the unit is too slow for it.
+    /// Frequency, Hz, as sampled: a vibration above half the sample rate appears at its alias.
     pub frequency_hz: f64,
-    /// Its amplitude, in `unit`.
+    /// Amplitude, in `unit`.
     pub amplitude: f64,
-    /// rad/s or m/s².
+    /// Unit of the amplitude: rad/s or m/s².
     pub unit: &'static str,
 }
 
 const AXES: [&str; 6] =
     ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
-/// Samples of a segment, and segments at most.
+/// Samples of a segment, and largest number of segments.
 const LENGTH: usize = 256;
 const SEGMENTS: usize = 32;
-/// A line stands so far above its neighbourhood of so many bins.
+/// Factor by which a line exceeds its neighbourhood, and number of bins of that neighbourhood.
 const ABOVE: f64 = 8.0;
 const NEAR: usize = 12;
-/// Lines told of each triad.
+/// Largest number of lines of each triad.
 const TOLD: usize = 3;
-/// Slower than this, Hz, it is motion.
+/// Lower frequencies, Hz, are motion.
 const SLOWEST_HZ: f64 = 3.0;
 
-/// The strongest lines of gyros and of accelerometers, each at its strongest axis.
+/// Strongest lines of gyros and of accelerometers, each for its strongest axis.
 ///
 /// # Source
 /// Averaged periodograms of segments with a Hann window: P. D. Welch (1967), The use of fast Fourier
@@ -66,7 +66,7 @@ pub(crate) fn vibration_lines(rates: &[Rates]) -> Vec<VibrationLine> {
             if !is_top || power[bin] < ABOVE * floor {
                 continue;
             }
-            // What a Hann window spreads over three bins.
+            // A Hann window spreads a line over three bins.
             let strength: f64 = power[bin - 1..=bin + 1].iter().sum();
             let (frequency_hz, amplitude) =
                 (bin as f64 / (LENGTH as f64 * interval_s), (2.0 * strength / 1.5).sqrt());
@@ -90,8 +90,8 @@ pub(crate) fn vibration_lines(rates: &[Rates]) -> Vec<VibrationLine> {
     found.concat()
 }
 
-/// Mean power of the segments at each frequency from 0 to half the rate; a sine of amplitude a has
-/// a²/2, spread over three bins.
+/// Mean power of the segments at each frequency from 0 to half the rate. A sine of amplitude a has a²/2, spread over
+/// three bins.
 fn power(segments: &[&[Rates]], of: impl Fn(&Rates) -> f64, waves: &[(f64, f64)]) -> Vec<f64> {
     let mut power = vec![0.0; LENGTH / 2 + 1];
     for segment in segments {
