@@ -306,12 +306,12 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "gps.csv: line 3 left out: no place on Earth, the latitude is beyond 90° (expected degrees, \
+            "gps.csv: line 3 left out: not a position on Earth, the latitude is beyond 90° (expected degrees, \
              not 1e-7 degrees)",
             "gps.csv: line 4 left out: a coordinate is missing",
             "gps.csv: 2 rows, the first at line 5, left out: no fix",
-            "gps.csv: line 7 with a sigma that is none: taken as unknown",
-            "gps.csv: line 8 with a velocity beyond any vehicle's: taken as unknown",
+            "gps.csv: line 7 with an invalid sigma: sigma ignored",
+            "gps.csv: line 8 with a velocity beyond any vehicle's: velocity ignored",
         ]
     );
 }
@@ -329,8 +329,8 @@ fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "gps.csv: line 3 without a height: taken for the horizontal alone",
-            "gps.csv: fixes of type 2, 1 of them: two-dimensional, taken for the horizontal alone",
+            "gps.csv: line 3 without a height: used for the horizontal alone",
+            "gps.csv: fixes of type 2, 1 of them: two-dimensional, used for the horizontal alone",
         ]
     );
     // Where 1 is a type as well, 2 is a quality and no dimension.
@@ -351,7 +351,7 @@ fn fixes_before_the_first_height_are_at_that_and_without_any_at_nought() {
     let without = gps.replace("250", "");
     assert_eq!(of(&without), [(0.0, true); 4]);
     let said =
-        "gps.csv: no fix has a height: they are taken to be at 0 m, and the height is not known";
+        "gps.csv: no fix has a height: 0 m is assumed, and the height is unknown";
     assert!(read(&without).warnings.iter().any(|warning| warning == said));
 }
 

@@ -174,7 +174,7 @@ fn what_can_be_mended_is_mended_with_a_warning() {
         (damaged("hole", "imu.csv", hole), "gap"),
         (
             damaged("pole", "gps.csv", |text| text.replacen("1.3521", "99.3521", 1)),
-            "no place on Earth",
+            "not a position on Earth",
         ),
     ] {
         succeeds(&["estimate", text(&log), "--out", text(&out), "--no-report"]);

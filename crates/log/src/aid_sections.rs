@@ -1,4 +1,4 @@
-//! The sections of `dataset.toml` for aids beside the GPS.
+//! Sections of `dataset.toml` for aids other than GPS.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -9,17 +9,17 @@ use hovernav::scalar::Readable;
 
 use crate::lever_arm;
 
-/// `[rangefinder]`: a rangefinder that looks at the ground; its readings are in `range.csv`.
+/// `[rangefinder]`: a downward-looking rangefinder; its readings are in `range.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct RangefinderSection {
-    /// The sensor from the centre of gravity, m.
+    /// Position of the sensor relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub lever_arm_m: Vector<Body>,
-    /// Where its beam leads in body axes, of any length; 0, 0, 1 is straight down.
+    /// Direction of its beam in body axes, of any length; 0, 0, 1 is straight down.
     #[serde(with = "direction")]
     pub beam: Vector<Body>,
-    /// What it measures, and how the ground varies.
+    /// Its measurement model, with the variation of the ground.
     pub model: RangeModel,
 }
 
@@ -34,21 +34,22 @@ impl Default for RangefinderSection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct SecondAntennaSection {
-    /// The second antenna from the centre of gravity, m; where absent, the headings are of the vehicle itself.
+    /// Position of the second antenna relative to the centre of gravity, m; without it, the headings are of the vehicle
+    /// itself.
     #[serde(with = "some_lever_arm", skip_serializing_if = "Option::is_none")]
     pub lever_arm_m: Option<Vector<Body>>,
-    /// How good its heading is.
+    /// Accuracy of its heading.
     pub model: AntennaHeadingModel,
 }
 
 impl SecondAntennaSection {
-    /// The second antenna from the first, m.
+    /// Vector from the first antenna to the second, m.
     pub(crate) fn baseline_m(&self, first_m: Vector<Body>) -> Option<Vector<Body>> {
         self.lever_arm_m.map(|second_m| second_m - first_m)
     }
 }
 
-/// A lever arm that is there.
+/// Conversion of an optional lever arm.
 mod some_lever_arm {
     use super::{Body, Deserializer, Serialize, Serializer, Vector, lever_arm};
 
@@ -66,7 +67,7 @@ mod some_lever_arm {
     }
 }
 
-/// A notch whose settings are within their ranges.
+/// A notch with checked settings.
 pub(crate) fn notch<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<NotchConfig>, D::Error> {
@@ -87,7 +88,7 @@ mod direction {
         beam.to_array().serialize(serializer)
     }
 
-    /// Brought to length one.
+    /// A direction, normalised to length one.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vector<Body>, D::Error> {

@@ -1,4 +1,4 @@
-//! `baro.csv` and `mag.csv`: what may lie beside the inertial unit and the GPS.
+//! `baro.csv` and `mag.csv`: aids of a dataset other than inertial unit and GPS.
 
 use std::path::Path;
 
@@ -15,11 +15,11 @@ pub(crate) const BARO_FILE: &str = "baro.csv";
 pub(crate) const MAG_FILE: &str = "mag.csv";
 pub(crate) const ALTITUDE: &str = "altitude_m";
 
-/// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level;
-/// `None` outside the troposphere's 22 632 Pa to 11 km, and the like below −2 km (127 774 Pa).
+/// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level; `None` above the
+/// troposphere (22 632 Pa, 11 km) and below −2 km (127 774 Pa).
 ///
-/// Not a height above the ellipsoid: it differs from one by the day's weather and by the geoid, which
-/// change slowly, so differences within a flight are what it is good for.
+/// Not a height above the ellipsoid: it differs from one by weather and geoid. Both change slowly, so differences
+/// within a flight are accurate.
 ///
 /// # Source
 /// ICAO Doc 7488/3, *Manual of the ICAO Standard Atmosphere*, table A (p0 = 101 325 Pa, T0 = 288.15 K,
@@ -67,7 +67,7 @@ pub(crate) fn read_magnetometer(
 
 const OUT_OF_RANGE: &str = "left out: a value is out of range";
 
-/// Why a pressure that was told in Pa is left out, by the unit that it is likely in.
+/// Reason to leave out a pressure given in Pa, with its likely unit.
 fn pressure_fault(pressure_pa: f64) -> &'static str {
     let is_pressure = |scale: f64| pressure_altitude_m(scale * pressure_pa).is_some();
     if is_pressure(100.0) {
@@ -79,7 +79,7 @@ fn pressure_fault(pressure_pa: f64) -> &'static str {
     }
 }
 
-/// All rows whose numbers are known and make a `value`, in time order; of others is counted why not.
+/// All rows with known numbers from which `value` makes a value, in time order; others are counted with the reason.
 fn read_timed<T, const N: usize>(
     mut table: Table,
     file: &'static str,

@@ -1,4 +1,4 @@
-//! Time order: which rows to keep where a clock stutters, jumps or restarts.
+//! Time order: selection of rows where a clock stutters, jumps or restarts.
 
 use std::path::Path;
 
@@ -9,17 +9,16 @@ use crate::remarks::Remarks;
 use crate::statistics::quantile;
 use hovernav::time::Time;
 
-/// Rows of a file in the order found, each with its line, or its byte where the file has no lines.
+/// Rows of a file in the order found, each with its line, or its byte offset in a binary file.
 #[derive(Debug)]
 pub struct Rows<T> {
     rows: Vec<T>,
     lines: Vec<u64>,
 }
 
-/// As many rows may be stray whatever the size of the file.
+/// Number of rows that may be stray in a file of any size.
 const STRAY_ROWS: usize = 10;
-/// So few rows further than this from all others are stray, s: garbled times, or the clock before it
-/// was set.
+/// Distance from all other rows, s, beyond which a few rows are stray: garbled times, or the clock before it was set.
 const STRAY_GAP_S: f64 = 3600.0;
 
 impl<T> Default for Rows<T> {
@@ -29,7 +28,7 @@ impl<T> Default for Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// No rows yet.
+    /// Without rows.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -46,13 +45,14 @@ impl<T> Rows<T> {
         self.lines.into_iter().zip(self.rows)
     }
 
-    /// The rows with time strictly increasing, and their lines; the fewest possible are left out.
+    /// The rows with strictly increasing times, and their lines, with as few rows as possible left out.
     ///
-    /// So a single time far ahead costs that row and not all that follow. A handful of rows more
-    /// than an hour from all the others goes too.
+    /// A single time far ahead costs that row, not all that follow. A few rows more than an hour from all others are
+    /// left out too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] where more than a handful of rows and a quarter of all would be left out,
+    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out, not counting those
+    /// that repeat the time before: the file then has a second recording, or is shuffled.
     /// those that repeat the time before apart: a second recording, or a shuffled file.
     pub fn in_time_order(
         mut self,
@@ -72,7 +72,7 @@ impl<T> Rows<T> {
 
 const STRAY: &str = "left out: more than an hour from all the others";
 
-/// Which rows, by their `times` and `lines`, stay: see [`Rows::in_time_order`].
+/// Indices of the rows that stay, by their `times` and `lines`: see [`Rows::in_time_order`].
 fn kept(
     times: &[Time],
     lines: &[u64],
@@ -125,28 +125,28 @@ fn remark(
     Ok(())
 }
 
-/// Which rows of a file to leave out for time to run forward, from a first look at them one by one. Rows with
-/// the time of the row before apart, which always go.
+/// Selection of rows to leave out so that time runs forward, in a first pass over single rows. Rows at the time of the
+/// row before always go, and are counted separately.
 #[derive(Debug, Default)]
 pub(crate) struct FirstLook {
     rows: usize,
     last: Option<Time>,
-    /// Rows with the time of the row before, and the line of the first.
+    /// Number of rows at the time of the row before, and the line of the first.
     repeated: (usize, u64),
     groups: Vec<Group>,
     goes_back: bool,
 }
 
-/// Rows with no more than an hour from each to the next.
+/// Rows at most an hour apart from each other in sequence.
 #[derive(Debug, Default)]
 struct Group {
     rows: usize,
-    /// Index and line of the first of them.
+    /// Index and line of its first rows.
     first: Vec<(usize, u64)>,
 }
 
 impl FirstLook {
-    /// Takes in the next row; whether it has another time than the row before.
+    /// Adds a row; returns whether its time differs from that of the row before.
     pub fn push(&mut self, line: u64, time: Time) -> bool {
         let index = self.rows;
         self.rows += 1;
@@ -171,8 +171,7 @@ impl FirstLook {
         true
     }
 
-    /// The indices, rising, of the rows to leave out; `None` where time goes back, which takes
-    /// [`looked_again`].
+    /// Indices of the rows to leave out, rising; `None` if time goes back, which needs [`looked_again`].
     pub fn left_out(mut self, remarks: &mut Remarks) -> Option<Vec<usize>> {
         if self.goes_back {
             return None;
@@ -193,7 +192,7 @@ impl FirstLook {
     }
 }
 
-/// The indices, rising, of the rows to leave out, by the `times` and `lines` of all.
+/// Indices of the rows to leave out, rising, from the `times` and `lines` of all rows.
 ///
 /// # Errors
 /// As [`Rows::in_time_order`].
@@ -207,16 +206,16 @@ pub(crate) fn looked_again(
     Ok((0..keep.len()).filter(|&index| !keep[index]).collect())
 }
 
-/// Marks a longest strictly increasing subsequence, by patience sorting in n log n.
+/// Marks a longest strictly increasing subsequence, by patience sorting in O(n log n).
 fn longest_increasing(times: &[Time]) -> Vec<bool> {
-    // For each length, the index at which a subsequence of that length ends earliest in time.
+    // For each length, the index at which the subsequence of that length with the earliest end ends.
     let mut ends: Vec<usize> = Vec::new();
     let mut previous: Vec<Option<usize>> = Vec::with_capacity(times.len());
     for (index, time) in times.iter().enumerate() {
         let length = ends.partition_point(|&end| times[end] < *time);
         previous.push(length.checked_sub(1).map(|shorter| ends[shorter]));
         match ends.get_mut(length) {
-            // Of equal times the first row stays.
+            // Of rows with equal times the first stays.
             Some(end) if times[*end] == *time => {}
             Some(end) => *end = index,
             None => ends.push(index),
@@ -231,7 +230,7 @@ fn longest_increasing(times: &[Time]) -> Vec<bool> {
     keep
 }
 
-/// Kept rows in small groups far from all others; the largest group always stays.
+/// Indices of kept rows in small groups far from all others; the largest group always stays.
 fn strays(times: &[Time], keep: &[bool]) -> Vec<usize> {
     let kept: Vec<usize> = (0..times.len()).filter(|&index| keep[index]).collect();
     let mut groups: Vec<&[usize]> =
@@ -243,33 +242,32 @@ fn strays(times: &[Time], keep: &[bool]) -> Vec<usize> {
     groups.concat()
 }
 
-/// A stretch without samples.
+/// An interval without samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gap {
-    /// The last sample before it.
+    /// Time of the last sample before it.
     pub after: Time,
-    /// How long until the next sample, s.
+    /// Time to the next sample, s.
     pub length_s: f64,
 }
 
-/// Intervals between successive `times` that are longer than five median intervals and than 0.2 s.
-///
-/// `times` strictly increasing; none of fewer than two.
+/// Gaps: intervals between successive `times` that exceed five median intervals and 0.2 s. `times` are strictly
+/// increasing; fewer than two have no gaps.
 pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
     let mut gaps = Gaps::default();
     times.iter().for_each(|time| gaps.push(*time));
     gaps.found()
 }
 
-/// No shorter interval is a gap, s.
+/// Shortest gap, s.
 const SHORTEST_GAP_S: f64 = 0.2;
 
-/// [`gaps`], time by time.
+/// [`gaps`], one time at a time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gaps {
     pub last: Option<Time>,
     pub intervals: Distribution,
-    /// Those that may be: no more than five a second, however fast the sensor is.
+    /// Candidates: at most five a second, however fast the sensor is.
     long: Vec<Gap>,
 }
 
@@ -290,7 +288,7 @@ impl Gaps {
     }
 }
 
-/// The median interval between successive `times`, s; `None` of fewer than two.
+/// Median interval between successive `times`, s; `None` with fewer than two.
 #[must_use]
 pub fn median_interval_s(times: &[Time]) -> Option<f64> {
     let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -312,7 +310,7 @@ mod tests {
             let kept: Vec<Time> =
                 times.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(time, _)| *time).collect();
             prop_assert!(kept.windows(2).all(|pair| pair[0] < pair[1]));
-            // The longest chain that ends at each row, by trying every row before it.
+            // Longest chain that ends at each row, by brute force over all rows before it.
             let mut longest: Vec<usize> = Vec::new();
             for (index, time) in times.iter().enumerate() {
                 let before = (0..index).filter(|&i| times[i] < *time).map(|i| longest[i]).max();
@@ -325,7 +323,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_first_look_leaves_out_what_the_whole_would(steps in prop::collection::vec(-1i64..6, 0..60)) {
-            // Mostly forward, now and then the same time, an hour ahead or back.
+            // Mostly forward, sometimes the same time, an hour ahead or an hour back.
             let hour = 3_700_000_000_000;
             let mut ns = 0;
             let times: Vec<Time> = steps

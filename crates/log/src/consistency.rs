@@ -1,9 +1,8 @@
-//! Whether the innovations are as large as the filter says: the normalised innovation squared.
+//! Consistency of innovations with the filter's covariance: the normalised innovation squared (NIS).
 //!
-//! The scalar updates of one measurement are taken one after another, each with the variance that
-//! the ones before it left, so their squares add up to the normalised innovation squared (NIS) of
-//! the measurement as a whole. Of a consistent filter it follows a chi-square distribution with as
-//! many degrees of freedom as the measurement has channels.
+//! The filter fuses the components of a measurement one after another, each with the variance that the previous ones
+//! left. So their normalised squares add up to the NIS of the whole measurement. For a consistent filter it follows a
+//! chi-square distribution with as many degrees of freedom as the measurement has channels.
 //!
 //! # Source
 //! Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and Navigation*, section
@@ -15,24 +14,24 @@ use hovernav::time::Time;
 /// The normalised innovation squared of one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InnovationTest {
-    /// When the measurement was true.
+    /// Time of validity of the measurement.
     pub time: Time,
     /// Sum of (innovation / one-sigma)² over the measurement's channels.
     pub squared: f64,
-    /// How many channels the measurement had.
+    /// Number of channels of the measurement.
     pub degrees_of_freedom: usize,
-    /// Whether any of them was not simply accepted.
+    /// Whether any channel was not simply accepted.
     pub refused: bool,
 }
 
 impl InnovationTest {
-    /// The square per channel: 1 is what a consistent filter has on average.
+    /// The square per channel, 1 on average for a consistent filter.
     #[must_use]
     pub fn per_channel(&self) -> f64 {
         self.squared / self.degrees_of_freedom as f64
     }
 
-    /// Whether it lies within the 95 % interval of its chi-square distribution.
+    /// Whether it is within the 95 % interval of its chi-square distribution.
     #[must_use]
     pub fn is_inside(&self) -> bool {
         let (low, high) = chi_square_interval_95(self.degrees_of_freedom);
@@ -40,7 +39,7 @@ impl InnovationTest {
     }
 }
 
-/// One test per moment, from `innovations` in the order in which the filter took them.
+/// One test per measurement, from `innovations` in the order in which the filter fused them.
 #[must_use]
 pub fn innovation_tests(innovations: &[Innovation]) -> Vec<InnovationTest> {
     innovations
@@ -54,7 +53,7 @@ pub fn innovation_tests(innovations: &[Innovation]) -> Vec<InnovationTest> {
         .collect()
 }
 
-/// Squares per channel of the measurements that were not refused, pooled.
+/// Pooled squares per channel of the measurements that were not rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PooledInnovations {
     /// Mean square per channel.
@@ -66,7 +65,7 @@ pub struct PooledInnovations {
 }
 
 impl PooledInnovations {
-    /// Pools the accepted measurements of a stretch; `None` where there are none.
+    /// Pools the accepted measurements of a span; `None` without any.
     #[must_use]
     pub fn of(tests: &[InnovationTest]) -> Option<Self> {
         let accepted = || tests.iter().filter(|test| !test.refused && test.squared.is_finite());
@@ -86,8 +85,8 @@ impl PooledInnovations {
 
 /// The 2.5 % and 97.5 % points of the chi-square distribution.
 ///
-/// Up to six degrees of freedom from the table, beyond by the Wilson–Hilferty approximation, good to
-/// 2 % at seven and better above.
+/// Up to six degrees of freedom from the table, beyond by the Wilson–Hilferty approximation: accurate to 2 % at seven,
+/// and better above.
 ///
 /// # Source
 /// Abramowitz and Stegun, *Handbook of Mathematical Functions*, table 26.8 and equation 26.4.17.

@@ -1,4 +1,4 @@
-//! What the sensors sent, as one stream.
+//! Events of all sensors as one stream.
 
 use std::iter::Peekable;
 use std::slice::Iter;
@@ -11,10 +11,10 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Notch};
 use hovernav::time::Time;
 
-/// A fix of a log arrives no later than this after it is true, s.
+/// Longest time from the validity of a fix to its arrival, s.
 const LATEST_S: f64 = 0.2;
 
-/// The events of a dataset in order of arrival; a clone goes on from where it was cloned.
+/// Iterator over the events of a dataset in order of arrival; a clone continues at the same event.
 #[derive(Clone, Debug)]
 pub struct Events<'a> {
     latency_s: f64,
@@ -30,9 +30,9 @@ pub struct Events<'a> {
 }
 
 impl Dataset {
-    /// Everything the sensors sent, in order of arrival: as [`order`](Self::order) has it, else by
-    /// time, a fix arriving its latency after it is true, but no more than 0.2 s after: what was logged later still
-    /// is later than an estimator remembers.
+    /// Events of all sensors, in order of arrival: by [`order`](Self::order) if it is complete, else by time. A fix
+    /// arrives its latency after its time of validity, but at most 0.2 s after it, because an estimator's history is no
+    /// longer.
     #[must_use]
     pub fn events(&self) -> Events<'_> {
         Events {
@@ -49,7 +49,7 @@ impl Dataset {
         }
     }
 
-    /// Whether `order` lists every event there is.
+    /// Whether `order` lists every event.
     fn has_order(&self) -> bool {
         let count = |of| self.order.iter().filter(|source| **source == of).count();
         count(Source::Imu) == self.sample_count()
@@ -62,7 +62,7 @@ impl Dataset {
 }
 
 impl Events<'_> {
-    /// The source of the earliest event.
+    /// Source of the earliest event.
     fn earliest(&mut self) -> Option<Source> {
         let latency_s = self.latency_s;
         let times = [
@@ -77,7 +77,7 @@ impl Events<'_> {
         present.min_by_key(|(_, time)| *time).map(|(source, _)| source)
     }
 
-    /// The next inertial sample, less the rotor's vibration where there is a notch.
+    /// The next inertial sample, without the rotor's vibration if there is a notch.
     fn sample(&mut self) -> Option<ImuSample> {
         let sample = self.imu.next()?;
         let Some(notch) = &mut self.notch else { return Some(sample) };

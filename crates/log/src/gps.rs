@@ -17,9 +17,9 @@ pub(crate) const POSITION_SIGMA: [&str; 3] = ["sigma_n_m", "sigma_e_m", "sigma_d
 pub(crate) const VELOCITY_SIGMA: [&str; 3] = ["sigma_vn_mps", "sigma_ve_mps", "sigma_vd_mps"];
 pub(crate) const SATELLITES: &str = "satellites";
 
-/// Nothing that flies by this filter is faster, m/s.
+/// Largest plausible velocity, m/s.
 pub(crate) const FASTEST_MPS: f64 = 1000.0;
-/// Larger sigmas are a receiver's way of saying it does not know: m, m/s.
+/// Larger sigmas mean that the receiver does not know its accuracy: m, m/s.
 const LARGEST_POSITION_SIGMA_M: f64 = 1e4;
 const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
 
@@ -52,17 +52,14 @@ pub(crate) fn read(
     let (rows, _) = rows.in_time_order(|(fix, _)| fix.time, table.path(), &mut remarks)?;
     let held = rows.iter().filter(|(_, flat)| *flat && types.are_dimensions()).count();
     if held > 0 {
-        remarks.say(format!(
-            "fixes of type 2, {held} of them: two-dimensional, taken for the horizontal alone"
-        ));
+        remarks
+            .say(format!("fixes of type 2, {held} of them: two-dimensional, used for the horizontal alone"));
     }
-    // Fixes before the first height are at that.
+    // Fixes before the first height get that height.
     let first_m =
         rows.iter().find(|(fix, _)| !fix.two_dimensional).map(|(fix, _)| fix.position.height_m);
     if first_m.is_none() && !rows.is_empty() {
-        remarks.say(
-            "no fix has a height: they are taken to be at 0 m, and the height is not known".into(),
-        );
+        remarks.say("no fix has a height: 0 m is assumed, and the height is unknown".into());
     }
     let mut until_height = true;
     let fixes: Vec<Fix> = rows
@@ -77,16 +74,16 @@ pub(crate) fn read(
         })
         .collect();
     if fixes.is_empty() {
-        remarks.say("holds no usable fix".into());
+        remarks.say("found no usable fix".into());
     }
     warnings.extend(remarks.into_warnings());
     Ok(fixes)
 }
 
-/// The type of a fix without a height of its own, in a log that counts dimensions.
+/// Type of a fix without its own height, in a log whose types are dimensions.
 const TWO_DIMENSIONAL: f64 = 2.0;
 
-/// Which types of fixes a log has, as what they mean differs from receiver to receiver.
+/// Types of fixes in a log, whose meaning differs between receivers.
 #[derive(Clone, Copy, Debug, Default)]
 struct TypesSeen {
     three: bool,
@@ -99,13 +96,13 @@ impl TypesSeen {
         self.one |= fix_type == Some(1.0);
     }
 
-    /// Whether 2 and 3 are dimensions: there are three-dimensional fixes, and none of one dimension.
+    /// Whether types 2 and 3 are dimensions: some fixes are of type 3, and none of type 1.
     const fn are_dimensions(self) -> bool {
         self.three && !self.one
     }
 }
 
-/// Where in the table each quantity stands.
+/// Columns of the quantities in the table.
 struct Columns {
     time: usize,
     position: [usize; 3],
@@ -138,7 +135,7 @@ impl Columns {
         })
     }
 
-    /// The fix in `row` at its time of arrival, or why it is left out.
+    /// The fix in `row` at its time of arrival, or the reason to leave it out.
     fn fix(
         &self,
         row: &Row<'_>,
@@ -155,7 +152,7 @@ impl Columns {
         let satellites = row.finite(self.satellites)?;
 
         let Some(arrival) = arrival else { return Ok(Err("left out: no time")) };
-        // What else the type says differs from receiver to receiver.
+        // The meaning of other types differs between receivers.
         if fix_type == Some(0.0) || [lat, lon] == [0.0; 2] {
             return Ok(Err("left out: no fix"));
         }
@@ -168,7 +165,7 @@ impl Columns {
             return Ok(Err(no_place([lat, lon])));
         };
         if two_dimensional {
-            remarks.count("without a height: taken for the horizontal alone", row.line);
+            remarks.count("without a height: used for the horizontal alone", row.line);
         }
         let satellites = satellites.filter(|[count]| (0.0..=255.0).contains(count));
         let fix = Fix {
@@ -185,40 +182,39 @@ impl Columns {
     }
 }
 
-/// Why a latitude and a longitude, °, and a height that make no place on Earth do not.
+/// Reason why a latitude and a longitude, °, and a height are not a position on Earth.
 #[must_use]
 pub fn no_place([lat, lon]: [f64; 2]) -> &'static str {
     let latitude = |degrees: f64| degrees.abs() <= 90.0;
     match (latitude(lat), latitude(lon)) {
         (false, true) => {
-            "left out: no place on Earth, the latitude is beyond 90° (latitude and longitude swapped?)"
+            "left out: not a position on Earth, the latitude is beyond 90° (latitude and longitude swapped?)"
         }
         (false, false) => {
-            "left out: no place on Earth, the latitude is beyond 90° (expected degrees, not 1e-7 degrees)"
+            "left out: not a position on Earth, the latitude is beyond 90° (expected degrees, not 1e-7 degrees)"
         }
         _ if lon.abs() > 360.0 => {
-            "left out: no place on Earth, the longitude is beyond 360° (expected degrees)"
+            "left out: not a position on Earth, the longitude is beyond 360° (expected degrees)"
         }
-        _ => "left out: no place on Earth, the height is too large (expected metres)",
+        _ => "left out: not a position on Earth, the height is too large (expected metres)",
     }
 }
 
-/// `fix` without a velocity beyond any vehicle's and without a sigma that is none, each of which counts
-/// in `remarks` against `line`.
+/// `fix` without an implausible velocity and without invalid sigmas; each is counted in `remarks` against `line`.
 #[must_use]
 pub fn plausible_fix(mut fix: Fix, line: u64, remarks: &mut Remarks) -> Fix {
     let is_motion = |speed: f64| speed.abs() <= FASTEST_MPS;
     let is_velocity = fix.horizontal_velocity_mps.is_none_or(|v| v.into_iter().all(is_motion))
         && fix.down_velocity_mps.is_none_or(is_motion);
     if !is_velocity {
-        remarks.count("with a velocity beyond any vehicle's: taken as unknown", line);
+        remarks.count("with a velocity beyond any vehicle's: velocity ignored", line);
         (fix.horizontal_velocity_mps, fix.down_velocity_mps) = (None, None);
     }
     let mut known = |sigma: Option<Vector<Ned>>, largest: f64| {
         let is_one =
             |sigma: &Vector<Ned>| sigma.to_array().iter().all(|s| *s > 0.0 && *s <= largest);
         if sigma.is_some_and(|sigma| !is_one(&sigma)) {
-            remarks.count("with a sigma that is none: taken as unknown", line);
+            remarks.count("with an invalid sigma: sigma ignored", line);
         }
         sigma.filter(is_one)
     };
@@ -227,7 +223,7 @@ pub fn plausible_fix(mut fix: Fix, line: u64, remarks: &mut Remarks) -> Fix {
     fix
 }
 
-/// The sigma in whichever of `columns` has one.
+/// The sigma in the first of `columns` that the table has.
 fn sigma(row: &Row<'_>, columns: [Option<[usize; 3]>; 2]) -> Result<Option<Vector<Ned>>, LogError> {
     let [per_axis, grouped] = [row.finite(columns[0])?, row.finite(columns[1])?];
     Ok(per_axis.or(grouped).map(Vector::from))

@@ -26,46 +26,46 @@ pub(crate) const RATES: [&str; 6] = [
 pub(crate) const INCREMENTS: [&str; 6] =
     ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
 pub(crate) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
-/// How often each gyro and accelerometer was at its full scale since the sample before.
+/// Number of raw readings at full scale of each gyro and accelerometer since the previous sample.
 pub(crate) const CLIPPED: [[&str; 3]; 2] = [
     ["gyro_x_clipped", "gyro_y_clipped", "gyro_z_clipped"],
     ["accel_x_clipped", "accel_y_clipped", "accel_z_clipped"],
 ];
 pub(crate) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
-/// No vehicle turns faster than this, rad/s.
+/// Largest plausible turn rate, rad/s.
 const FASTEST_TURN_RADPS: f64 = 100.0;
-/// No vehicle is pushed harder than this, m/s².
+/// Largest plausible specific force, m/s².
 const HARDEST_PUSH_MPS2: f64 = 1000.0;
-/// No interval between increments is longer than this, s: it scales the limits above.
+/// Longest interval of increments that scales the limits above, s.
 const LONGEST_INTERVAL_S: f64 = 1.0;
-/// Stronger fields are a garbled value, gauss (the Earth's is under 0.7).
+/// Largest plausible field, gauss (the Earth's is below 0.7).
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
-/// The Earth's field in milligauss and in nanotesla, with room for iron nearby.
+/// The Earth's field in milligauss, with room for iron nearby.
 const FIELD_MILLIGAUSS: std::ops::Range<f64> = 150.0..1500.0;
 const FIELD_NANOTESLA: std::ops::Range<f64> = 15_000.0..150_000.0;
 
-/// Samples that repeat to the last bit for this many rows and this long are stuck.
+/// Number of rows, and time, s, for which samples repeat to the last bit if the inertial unit is stuck.
 const STUCK_ROWS: usize = 10;
 const STUCK_S: f64 = 0.2;
 
-/// Gaps named one by one before the rest is only counted.
+/// Number of gaps that are listed; further ones are only counted.
 const GAPS_NAMED: usize = 8;
 
-/// The rows of `imu.csv`, read forward, those of one time put together.
+/// Reader of the rows of `imu.csv`; rows of one time are merged.
 pub(crate) struct ImuRows {
     table: Table,
     columns: Columns,
-    /// Where the sample that was given last begins.
+    /// Start of the sample that was returned last.
     place: Place,
-    /// The first row of the next, with its place and line, once it was read.
+    /// First row of the next sample, with its position and line, if already read.
     ahead: Option<(Place, u64, ImuSample)>,
-    /// What was wrong with the rows so far.
+    /// Defects of the rows so far.
     pub remarks: Remarks,
 }
 
 impl ImuRows {
-    /// Opens `imu.csv` of `dir`, whose samples are to be read as `reading` says.
+    /// Opens `imu.csv` of `dir`, whose samples are converted by `reading`.
     pub fn open(dir: &Path, reading: Reading) -> Result<Self, LogError> {
         let mut table = Table::open(dir, FILE)?.ok_or_else(|| LogError::Unusable {
             path: dir.join(FILE),
@@ -77,19 +77,19 @@ impl ImuRows {
         Ok(Self { table, columns, place, ahead: None, remarks })
     }
 
-    /// Where the sample that was given last begins.
+    /// Start of the sample that was returned last.
     pub fn place(&self) -> Place {
         self.place
     }
 
-    /// Goes on after the sample that begins at `place`.
+    /// Continues after the sample that begins at `place`.
     pub fn resume(&mut self, place: Place) -> Result<(), LogError> {
         self.table.resume(place)?;
         self.ahead = None;
         self.next().map(drop)
     }
 
-    /// The next row that holds a sample, with its place and line.
+    /// The next row with a sample, with its position and line.
     fn row(&mut self) -> Result<Option<(Place, u64, ImuSample)>, LogError> {
         while let Some(row) = self.table.next(&mut self.remarks)? {
             let line = row.line;
@@ -140,10 +140,10 @@ impl TimedRows for ImuRows {
     }
 }
 
-/// A sample, and why its magnetic field is left out, if it is.
+/// A sample, and the reason to leave out its magnetic field, if there is one.
 type WithField = (ImuSample, Result<(), &'static str>);
 
-/// Where in the table each quantity stands.
+/// Columns of the quantities in the table.
 struct Columns {
     time: usize,
     motion: [usize; 6],
@@ -160,7 +160,7 @@ impl Columns {
         let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
             (Some(rates), increments) => {
                 if increments.is_some() {
-                    remarks.say("holds rates and increments: the rates are used".into());
+                    remarks.say("found rates and increments: the rates are used".into());
                 }
                 (rates, true)
             }
@@ -176,7 +176,7 @@ impl Columns {
         Ok(Self { time, motion, are_rates, attitude, magnetic, clipped, reading })
     }
 
-    /// The sample in `row`, or why it is left out.
+    /// The sample in `row`, or the reason to leave it out.
     fn sample(&self, row: &Row<'_>) -> Result<Result<WithField, &'static str>, LogError> {
         let time = row.time(self.time)?;
         let [p, q, r, x, y, z] = row.numbers(self.motion)?;
@@ -215,15 +215,14 @@ impl Columns {
     }
 }
 
-/// Why a magnetic field that was told in gauss is left out, by the unit that its strength is likely of; `None` of one
-/// that can be.
+/// Reason to leave out a magnetic field given in gauss, with its likely unit; `None` if the field is plausible.
 #[must_use]
 pub fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
     if is_within(field_gauss, STRONGEST_FIELD_GAUSS) {
         return None;
     }
     if !field_gauss.iter().all(|component| component.is_finite()) {
-        return Some("magnetic field left out: it is no number");
+        return Some("magnetic field left out: it is not a number");
     }
     let [x, y, z] = field_gauss;
     let strength = x.hypot(y).hypot(z);
@@ -232,11 +231,11 @@ pub fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
     } else if FIELD_NANOTESLA.contains(&strength) {
         "magnetic field left out: over 100 gauss, as the Earth's field in nT is; divide by 100 000"
     } else {
-        "magnetic field left out: over 100 gauss, which no field of the Earth is"
+        "magnetic field left out: over 100 gauss, stronger than any field of the Earth"
     })
 }
 
-/// Why an inertial sample with this motion is left out of any log; `None` of one that can be.
+/// Reason to leave out an inertial sample with this motion, in any log; `None` if it is plausible.
 #[must_use]
 pub fn motion_fault(motion: &Motion) -> Option<&'static str> {
     let (gyro, accel, scale) = match *motion {
@@ -262,7 +261,7 @@ fn is_within(values: [f64; 3], largest: f64) -> bool {
     values.iter().all(|value| value.abs() <= largest)
 }
 
-/// Says where `samples`, found at `lines`, have gaps, and where the unit was stuck.
+/// Remarks on gaps in `samples`, found at `lines`, and on times at which the inertial unit was stuck.
 pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
     let (mut faults, mut gaps) = (Faults::default(), Gaps::default());
     for (sample, line) in samples.iter().zip(lines) {
@@ -272,14 +271,14 @@ pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks
     faults.remark(&gaps, remarks);
 }
 
-/// Where the unit was stuck, sample by sample.
+/// Detector of a stuck inertial unit, sample by sample.
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
     run: Option<Repeated>,
     stuck: Vec<String>,
 }
 
-/// Samples that repeat the first of them to the last bit, which no working sensor does.
+/// Samples that repeat the first of them to the last bit, as no working sensor does.
 #[derive(Debug)]
 struct Repeated {
     first: ImuSample,
@@ -289,10 +288,10 @@ struct Repeated {
 }
 
 impl Faults {
-    /// Takes in the sample found at `line`, or at what `place` calls it.
+    /// Adds the sample found at `line`, or at the position in units of `place`.
     pub fn push(&mut self, line: u64, sample: &ImuSample, place: &str) {
         match &mut self.run {
-            // Runs are of neighbours that are alike, so the last is like the first.
+            // Every sample of a run equals its neighbour, so the last equals the first.
             Some(run) if run.first.motion == sample.motion => {
                 run.last = sample.time;
                 run.rows += 1;
@@ -315,7 +314,7 @@ impl Faults {
         }
     }
 
-    /// Says what was found, and where samples are missing: those there stay, and the filter coasts across.
+    /// Remarks on stuck samples and on gaps. The samples stay, and the filter bridges the gaps.
     pub fn remark(mut self, gaps: &Gaps, remarks: &mut Remarks) {
         self.end_run(remarks.place());
         let gaps = gaps.found();
@@ -336,10 +335,10 @@ mod tests {
     #[test]
     fn a_field_in_another_unit_is_named() {
         assert_eq!(field_fault([21.0, 1.0, 43.0]), None);
-        assert!(field_fault([0.2, f64::NAN, 0.4]).is_some_and(|why| why.contains("no number")));
+        assert!(field_fault([0.2, f64::NAN, 0.4]).is_some_and(|why| why.contains("not a number")));
         for (field, unit) in [([210.0, 10.0, 430.0], "milligauss"), ([21e3, 1e3, 43e3], "nT")] {
             assert!(field_fault(field).is_some_and(|why| why.contains(unit)), "{field:?}");
         }
-        assert!(field_fault([5000.0, 0.0, 0.0]).is_some_and(|why| why.contains("no field")));
+        assert!(field_fault([5000.0, 0.0, 0.0]).is_some_and(|why| why.contains("any field")));
     }
 }

@@ -1,18 +1,18 @@
-//! Which solutions of a run stay in memory.
+//! Selection of the solutions of a run that stay in memory.
 
 use hovernav::ekf::Solution;
 
-/// Which solutions of a run stay in memory; whoever wants every one is handed each as it comes.
+/// Selection of the solutions of a run that stay in memory. A callback can receive every solution regardless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// Every one: 280 bytes each.
+    /// All of them, at 280 bytes each.
     All,
-    /// At most 65 536, evenly thinned: every one of a shorter log, of a longer one the first, every
-    /// second, fourth, eighth …, and the last. Under 20 MB, however long the log.
+    /// At most 65 536, evenly thinned: all of a shorter log; of a longer one the first, every second, fourth, eighth …
+    /// and the last. Under 20 MB for any log.
     Thinned,
 }
 
-/// An even number, so that halves stay even.
+/// Even, so that halves are whole numbers.
 const MOST: usize = 1 << 16;
 
 impl Keep {
@@ -28,14 +28,14 @@ impl Keep {
 pub(crate) struct Kept {
     most: usize,
     solutions: Vec<Solution>,
-    /// Every how manieth is kept.
+    /// One of this many solutions is kept.
     stride: usize,
     seen: usize,
     last: Option<Solution>,
 }
 
 impl Kept {
-    /// None yet, with memory for those of so many samples.
+    /// Empty, with room for the solutions of `samples` samples.
     pub fn new(keep: Keep, samples: usize) -> Self {
         let most = keep.most();
         let solutions = Vec::with_capacity(samples.min(most));
@@ -58,7 +58,7 @@ impl Kept {
         self.seen += 1;
     }
 
-    /// Those kept, the last among them, and how many are not.
+    /// The kept solutions, including the last one, and the number of others.
     pub fn finish(mut self) -> (Vec<Solution>, usize) {
         let ends = self.solutions.last().map(|solution| solution.time);
         self.solutions.extend(self.last.filter(|last| Some(last.time) != ends));

@@ -1,4 +1,4 @@
-//! The rows of a file in order of time, gone over without being kept.
+//! Passes over the rows of a file in order of time, without storing the rows.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use crate::error::LogError;
 use crate::remarks::Remarks;
 use hovernav::time::Time;
 
-/// Rows with a time, read forward once.
+/// Reader of rows with a time.
 pub(crate) trait TimedRows: Sized {
-    /// What a row holds.
+    /// Content of a row.
     type Row;
 
-    /// The next row that holds anything, with its line.
+    /// The next row with content, with its line.
     fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError>;
 
     /// The time of a row.
@@ -21,23 +21,23 @@ pub(crate) trait TimedRows: Sized {
     /// The file.
     fn path(&self) -> &Path;
 
-    /// What was wrong with the rows so far.
+    /// Defects of the rows so far.
     fn remarks(&mut self) -> &mut Remarks;
 }
 
-/// What was gathered from the rows of a file.
+/// Result of passes over the rows of a file.
 pub(crate) struct Gathered<R, G> {
-    /// What was made of the rows that stay.
+    /// Result from the rows that stay.
     pub made: G,
-    /// Which rows are left out for time to run forward, by number, rising; those with the time of the row before
-    /// need not be among them.
+    /// Indices of the rows that are left out so that time runs forward, rising. Those with the time of the row before
+    /// may be missing here.
     pub left_out: Vec<usize>,
-    /// The file, read to its end, remarks about its clock included.
+    /// The file, read to its end, with remarks on its clock.
     pub rows: R,
 }
 
-/// Gathers from all rows that stay in order of time, as [`Rows`](crate::Rows) keeps them, what `push` makes of them
-/// one by one from `begin` on. The file is opened once, and anew where rows have to be left out; only where time
+/// Gathers a result from the rows that stay in order of time, as [`Rows`](crate::Rows) selects them. `begin` makes an
+/// empty result, and `push` adds one row. The file is opened once, and again if rows have to be left out. Only if time
 /// goes back are the times of all rows in memory.
 pub(crate) fn gather<R: TimedRows, G>(
     open: impl Fn() -> Result<R, LogError>,
@@ -62,7 +62,7 @@ pub(crate) fn gather<R: TimedRows, G>(
     Ok(Gathered { made, left_out, rows })
 }
 
-/// Which of `rows` to leave out where time goes back: the times of all of them decide.
+/// Indices of the `rows` to leave out where time goes back, from the times of all rows.
 fn disordered<R: TimedRows>(mut rows: R, remarks: &mut Remarks) -> Result<Vec<usize>, LogError> {
     let (mut times, mut lines) = (Vec::new(), Vec::new());
     while let Some((line, row)) = rows.next()? {
@@ -72,7 +72,7 @@ fn disordered<R: TimedRows>(mut rows: R, remarks: &mut Remarks) -> Result<Vec<us
     looked_again(&times, &lines, rows.path(), remarks)
 }
 
-/// Hands every row with its line to `each` that is not `left_out`.
+/// Passes every row that is not `left_out` to `each`, with its line.
 pub(crate) fn go_over<R: TimedRows>(
     mut rows: R,
     left_out: &[usize],
@@ -87,18 +87,18 @@ pub(crate) fn go_over<R: TimedRows>(
     Ok(())
 }
 
-/// Which rows stay, as they pass.
+/// Selection of the rows that stay, row by row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Passing {
-    /// Rows so far, and the time of the last.
+    /// Number of rows so far, and time of the last one.
     read: usize,
     last: Option<Time>,
-    /// How many of those left out have passed.
+    /// Number of left-out rows passed so far.
     passed: usize,
 }
 
 impl Passing {
-    /// Whether the next row, of this time, stays where the rows `left_out` do not.
+    /// Whether the next row, at this time, stays; the rows `left_out` do not.
     pub fn stays(&mut self, time: Time, left_out: &[usize]) -> bool {
         let index = self.read;
         self.read += 1;

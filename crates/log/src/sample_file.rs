@@ -12,12 +12,12 @@ use crate::records::Place;
 use crate::table::rows_of;
 use hovernav::imu::ImuSample;
 
-/// The inertial samples of an `imu.csv` that was read once to its end: what is to be left out is known, the
-/// samples themselves are read anew by whoever goes over them.
+/// Inertial samples of an `imu.csv` that has been read once to its end. The rows to be left out are in memory; each
+/// pass reads the samples again.
 #[derive(Clone, Debug)]
 pub struct SampleFile {
     shared: Arc<Shared>,
-    /// How the samples are to be read beyond what they were read by at first.
+    /// Additional conversions, applied after the first one.
     turned: Vec<Reading>,
 }
 
@@ -25,14 +25,14 @@ pub struct SampleFile {
 struct Shared {
     dir: PathBuf,
     reading: Reading,
-    /// Which rows with a sample are left out, by number, rising; those with the time of the row before apart.
+    /// Indices of the samples' rows that are left out, rising, without those at the time of the row before.
     left_out: Vec<usize>,
     overview: Overview,
-    /// Why a later reading failed.
+    /// First error of a later pass.
     failure: Mutex<Option<LogError>>,
 }
 
-/// The samples of an `imu.csv`, in memory as long as there are few.
+/// The samples of an `imu.csv`, in memory if they are few.
 pub(crate) enum Opened {
     InMemory(Vec<ImuSample>),
     InFile(SampleFile),
@@ -68,10 +68,10 @@ pub(crate) fn open(
     })
 }
 
-/// What one reading of the samples gathers.
+/// Result of the first pass over the samples.
 struct FirstReading {
     most: usize,
-    /// `None` where there are too many.
+    /// `None` if there are too many.
     samples: Option<Vec<ImuSample>>,
     faults: Faults,
     overview: Overview,
@@ -79,7 +79,8 @@ struct FirstReading {
 
 impl FirstReading {
     fn new(dir: &Path, most: usize) -> Self {
-        // Room for all at once: a vector that grows holds twice what is in it. What seems too much is not begun.
+        // Room for all samples at once, because a growing vector needs up to twice the memory; none if they seem too
+        // many.
         let expected = usize::try_from(rows_of(&dir.join(crate::imu::FILE))).unwrap_or(usize::MAX);
         let samples = (expected <= most).then(|| Vec::with_capacity(expected));
         Self { most, samples, faults: Faults::default(), overview: Overview::default() }
@@ -105,36 +106,36 @@ impl SampleFile {
         &self.shared.overview
     }
 
-    /// From now on every sample is read as `reading` says on top.
+    /// Applies `reading` to every sample from now on, after earlier conversions.
     pub(crate) fn turn(&mut self, reading: Reading) {
         if reading != Reading::default() {
             self.turned.push(reading);
         }
     }
 
-    /// Whether any sample has a magnetic field that is not passed over.
+    /// Whether any sample has a magnetic field that is used.
     pub(crate) fn has_field(&self) -> bool {
         let is_passed_over = self.turned.iter().any(|reading| reading.without_field);
         self.overview().with_magnetic_field > 0 && !is_passed_over
     }
 
-    /// Whether every reading so far found the samples that the first one found.
+    /// Checks that every pass so far found the samples of the first one.
     ///
     /// # Errors
-    /// The first failure: the file was changed, or could not be read any more.
+    /// The first failure: the file has changed, or can no longer be read.
     pub(crate) fn ensure_read(&self) -> Result<(), LogError> {
         let mut failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take().map_or(Ok(()), Err)
     }
 }
 
-/// Samples read one by one. A clone opens the file for itself, where it goes on from.
+/// Iterator over the samples in a file. A clone opens the file itself and continues at the same sample.
 pub(crate) struct FromFile<'a> {
     shared: &'a Shared,
     turned: &'a [Reading],
-    /// Open once something was read.
+    /// Open after the first read.
     rows: Option<ImuRows>,
-    /// Where the row that was read last begins.
+    /// Start of the row that was read last.
     place: Option<Place>,
     passing: Passing,
     given: usize,
@@ -165,12 +166,12 @@ impl<'a> FromFile<'a> {
         Ok(None)
     }
 
-    /// How many are still to come.
+    /// Number of samples still to come.
     pub fn remaining(&self) -> usize {
         self.shared.overview.count.saturating_sub(self.given)
     }
 
-    /// Keeps why there are no more samples, though there were when the file was opened.
+    /// Stores the error that ended this pass early.
     fn fail(&self, error: Option<LogError>) {
         let changed = || LogError::changed(self.shared.dir.join(crate::imu::FILE));
         let mut failure = self.shared.failure.lock().unwrap_or_else(PoisonError::into_inner);
@@ -183,7 +184,7 @@ impl Iterator for FromFile<'_> {
 
     fn next(&mut self) -> Option<ImuSample> {
         let overview = &self.shared.overview;
-        // What a logger has added since is left for another time.
+        // Rows that a logger has appended since are ignored.
         if self.given == overview.count {
             return None;
         }

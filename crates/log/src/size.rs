@@ -1,4 +1,4 @@
-//! How much memory a dataset directory takes.
+//! Memory that a dataset directory needs.
 
 use std::mem::size_of;
 use std::path::Path;
@@ -12,12 +12,12 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-/// What goes with a row while the rows are put in order: line, time and whether it stays.
+/// Bytes for each row while the rows are sorted: line, time and whether the row stays.
 const BESIDE_A_ROW: usize = size_of::<u64>() + size_of::<Time>() + 1;
 
 impl Dataset {
-    /// How much memory [`open_within`](Self::open_within) takes of the dataset in the directory `dir`, bytes, by
-    /// the sizes of its files and the lengths of their first rows. A file that cannot be read counts nothing.
+    /// Memory that [`open_within`](Self::open_within) needs for the dataset in the directory `dir`, bytes, estimated
+    /// from the sizes of its files and the lengths of their first rows. Files that cannot be read count as empty.
     #[must_use]
     pub fn bytes_of(dir: &Path, most: usize) -> u64 {
         let tables = [

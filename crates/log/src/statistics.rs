@@ -1,8 +1,7 @@
-//! The quantile and the thinning of a series that every tool shares.
+//! Quantiles and thinning of series, shared by all tools.
 
-/// The value that the part `fraction` of `values` does not exceed, interpolated linearly between the
-/// two nearest in size (Hyndman and Fan's type 7); `None` of no values. `fraction` is taken within
-/// 0 to 1, the order of `values` changes, and NaN counts as larger than any number.
+/// Quantile `fraction` of `values`, interpolated linearly between the two nearest values (Hyndman and Fan's type 7);
+/// `None` without values. `fraction` is limited to 0 to 1. Changes the order of `values`; NaN sorts above any number.
 ///
 /// ```
 /// use hovernav_log::statistics::quantile;
@@ -23,14 +22,13 @@ pub fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
     Some(low + (high - low) * (position - below as f64))
 }
 
-/// Indices of the samples to draw, rising, at most `limit` of them: the first, the last, and in each
-/// of equally many samples the smallest and the largest of every channel.
+/// Indices of the samples to draw, rising, at most `limit` of them: the first, the last, and the smallest and largest
+/// of every channel in each of several equal groups.
 ///
-/// What a plot shows of a long log are its extremes: every peak survives at its own height and time,
-/// where taking each n-th sample would lose it. `channels` are series of one length, drawn against
-/// the same abscissa (a value and its band, north and east of a track). Samples that are not finite
-/// are never picked for their value. `limit` must leave room for one bucket: at least
-/// 2 + 2 × the number of channels.
+/// A plot of a long log shows its extremes: every peak keeps its height and time, which taking each n-th sample would
+/// lose. `channels` are series of one length with the same abscissa (a value and its band, north and east of a track).
+/// Samples that are not finite are never chosen as extremes. `limit` is at least 2 + 2 × the number of channels, which
+/// is one group.
 ///
 /// # Source
 /// U. Jugel, Z. Jerzak, G. Hackenbroich, V. Markl (2014), M4: a visualization-oriented time series
@@ -57,7 +55,7 @@ pub fn thin_to_extremes(channels: &[&[f64]], limit: usize) -> Vec<usize> {
     kept
 }
 
-/// Where `channel` is smallest and where largest within `start..end`; `None` where nothing is finite.
+/// Indices of the smallest and the largest value of `channel` within `start..end`; `None` without finite values.
 fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
     let mut finite = (start..end).filter(|&index| channel[index].is_finite());
     let first = finite.next()?;
@@ -69,14 +67,13 @@ fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
     }))
 }
 
-/// A series to draw, thinned while it comes: every point of a short one, of a longer one the lowest and the
-/// highest of every few, so that peaks survive at their own height and time. No more than 65 536 points stay. `X` is
-/// what it is drawn against.
+/// A series to draw, thinned as it comes. A short one keeps every point; a longer one keeps the lowest and the highest
+/// point of each group, so that peaks keep their height and time. At most 65 536 points remain. `X` is the abscissa.
 #[derive(Clone, Debug)]
 pub struct Extremes<X = f64> {
-    /// Points of the series to two that stay, or 1 while all of them do.
+    /// Number of points in a group of which two remain; 1 while all remain.
     stride: usize,
-    /// The extremes of points that are not yet `stride`, and how many they are.
+    /// Extremes of the current group, and the number of its points.
     near: Option<[(X, f64); 2]>,
     count: usize,
     points: Vec<(X, f64)>,
@@ -91,7 +88,7 @@ impl<X> Default for Extremes<X> {
 impl<X: Copy + PartialOrd> Extremes<X> {
     const MOST: usize = 1 << 16;
 
-    /// Adds the next point, finite, its abscissa after that of the one before.
+    /// Adds a finite point with an abscissa above the previous one.
     pub fn push(&mut self, point: (X, f64)) {
         self.near = Some(self.near.map_or([point; 2], |near| widened(near, point)));
         self.count += 1;
@@ -115,7 +112,7 @@ impl<X: Copy + PartialOrd> Extremes<X> {
         self.count = 0;
     }
 
-    /// Those that stay, in their order.
+    /// The remaining points, in their order.
     #[must_use]
     pub fn finish(mut self) -> Vec<(X, f64)> {
         self.flush();
@@ -123,12 +120,12 @@ impl<X: Copy + PartialOrd> Extremes<X> {
     }
 }
 
-/// The lowest and the highest point with another.
+/// Lowest and highest point, including another one.
 fn widened<X: Copy>([low, high]: [(X, f64); 2], point: (X, f64)) -> [(X, f64); 2] {
     [if point.1 < low.1 { point } else { low }, if point.1 > high.1 { point } else { high }]
 }
 
-/// Both by their abscissa, or the one that both are.
+/// Both points in order of their abscissa, or one if they are the same.
 fn in_order<X: Copy + PartialOrd>([low, high]: [(X, f64); 2]) -> impl Iterator<Item = (X, f64)> {
     let [first, second] = if low.0 <= high.0 { [low, high] } else { [high, low] };
     std::iter::once(first).chain((first != second).then_some(second))

@@ -1,4 +1,4 @@
-//! A dataset to its directory, for the simulator and for conversion.
+//! Writing of a dataset to a directory, for the simulator and for conversion.
 
 use std::path::Path;
 
@@ -15,16 +15,16 @@ use hovernav::imu::Motion;
 use hovernav_toml::write_whole;
 
 impl Dataset {
-    /// Writes this dataset, and the truth about it if `reference` is not empty, to the directory
-    /// `dir`, which is made if need be.
+    /// Writes this dataset to the directory `dir`, which is created if necessary, and its true motion if `reference` is
+    /// not empty.
     ///
-    /// Numbers are written in the fewest digits that read back as the same number, times to the
-    /// nanosecond; what was in degrees comes back to within rounding. What an earlier dataset in `dir`
-    /// had and this one has not is emptied.
+    /// Numbers have the fewest digits that read back as the same number, and times have nanoseconds. Values that were
+    /// in degrees read back to within rounding. Tables of an earlier dataset in `dir` that this one does not have are
+    /// emptied.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Unwritable`] for a number that is not finite;
-    /// [`LogError::Unusable`] for inertial samples of both kinds, or a manifest TOML cannot hold.
+    /// [`LogError::Io`]; [`LogError::Unwritable`] for a number that is not finite; [`LogError::Unusable`] for inertial
+    /// samples of both kinds, or a manifest that TOML cannot hold.
     pub fn write(&self, dir: &Path, reference: &[Truth]) -> Result<(), LogError> {
         std::fs::create_dir_all(dir).map_err(LogError::io(dir))?;
         let path = dir.join(MANIFEST_FILE);
@@ -53,7 +53,7 @@ impl Dataset {
         columns.extend(imu::MAGNETIC.iter().filter(|_| has_magnetic));
         columns.extend(imu::CLIPPED.iter().flatten().filter(|_| has_marks));
         let path = dir.join(imu::FILE);
-        // Of a receiver alone there is a gps.csv alone.
+        // A dataset of a receiver alone has no imu.csv.
         if self.sample_count() == 0 && !self.fixes.is_empty() && !path.exists() {
             return Ok(());
         }
@@ -172,7 +172,7 @@ fn position_fields(position: &Geodetic) -> [f64; 3] {
     [position.latitude_deg(), position.longitude_deg(), position.height_m]
 }
 
-/// Writes `rows` to `file`, if there are any or an earlier file must give way.
+/// Writes `rows` to `file` if there are any, or if an earlier file must be replaced.
 pub(crate) fn write_table<T>(
     dir: &Path,
     file: &str,

@@ -1,4 +1,4 @@
-//! A trajectory laid over a reference: turned about the vertical and moved.
+//! Alignment of a trajectory with a reference, by a turn about the vertical and a displacement.
 
 use super::Trajectory;
 use crate::reference::Reference;
@@ -6,26 +6,25 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::glam::{DQuat, DVec3};
 
-/// What laid a trajectory over a reference.
+/// Result of an alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
     /// The turn about the vertical, clockwise from above, rad.
     pub yaw_rad: f64,
-    /// How many moments both have.
+    /// Number of times that both have.
     pub moments: usize,
-    /// Root mean square of the distances that are left, m.
+    /// Root mean square of the remaining distances, m.
     pub rms_m: f64,
 }
 
 impl Trajectory {
-    /// Lays a trajectory over `reference` with the least squares of distance: positions, velocities
-    /// and attitudes are turned about the vertical and moved, never tilted or scaled, as gravity gives
-    /// both their vertical and metres are metres. `None` where they have fewer than two moments in
-    /// common; the trajectory is left as it was then.
+    /// Aligns a trajectory with `reference` by least squares of the distance. Positions, velocities and attitudes are
+    /// turned about the vertical and moved. They are neither tilted nor scaled, as both have the vertical of gravity
+    /// and metres. `None`, and an unchanged trajectory, with fewer than two common times.
     ///
     /// # Source
     /// Zhang, Scaramuzza (2018), A tutorial on quantitative trajectory evaluation for visual(-inertial)
-    /// odometry, section III: four degrees of freedom for what knows gravity.
+    /// odometry, section III: four degrees of freedom for estimators that observe gravity.
     pub fn align(&mut self, reference: &Reference) -> Option<Alignment> {
         let known = self.solutions.iter().enumerate().filter_map(|(index, solution)| {
             let [latitude_rad, longitude_rad, height_m] = reference.at(solution.time).position;

@@ -1,5 +1,4 @@
-//! Trajectories that anybody wrote: `solution.csv`, TUM and EuRoC files, placed where they can be
-//! compared.
+//! Trajectories of any origin: `solution.csv`, TUM and EuRoC files, placed on Earth or aligned for comparison.
 
 mod align;
 mod read;
@@ -17,32 +16,32 @@ use hovernav::time::Time;
 
 pub use align::Alignment;
 
-/// A trajectory of any origin, in time order; what it does not tell is NaN.
+/// A trajectory of any origin, in time order; unknown values are NaN.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// Its moments.
+    /// Position, velocity and attitude at each time.
     pub solutions: Vec<Solution>,
-    /// Metres north, east and down of a point that the file does not name, one a moment; empty where
-    /// positions are places on Earth.
+    /// Position at each time, m, north, east and down of an origin that the file does not name; empty if positions are
+    /// on Earth.
     pub local_m: Vec<Vector<Ned>>,
-    /// The place of that point where a remark in the file names it after all, as our own TUM export does.
+    /// Position of that origin, if a comment in the file names it, as in our own TUM export.
     pub origin: Option<Geodetic>,
-    /// What was repaired or left out while reading, one plain sentence each.
+    /// Repairs and skipped rows while reading, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
-/// The axes that a file of local metres and quaternions means.
+/// The axes of a file with local metres and quaternions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LocalAxes {
-    /// East, north, up, with a body of forward, left, up: what ROS and most visual odometry write.
+    /// East, north, up, with body axes forward, left, up: the axes of ROS and most visual odometry.
     #[default]
     EnuFlu,
-    /// North, east, down, with a body of forward, right, down.
+    /// North, east, down, with body axes forward, right, down.
     NedFrd,
 }
 
 impl LocalAxes {
-    /// A vector of the file's reference axes.
+    /// A vector in the file's reference axes.
     pub(crate) fn vector(self, [x, y, z]: [f64; 3]) -> Vector<Ned> {
         match self {
             Self::EnuFlu => Vector::new(y, x, -z),
@@ -50,7 +49,7 @@ impl LocalAxes {
         }
     }
 
-    /// A body-to-reference quaternion x, y, z, w of the file, of any length but zero.
+    /// Rotation of a body-to-reference quaternion x, y, z, w of the file, of any length above zero.
     pub(crate) fn attitude(self, quaternion: [f64; 4]) -> Rotation<Body, Ned> {
         let quaternion = DQuat::from_array(quaternion).normalize();
         Rotation::claim(match self {
@@ -67,17 +66,17 @@ const NED_FROM_ENU: DQuat =
 const FLU_FROM_FRD: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 
 impl Trajectory {
-    /// Reads `path`: a `solution.csv` or `reference.csv`, recognised by its header; a TUM file
-    /// (`t x y z qx qy qz qw`, parted by blanks); a EuRoC file (nanoseconds, position, quaternion
-    /// w x y z, and velocity where it has it, parted by commas), the latter two in `axes`.
+    /// Reads `path`: a `solution.csv` or `reference.csv`, recognised by its header; a TUM file (`t x y z qx qy qz qw`,
+    /// separated by blanks); or a EuRoC file (nanoseconds, position, quaternion w x y z, optionally velocity, separated
+    /// by commas). TUM and EuRoC files are in `axes`.
     ///
     /// # Errors
-    /// [`LogError`] where the file cannot be read or is none of these, with line and column.
+    /// [`LogError`] if the file cannot be read or has none of these forms, with line and column.
     pub fn open(path: &Path, axes: LocalAxes) -> Result<Self, LogError> {
         read::open(path, axes)
     }
 
-    /// The trajectory of places with velocities, and of attitudes, both at times of their own or the same.
+    /// Trajectory from positions with velocities and from attitudes, each with its own times or with the same.
     #[must_use]
     pub fn of_parts(
         fixes: &[Fix],
@@ -98,26 +97,26 @@ impl Trajectory {
         Self { solutions, local_m: Vec::new(), origin: None, warnings: Vec::new() }
     }
 
-    /// Whether its positions are metres from a point that it does not name.
+    /// Whether its positions are metres from an unknown origin.
     #[must_use]
     pub fn is_local(&self) -> bool {
         !self.local_m.is_empty()
     }
 
-    /// Whether the file says where on Earth its positions are.
+    /// Whether the file contains positions on Earth, or the origin of its metres.
     #[must_use]
     pub fn is_placed(&self) -> bool {
         !self.is_local() || self.origin.is_some()
     }
 
-    /// Places a local trajectory with its zero where the file says that it is; any other stays.
+    /// Places a local trajectory at the origin that its file names; without one, it stays local.
     pub fn place_as_named(&mut self) {
         if let Some(origin) = self.origin {
             self.place(&origin);
         }
     }
 
-    /// Places a local trajectory with its zero at `origin`; one of places on Earth stays.
+    /// Places a local trajectory at `origin`; a trajectory on Earth stays unchanged.
     pub fn place(&mut self, origin: &Geodetic) {
         for (solution, offset_m) in self.solutions.iter_mut().zip(std::mem::take(&mut self.local_m))
         {
@@ -129,7 +128,7 @@ impl Trajectory {
 const UNKNOWN: Geodetic =
     Geodetic { latitude_rad: f64::NAN, longitude_rad: f64::NAN, height_m: f64::NAN };
 
-/// A moment of which nothing is known.
+/// A solution at `time` with unknown values.
 fn unknown(time: Time) -> Solution {
     let nothing = [f64::NAN; 3];
     Solution {

@@ -1,4 +1,4 @@
-//! The files of trajectories.
+//! Readers of trajectory files.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use hovernav::frames::{EulerAngles, Ned, Rotation, Vector};
 use hovernav::time::Time;
 use hovernav_toml::read_bytes;
 
-/// Faster than what leaves the Earth, m/s. What diverged is to be scored as it is, up to numbers that are none.
+/// Escape velocity of the Earth, m/s. A diverged solution is scored as it is, except for impossible values.
 const FASTEST_MPS: f64 = 11_200.0;
 /// The diameter of the Earth, m.
 const FURTHEST_M: f64 = 1.2756e7;
@@ -47,7 +47,7 @@ pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError>
     Ok(Trajectory { solutions, local_m, origin, warnings: remarks.into_warnings().collect() })
 }
 
-/// The place that our own TUM export names in its first line, `# east, north, up from LAT LON HEIGHT (…`.
+/// The origin in the first line of our own TUM export, `# east, north, up from LAT LON HEIGHT (…`.
 fn origin_of(head: &[u8]) -> Option<Geodetic> {
     let text = std::str::from_utf8(head).ok()?.strip_prefix('#')?;
     let numbers = text.trim_start().strip_prefix("east, north, up from ")?;
@@ -84,7 +84,7 @@ fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, Lo
     Ok(rows.in_time_order(|solution| solution.time, table.path(), remarks)?.0)
 }
 
-/// A row of `solution.csv` after its time.
+/// A row of `solution.csv` without its time.
 fn of_values(time: Time, values: &[f64; 30]) -> Solution {
     let three = |first: usize| [values[first], values[first + 1], values[first + 2]];
     let [latitude_deg, longitude_deg, height_m] = three(0);
@@ -107,7 +107,7 @@ fn of_values(time: Time, values: &[f64; 30]) -> Solution {
     }
 }
 
-/// Lines of TUM, parted by blanks, or of EuRoC, parted by commas.
+/// Lines of TUM, separated by blanks, or of EuRoC, separated by commas.
 fn of_lines(
     path: &Path,
     bytes: &[u8],
@@ -138,9 +138,10 @@ fn of_lines(
             return Err(LogError::Columns {
                 path: path.to_path_buf(),
                 line: line_number,
-                expected: "names with t_s among them, those of solution.csv, numbers alone, as TUM and \
-                           EuRoC have, or in place of the file the mapping that `hovernav init` makes for it"
-                    .into(),
+                expected:
+                    "names with t_s among them, those of solution.csv, numbers alone, as TUM and \
+                 EuRoC have, or in place of the file the mapping that `hovernav init` makes for it"
+                        .into(),
                 found: excerpt(line, 200),
             });
         }
@@ -156,7 +157,7 @@ fn of_lines(
             *number =
                 found.ok_or_else(|| unexpected((place + 2).to_string(), field, "a number"))?;
         }
-        // EuRoC counts nanoseconds, always whole; a number with a point is one of seconds.
+        // EuRoC has whole nanoseconds; a number with a decimal point is in seconds.
         let whole_ns = std::str::from_utf8(fields[0]).ok().and_then(|text| text.parse().ok());
         let time = match whole_ns.filter(|_: &i64| is_euroc) {
             Some(ns) => Some(Time::from_nanoseconds(ns)),
