@@ -1,4 +1,4 @@
-//! `range.csv`, `heading.csv` and `rotor.csv`: the rangefinder, the second antenna and the rotor's speed.
+//! `range.csv`, `heading.csv` and `rotor.csv`: rangefinder, second antenna and rotor speed.
 
 use std::path::Path;
 
@@ -16,9 +16,9 @@ pub(crate) const RANGE_FILE: &str = "range.csv";
 pub(crate) const HEADING_FILE: &str = "heading.csv";
 pub(crate) const ROTOR_FILE: &str = "rotor.csv";
 
-/// No sensor of this kind reaches further, m, and no quality or length is larger.
+/// Longest range of such a sensor, m, and largest quality or length.
 const FURTHEST: f64 = 1e4;
-/// No rotor turns faster, Hz.
+/// Largest rotor speed, Hz.
 const FASTEST_HZ: f64 = 5000.0;
 
 pub(crate) fn read_ranges(
@@ -58,8 +58,8 @@ pub(crate) fn read_rotor(
     })
 }
 
-/// All rows whose time and first column are known and which make a value, in time order; the other columns may be
-/// absent, or a field of them unknown.
+/// All rows with a known time and first column that make a value, in time order. The other columns may be absent, or
+/// have unknown fields.
 fn read<T: Timed, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,

@@ -1,4 +1,4 @@
-//! Axes and units of a unit whose samples are not forward, right, down in rad/s and m/s².
+//! Conversion of samples with other axes and units to forward, right, down, rad/s and m/s².
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -7,8 +7,8 @@ use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::glam::{DQuat, DVec3};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 
-/// Where the axes x, y and z of a sensor point, as three letters: **f**orward, **b**ack, **r**ight,
-/// **l**eft, **u**p, **d**own. Right-handed.
+/// Directions of the axes x, y and z of a sensor, as three letters: **f**orward, **b**ack, **r**ight, **l**eft, **u**p,
+/// **d**own. Right-handed.
 ///
 /// ```
 /// use hovernav_log::Axes;
@@ -61,7 +61,7 @@ impl std::str::FromStr for Axes {
 }
 
 impl Axes {
-    /// A vector in these axes, resolved forward, right, down.
+    /// A vector in these axes, converted to forward, right, down.
     #[must_use]
     pub fn to_body(self, vector: Vector<Body>) -> Vector<Body> {
         let components = vector.to_array().into_iter().zip(self.0);
@@ -90,7 +90,7 @@ impl<'de> Deserialize<'de> for Axes {
     }
 }
 
-/// The unit of accelerations, or of increments of velocity by a second.
+/// Unit of accelerations; increments of velocity have this unit times a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AccelUnit {
@@ -99,11 +99,11 @@ pub enum AccelUnit {
     Mps2,
     /// Standard gravity.
     G,
-    /// Thousandths of it.
+    /// Thousandths of standard gravity.
     Mg,
 }
 
-/// The unit of angular rates, or of increments of angle by a second.
+/// Unit of angular rates; increments of angle have this unit times a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum GyroUnit {
@@ -114,25 +114,25 @@ pub enum GyroUnit {
     Degps,
 }
 
-/// How the samples of a file have to be read.
+/// Conversion of the samples of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Reading {
     pub axes: Axes,
-    /// From the unit's forward, right and down to the vehicle's, where they are not the same.
+    /// Rotation from the inertial unit's forward, right and down to the vehicle's, if they differ.
     pub mounting: Option<DQuat>,
     pub accel_unit: AccelUnit,
     pub gyro_unit: GyroUnit,
     pub accel_is_gravity: bool,
-    /// Whether the magnetic field is passed over.
+    /// Whether the magnetic field is ignored.
     pub without_field: bool,
-    /// Whether the unit's own attitude is.
+    /// Whether the unit's own attitude is ignored.
     pub without_attitude: bool,
 }
 
-/// The rotation that roll, pitch and yaw of a unit in its vehicle are; `None` of none.
+/// Rotation from the roll, pitch and yaw of an inertial unit in its vehicle; `None` if all are zero.
 pub(crate) fn rotation_of(mounting_deg: [f64; 3]) -> Option<DQuat> {
     let [roll, pitch, yaw] = mounting_deg;
-    // A unit in a vehicle is turned as a vehicle in the world.
+    // An inertial unit in a vehicle has the same angles as a vehicle in the world.
     let turned = || Rotation::from_euler(EulerAngles::from_degrees(roll, pitch, yaw)).quaternion();
     (mounting_deg != [0.0; 3]).then(turned)
 }
@@ -140,7 +140,7 @@ pub(crate) fn rotation_of(mounting_deg: [f64; 3]) -> Option<DQuat> {
 impl Reading {
     /// `motion` in forward, right, down, rad/s and m/s².
     pub fn motion(&self, motion: Motion) -> Motion {
-        // Other samples keep their bits.
+        // Without a conversion the samples stay bit-identical.
         if *self == Self::default() {
             return motion;
         }
@@ -166,7 +166,7 @@ impl Reading {
         }
     }
 
-    /// `sample` in forward, right, down, its magnetic field too.
+    /// `sample` in forward, right, down, including its magnetic field.
     pub fn applied(&self, sample: ImuSample) -> ImuSample {
         let field = sample.magnetic_field_gauss.filter(|_| !self.without_field);
         let field = field.map(|field| self.field(field));
@@ -180,7 +180,7 @@ impl Reading {
         }
     }
 
-    /// A vector of the unit's axes, in the vehicle's.
+    /// A vector in the inertial unit's axes, converted to the vehicle's.
     fn turned(&self, vector: Vector<Body>) -> Vector<Body> {
         let vector = self.axes.to_body(vector);
         match self.mounting {
@@ -189,15 +189,15 @@ impl Reading {
         }
     }
 
-    /// The vehicle's attitude by the unit's own, whose axes are forward, right and down already.
+    /// The vehicle's attitude from the unit's own, whose axes are forward, right and down already.
     pub fn attitude(&self, attitude: EulerAngles) -> EulerAngles {
         let Some(mounting) = self.mounting else { return attitude };
         let unit = Rotation::<Body, Ned>::from_euler(attitude).quaternion();
         Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
     }
 
-    /// Marks of full scale of the same axes; of a unit that stands askew, on every axis that one of its
-    /// own tells a tenth of or more.
+    /// Full-scale marks of the same axes. If the inertial unit is mounted askew, a mark goes to every vehicle axis to
+    /// which that axis contributes a tenth or more.
     pub fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
         const TOLD: f64 = 0.1;
         let of_axis = |axis: usize| {
@@ -217,9 +217,9 @@ impl Reading {
         ClippedAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
     }
 
-    /// A magnetic field of the same axes.
+    /// A magnetic field in the same axes, converted.
     pub fn field(&self, field: Vector<Body>) -> Vector<Body> {
-        // Other fields keep their bits.
+        // Without a conversion the field stays bit-identical.
         if self.axes.are_body() && self.mounting.is_none() { field } else { self.turned(field) }
     }
 }
@@ -239,11 +239,11 @@ mod tests {
 
     #[test]
     fn a_unit_that_stands_askew_in_a_level_vehicle_measures_its_own_tilt() {
-        // Nose up by 30°: gravity's reaction, up, has a part along its x.
+        // Nose up by 30°: the specific force at rest, up, has a component along x.
         let (sin, cos) = 30f64.to_radians().sin_cos();
         let unit = Vector::new(9.81 * sin, 0.0, -9.81 * cos);
         assert_near(reading([0.0, 30.0, 0.0]).turned(unit).to_array(), [0.0, 0.0, -9.81]);
-        // Turned to the right by a quarter, what it calls left is the vehicle's nose.
+        // Turned right by 90°, the unit's left is the vehicle's forward.
         let left = Vector::new(0.0, -1.0, 0.0);
         assert_near(reading([0.0, 0.0, 90.0]).turned(left).to_array(), [1.0, 0.0, 0.0]);
         assert_eq!(rotation_of([0.0; 3]), None);

@@ -1,17 +1,17 @@
-//! What became of measurements: all counted, those taken as a matter of course kept in part.
+//! Tallies of all comparisons, and thinning of the routine ones.
 
 use std::collections::BTreeMap;
 
 use hovernav::ekf::{Channel, Notice, Report, Verdict};
 
-/// What became of all comparisons of one channel.
+/// Tally of all comparisons of one channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelTally {
-    /// How many corrected the state.
+    /// Number of comparisons that corrected the state.
     pub used: usize,
-    /// How many a gate refused.
+    /// Number of comparisons that a gate rejected.
     pub rejected: usize,
-    /// Sum of the squares of the normalised innovations that were used.
+    /// Sum of the squared normalised innovations of those used.
     pub square_sum: f64,
 }
 
@@ -29,12 +29,12 @@ impl ChannelTally {
     }
 }
 
-/// What became of all fixes.
+/// Tally of all fixes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FixTally {
-    /// Of how many anything corrected the state.
+    /// Number of fixes of which a part corrected the state.
     pub used: usize,
-    /// Of how many a gate refused anything.
+    /// Number of fixes of which a gate rejected a part.
     pub rejected: usize,
 }
 
@@ -47,25 +47,25 @@ impl FixTally {
     }
 }
 
-/// Which routine comparisons stay among the notices of a run: at most 65 536 of fixes and 32 768 of each other
-/// aid, evenly thinned.
+/// Selection of the routine comparisons that stay among the notices of a run: at most 65 536 of fixes and 32 768 of
+/// each other aid, evenly thinned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Thinning(BTreeMap<Channel, Aid>);
 
 #[derive(Clone, Copy, Debug)]
 struct Aid {
-    /// Every how manieth stays.
+    /// One of this many stays.
     stride: usize,
     seen: usize,
     kept: usize,
 }
 
-/// Even numbers, so that halves stay even. An hour of fixes at 18 Hz are as many.
+/// Even, so that halves are whole numbers. An hour of fixes at 18 Hz has as many.
 const MOST_OF_FIXES: usize = 1 << 16;
 const MOST: usize = 1 << 15;
 
 impl Thinning {
-    /// Whether another routine comparison of `channel` stays; half of those in `notices` may go for it.
+    /// Whether another routine comparison of `channel` stays; may remove half of those in `notices` to make room.
     pub fn takes(&mut self, channel: Channel, notices: &mut Vec<Notice>) -> bool {
         let aid = self.0.entry(channel).or_insert(Aid { stride: 1, seen: 0, kept: 0 });
         let index = aid.seen;
@@ -89,7 +89,7 @@ impl Thinning {
     }
 }
 
-/// The first channel of a comparison of which nothing is to be told: accepted as a whole.
+/// First channel of a comparison without any event: accepted as a whole.
 pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let Notice::Updated(report) = notice else { return None };
     let first = report.innovations().next()?.channel;

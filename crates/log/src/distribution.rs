@@ -1,24 +1,24 @@
-//! The quantiles of a series that is too long to keep.
+//! Quantiles of a series that is too long for memory.
 
 use std::collections::BTreeMap;
 
-/// How often each value of a series was found, in memory that does not grow with it.
+/// Histogram of a series, in bounded memory.
 ///
-/// Exact up to 65 536 different values. Of more, the last binary digits of all are rounded off until they are
-/// few enough again: by the time that so many are left, neighbours differ by less than a ten-thousandth.
+/// Exact up to 65 536 different values. With more, the last binary digits of all values are rounded off until few
+/// enough differ. Values that remain then differ from their neighbours by less than a ten-thousandth.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Distribution {
     counts: BTreeMap<u64, u64>,
     total: u64,
-    /// Binary digits that are rounded off.
+    /// Number of binary digits that are rounded off.
     rounded: u32,
 }
 
-/// Different values that are told apart.
+/// Largest number of different values.
 const MOST: usize = 1 << 16;
 
 impl Distribution {
-    /// Counts `value`, which is finite and not negative.
+    /// Counts `value`, which must be finite and not negative.
     pub fn push(&mut self, value: f64) {
         *self.counts.entry(rounded(value.to_bits(), self.rounded)).or_default() += 1;
         self.total += 1;
@@ -31,8 +31,7 @@ impl Distribution {
         }
     }
 
-    /// The value that the part `fraction` of all does not exceed, as
-    /// [`quantile`](crate::statistics::quantile) has it; `None` of no values.
+    /// Quantile `fraction`, as in [`quantile`](crate::statistics::quantile); `None` without values.
     pub fn quantile(&self, fraction: f64) -> Option<f64> {
         let position = fraction.clamp(0.0, 1.0) * self.total.checked_sub(1)? as f64;
         let below = position as u64;
@@ -41,7 +40,7 @@ impl Distribution {
         Some(low + (high - low) * (position - below as f64))
     }
 
-    /// The value at `index` of all in order of size.
+    /// The value at `index` in rising order.
     fn nth(&self, index: u64) -> Option<f64> {
         let mut passed = 0;
         let found = self.counts.iter().find(|(_, count)| {
@@ -51,13 +50,13 @@ impl Distribution {
         found.map(|(bits, _)| f64::from_bits(*bits))
     }
 
-    /// The values, rising, and how often each was found.
+    /// The values, rising, with their counts.
     pub fn counts(&self) -> impl Iterator<Item = (f64, u64)> {
         self.counts.iter().map(|(bits, count)| (f64::from_bits(*bits), *count))
     }
 }
 
-/// `bits` with its last `digits` cleared. Of numbers that are not negative, bits are in the order of their size.
+/// `bits` with its last `digits` cleared. For numbers that are not negative, bits have the order of the numbers.
 const fn rounded(bits: u64, digits: u32) -> u64 {
     bits >> digits << digits
 }

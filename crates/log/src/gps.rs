@@ -52,8 +52,9 @@ pub(crate) fn read(
     let (rows, _) = rows.in_time_order(|(fix, _)| fix.time, table.path(), &mut remarks)?;
     let held = rows.iter().filter(|(_, flat)| *flat && types.are_dimensions()).count();
     if held > 0 {
-        remarks
-            .say(format!("fixes of type 2, {held} of them: two-dimensional, used for the horizontal alone"));
+        remarks.say(format!(
+            "fixes of type 2, {held} of them: two-dimensional, used for the horizontal alone"
+        ));
     }
     // Fixes before the first height get that height.
     let first_m =

@@ -1,4 +1,4 @@
-//! `dataset.toml`: what a vehicle and its sensors are.
+//! `dataset.toml`: properties of a vehicle and its sensors.
 
 use std::path::Path;
 
@@ -15,10 +15,10 @@ use hovernav::imu::NotchConfig;
 use hovernav::scalar::Readable;
 use hovernav_toml::TomlError;
 
-/// The manifest's file in a dataset directory.
+/// Name of the manifest in a dataset directory.
 pub(crate) const MANIFEST_FILE: &str = "dataset.toml";
 
-/// `dataset.toml`: what the vehicle is, how its sensors are mounted and how good they are.
+/// `dataset.toml`: the vehicle, the mounting and accuracy of its sensors, and the filter's settings.
 ///
 /// Every key has a default. Lever arms lead from the centre of gravity, in body axes.
 ///
@@ -36,23 +36,23 @@ pub struct Manifest {
     /// Name of the dataset.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// The vehicle and what it did.
+    /// Description of the vehicle and its flight.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub vehicle: String,
     /// `recorded` or `simulated`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub kind: String,
-    /// Where the data come from.
+    /// Origin of the data.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub origin: String,
-    /// The terms they come under.
+    /// Licence of the data.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub licence: String,
     /// A note on the clock.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub time: String,
-    /// Day of the flight, which the magnetic model asks for; with a time of day, when the log's clock reads zero, in
-    /// UTC, which the dates in exports ask for.
+    /// Date of the flight, for the magnetic model. With a time of day: the time at which the log's clock reads zero,
+    /// UTC unless it has an offset, for the dates in exports.
     #[serde(deserialize_with = "date", skip_serializing_if = "Option::is_none")]
     pub date: Option<Datetime>,
     /// The inertial unit.
@@ -65,17 +65,17 @@ pub struct Manifest {
     /// The rangefinder.
     #[serde(skip_serializing_if = "is_default")]
     pub rangefinder: RangefinderSection,
-    /// The reference to score against.
+    /// The reference for scores.
     pub reference: ReferenceSection,
-    /// What the solution speaks of.
+    /// Settings of the solution.
     pub solution: SolutionSection,
-    /// Settings of the alignment, as found.
+    /// Settings of the alignment, unparsed.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub alignment: toml::Table,
-    /// Settings of the aiding, as found.
+    /// Settings of the aiding, unparsed.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub aiding: toml::Table,
-    /// Settings of the filter, as found.
+    /// Settings of the filter, unparsed.
     #[serde(skip_serializing_if = "toml::Table::is_empty")]
     pub filter: toml::Table,
 }
@@ -84,10 +84,10 @@ pub struct Manifest {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct ImuSection {
-    /// Nominal sample rate, Hz; the times in the file are what counts.
+    /// Nominal sample rate, Hz; the times in the file determine the actual rate.
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// The unit from the centre of gravity, m.
+    /// Position of the inertial unit relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub lever_arm_m: Vector<Body>,
     /// Angle random walk, °/√h.
@@ -102,9 +102,9 @@ pub struct ImuSection {
     /// One-sigma of the accelerometer bias at power-up, m/s².
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub accel_bias_sigma_mps2: Option<f64>,
-    /// What the unit's own yaw is measured from.
+    /// North that the unit's own yaw refers to.
     pub heading_reference: HeadingReference,
-    /// Magnetic declination at the site, east positive, °; where absent, the magnetic model's.
+    /// Magnetic declination at the site, east positive, °; without it, that of the magnetic model.
     #[serde(deserialize_with = "declination", skip_serializing_if = "Option::is_none")]
     pub magnetic_declination_deg: Option<f64>,
     /// Full scale of the gyros, °/s.
@@ -113,32 +113,32 @@ pub struct ImuSection {
     /// Full scale of the accelerometers, g.
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub accel_range_g: Option<f64>,
-    /// Where the axes x, y, z of `imu.csv` point; forward, right, down (`frd`) in memory. The unit's own
-    /// roll, pitch and yaw are not turned.
+    /// Directions of the axes x, y, z of `imu.csv`; forward, right, down (`frd`) in memory. The unit's own roll, pitch
+    /// and yaw are not converted.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
-    /// Roll, pitch and yaw of the unit in the vehicle, °: by how much its axes, once they are forward,
-    /// right and down by `axes`, are turned from the vehicle's; each within ±360, 270 is −90. Samples, field and
-    /// the unit's own attitude are turned back by it.
+    /// Roll, pitch and yaw of the inertial unit in the vehicle, °: the rotation of its axes, after conversion to
+    /// forward, right and down by `axes`, relative to the vehicle's. Each is within ±360, and 270 means −90. Samples,
+    /// field and the unit's own attitude are rotated back by it.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
-    /// The unit of the accelerations in `imu.csv`, whatever its columns are called.
+    /// Unit of the accelerations in `imu.csv`, whatever the names of its columns.
     #[serde(skip_serializing_if = "is_default")]
     pub accel_unit: AccelUnit,
-    /// The unit of the angular rates in `imu.csv`.
+    /// Unit of the angular rates in `imu.csv`.
     #[serde(skip_serializing_if = "is_default")]
     pub gyro_unit: GyroUnit,
-    /// Whether the accelerations in `imu.csv` have the sign of gravity, down at rest, and not that of
-    /// specific force.
+    /// Whether the accelerations in `imu.csv` have the sign of gravity, down at rest, instead of that of specific
+    /// force.
     #[serde(skip_serializing_if = "is_default")]
     pub accel_is_gravity: bool,
-    /// A notch that takes the rotor's vibration out of the samples: at one frequency, or at that of `rotor.csv`.
+    /// A notch filter for the rotor's vibration in the samples, at a fixed frequency or at that of `rotor.csv`.
     #[serde(deserialize_with = "notch", skip_serializing_if = "Option::is_none")]
     pub notch: Option<NotchConfig>,
 }
 
 impl ImuSection {
-    /// How samples have to be read, which from now on are as they should be.
+    /// Removes the conversion of the samples from the section: from now on they count as converted.
     pub(crate) fn take_reading(&mut self) -> Reading {
         Reading {
             axes: std::mem::take(&mut self.axes),
@@ -156,41 +156,41 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
-/// `[gps]`: the receiver.
+/// `[gps]`: the GPS receiver.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct GpsSection {
-    /// Nominal rate of fixes, Hz; the times in the file are what counts.
+    /// Nominal rate of fixes, Hz; the times in the file determine the actual rate.
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// The antenna from the centre of gravity, m.
+    /// Position of the antenna relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub antenna_lever_arm_m: Vector<Body>,
-    /// How much earlier than its arrival a fix is valid, s, within ±10; in a log, than its time stamp, where the filter is
-    /// given it no later than 0.2 s after it was valid.
+    /// Time from the validity of a fix to its arrival, s, within ±10; in a log, to its time stamp. The filter receives
+    /// the fixes of a log at most 0.2 s after their time of validity.
     #[serde(deserialize_with = "latency")]
     pub latency_s: f64,
 }
 
-/// `[reference]`: what to score against, and how.
+/// `[reference]`: the reference and the scores against it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct ReferenceSection {
-    /// Whose position and velocity the reference gives.
+    /// Point whose position and velocity the reference contains.
     pub point: Point,
-    /// How good the reference is.
+    /// Description of the reference's accuracy.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub quality: String,
-    /// How long after the first inertial sample scoring begins, s.
+    /// Time from the first inertial sample to the start of scoring, s.
     #[serde(deserialize_with = "skip")]
     pub skip_s: f64,
-    /// One-sigma of the reference's own position, each axis, m; what it errs is not held against the filter's sigmas.
+    /// One-sigma of the reference's own position, each axis, m; scores add it to the filter's sigmas.
     #[serde(deserialize_with = "own_sigma")]
     pub position_sigma_m: f64,
-    /// One-sigma of its own velocity, each axis, m/s.
+    /// One-sigma of the reference's own velocity, each axis, m/s.
     #[serde(deserialize_with = "own_sigma")]
     pub velocity_sigma_mps: f64,
-    /// One-sigma of its own roll, pitch and yaw, degrees.
+    /// One-sigma of the reference's own roll, pitch and yaw, degrees.
     #[serde(deserialize_with = "own_sigma")]
     pub attitude_sigma_deg: f64,
 }
@@ -208,15 +208,15 @@ impl Default for ReferenceSection {
     }
 }
 
-/// `[solution]`: what the solution speaks of.
+/// `[solution]`: settings of the solution.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct SolutionSection {
-    /// Whose position and velocity the solution gives.
+    /// Point whose position and velocity the solution contains.
     pub point: SolutionPoint,
 }
 
-/// A point whose position and velocity a solution can give.
+/// Point of a solution's position and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SolutionPoint {
@@ -249,7 +249,7 @@ pub enum Point {
     Antenna,
 }
 
-/// The north that a heading is measured from.
+/// North that a heading refers to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HeadingReference {
@@ -261,7 +261,7 @@ pub enum HeadingReference {
 }
 
 impl Manifest {
-    /// Reads a manifest or configuration, and lists the keys it does not know where those have no effect.
+    /// Reads a manifest or configuration, and lists the unknown keys that have no effect.
     ///
     /// # Errors
     /// [`LogError::Toml`], as [`Manifest::parse`].
@@ -269,16 +269,15 @@ impl Manifest {
         Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
-    /// The manifest that `text` spells, and a warning for each key it does not know; `path` names it
-    /// in messages.
+    /// Parses the manifest in `text`, with a warning for each unknown key; `path` names it in messages.
     ///
     /// # Errors
-    /// [`LogError::Toml`] where the text is not TOML, a value is not of its key's kind, or a number
-    /// is out of its range, and for an unknown key of `[alignment]`, `[aiding]`, `[filter]` and the sections below it:
-    /// settings that somebody believes in must not be without effect.
+    /// [`LogError::Toml`] if the text is not TOML, a value is of the wrong kind, or a number is out of range. Also for
+    /// an unknown key of `[alignment]`, `[aiding]`, `[filter]` and their subsections: a misspelt setting must not
+    /// silently have no effect.
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Vec<String>), LogError> {
         let (manifest, unknown): (Self, _) = hovernav_toml::parse(text, path)?;
-        // Only here is the text at hand that tells the line.
+        // Only this function has the text from which the line follows.
         manifest
             .overlay(&mut EstimatorConfig::default())
             .map_err(|error| error.in_text(text, path))?;
@@ -287,8 +286,8 @@ impl Manifest {
         Ok((manifest, unknown.into_iter().map(warning).collect()))
     }
 
-    /// This manifest with the keys that the file `config`, of the same form, sets; and what of that
-    /// file is not known.
+    /// This manifest with the keys that the file `config`, of the same form, sets; and warnings on unknown keys of that
+    /// file.
     ///
     /// # Errors
     /// As [`Manifest::read`].
@@ -301,7 +300,7 @@ impl Manifest {
         Ok((manifest, warnings))
     }
 
-    /// Where `point` is from the centre of gravity, m.
+    /// Position of `point` relative to the centre of gravity, m.
     #[must_use]
     pub fn lever_arm_m(&self, point: impl Into<Point>) -> Vector<Body> {
         match point.into() {
@@ -336,7 +335,7 @@ fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     in_range(deserializer, -180.0..=180.0).map(Some)
 }
 
-/// No latency of a log is longer, s.
+/// Largest latency of a log, s.
 pub(crate) const LONGEST_LATENCY_S: f64 = 10.0;
 
 fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
@@ -351,7 +350,7 @@ fn mounting<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::E
     Err(de::Error::custom(format!("found {angles:?}, expected roll, pitch and yaw within ±360°")))
 }
 
-/// The same turn with roll and yaw within ±180° and pitch within ±90°; angles that are so already keep their bits.
+/// The same rotation with roll and yaw within ±180° and pitch within ±90°; such angles stay bit-identical.
 fn principal_deg([mut roll, mut pitch, mut yaw]: [f64; 3]) -> [f64; 3] {
     let wrap = |angle: &mut f64| {
         if angle.abs() > 180.0 {
@@ -360,14 +359,14 @@ fn principal_deg([mut roll, mut pitch, mut yaw]: [f64; 3]) -> [f64; 3] {
     };
     wrap(&mut pitch);
     if pitch.abs() > 90.0 {
-        // Over the top: the nose points back, the unit lies on its other side.
+        // Pitch beyond the vertical: the nose points backward and roll is turned by half a circle.
         pitch = 180.0_f64.copysign(pitch) - pitch;
         roll += 180.0;
         yaw += 180.0;
     }
     for angle in [&mut roll, &mut yaw] {
         wrap(angle);
-        // Up to 540° by now.
+        // The angle is up to 540° here.
         wrap(angle);
     }
     [roll, pitch, yaw]
@@ -381,7 +380,7 @@ fn own_sigma<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error
     in_range(deserializer, 0.0..=1e3)
 }
 
-/// A date as TOML writes it, bare or in quotes; the reader hands on both as text.
+/// A TOML date, bare or in quotes; the reader passes both as text.
 fn date<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Datetime>, D::Error> {
     let date = String::deserialize(deserializer).ok().and_then(|text| text.parse().ok());
     match date {

@@ -1,31 +1,31 @@
-//! Samples as mean rates, whatever form they have.
+//! Samples of any form as mean rates.
 
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
-/// A sample as mean rates since the one before.
+/// A sample as mean rates since the previous one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rates {
     pub time: Time,
-    /// Since the sample before, s; zero of the first.
+    /// Time since the previous sample, s; zero for the first.
     pub interval_s: f64,
     /// Angular rate, rad/s.
     pub turn_radps: [f64; 3],
     /// Specific force, m/s².
     pub force_mps2: [f64; 3],
-    /// The unit's own marks of full scale.
+    /// The unit's own full-scale marks.
     pub clipped: ClippedAxes,
 }
 
-/// Angular rate and specific force of each sample, beside it; increments over their interval, so none of the
-/// first.
+/// Each sample with its angular rate and specific force. Increments are divided by their interval, so the first one has
+/// no rates.
 pub(crate) fn with_rates(
     samples: impl IntoIterator<Item = ImuSample>,
 ) -> impl Iterator<Item = (ImuSample, Option<Rates>)> {
     let mut before: Option<Time> = None;
     samples.into_iter().map(move |sample| {
         let interval_s = before.replace(sample.time).map(|before| sample.time - before);
-        // The first increment's interval is not known.
+        // The interval of the first increment is unknown.
         let is_known = interval_s.is_some() || matches!(sample.motion, Motion::Rates { .. });
         let interval_s = interval_s.unwrap_or_default();
         let rates = is_known.then(|| {

@@ -1,21 +1,20 @@
-//! The records of a CSV file, each with the line it begins on; no more of it in memory than a record and
-//! what the reader has looked ahead.
+//! Records of a CSV file, each with its first line. Memory holds one record and the reader's look-ahead.
 
 use std::io::{self, Cursor, Read};
 
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
-/// Records of fields in a file, read forward once.
+/// Reader of the records of a file.
 pub(crate) struct Records {
     reader: Reader<Tee>,
     record: ByteRecord,
     line: u64,
     start: usize,
-    /// Where in the file the source begins.
+    /// Byte offset of the source in the file.
     origin: u64,
 }
 
-/// Where a record begins: byte in the file, from 0, and line, from 1.
+/// Start of a record: byte offset in the file, from 0, and line, from 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub byte: u64,
@@ -23,7 +22,7 @@ pub(crate) struct Place {
 }
 
 impl Records {
-    /// Those in `source`, past a byte order mark.
+    /// Records of `source`, after a byte order mark.
     pub fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(MARK.len());
         source.by_ref().take(MARK.len() as u64).read_to_end(&mut head)?;
@@ -35,7 +34,7 @@ impl Records {
         Ok(Self::from(Box::new(Cursor::new(head).chain(source)), place))
     }
 
-    /// Those from the one at `place` on, where `source` begins.
+    /// Records from the one at `place` on, at which `source` begins.
     pub fn from(source: Box<dyn Read + Send>, place: Place) -> Self {
         let tee = Tee { source, kept: Vec::new(), offset: 0 };
         let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(tee);
@@ -43,18 +42,18 @@ impl Records {
         Self { reader, record, line: place.line, start: 0, origin: place.byte }
     }
 
-    /// Where the record moved on to begins.
+    /// Start of the current record.
     pub fn place(&self) -> Place {
         Place { byte: self.origin + self.start as u64, line: self.line }
     }
 
-    /// Moves on to the next record; whether there is one.
+    /// Moves to the next record; returns whether there is one.
     pub fn advance(&mut self) -> io::Result<bool> {
         if !self.reader.read_byte_record(&mut self.record)? {
             return Ok(false);
         }
-        // The reader's own position is where it began to look: before blank lines, and between the
-        // CR and LF that ended the record before.
+        // The reader's own position is where its search began: before blank lines, and between the CR and LF that ended
+        // the previous record.
         let looked = self.record.position().map_or(0, Position::byte) as usize;
         let tee = self.reader.get_mut();
         let blanks = tee.from(looked).iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
@@ -66,17 +65,17 @@ impl Records {
         Ok(true)
     }
 
-    /// The record moved on to.
+    /// The current record.
     pub fn current(&self) -> &ByteRecord {
         &self.record
     }
 
-    /// Line on which it begins, from 1.
+    /// First line of the current record, from 1.
     pub fn line(&self) -> u64 {
         self.line
     }
 
-    /// Whether it ends with the file, without the newline that would vouch for it.
+    /// Whether the file ends with this record, without the newline that proves it complete.
     pub fn is_cut_off(&self) -> bool {
         let tee = self.reader.get_ref();
         self.reader.position().byte() as usize >= tee.offset + tee.kept.len()
@@ -87,21 +86,21 @@ impl Records {
 /// UTF-8's byte order mark.
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Remembers what was read of a source, as far as it is still wanted.
+/// Copy of the bytes read from a source, as long as they are needed.
 struct Tee {
     source: Box<dyn Read + Send>,
     kept: Vec<u8>,
-    /// Where in the source `kept` begins.
+    /// Offset in the source at which `kept` begins.
     offset: usize,
 }
 
 impl Tee {
-    /// What was read from the byte `place` on.
+    /// The bytes read from offset `place` on.
     fn from(&self, place: usize) -> &[u8] {
         self.kept.get(place.saturating_sub(self.offset)..).unwrap_or_default()
     }
 
-    /// Lets go of what was read before the byte `place`, now and then.
+    /// Drops the bytes before offset `place`, at intervals.
     fn forget(&mut self, place: usize) {
         const WORTH_IT: usize = 1 << 16;
         let count = place.saturating_sub(self.offset).min(self.kept.len());

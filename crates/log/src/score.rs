@@ -1,4 +1,4 @@
-//! How far a solution is from the reference.
+//! Scores: errors of a solution against the reference.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
-/// A quantity a solution is scored in.
+/// A scored quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Position north.
@@ -42,7 +42,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All of them, in the order of [`Score::axes`].
+    /// All axes, in the order of [`Score::axes`].
     pub const ALL: [Self; 13] = [
         Self::North,
         Self::East,
@@ -59,7 +59,7 @@ impl Axis {
         Self::Yaw,
     ];
 
-    /// The name it goes by in `summary.json`; its unit is the name's end.
+    /// Name in `summary.json`, which ends in the unit.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -80,65 +80,64 @@ impl Axis {
     }
 }
 
-/// How far a solution is from the reference, axis by axis.
+/// Errors of a solution against the reference, axis by axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
-    /// Where scoring begins; what is before it shows in the series alone.
+    /// Start of scoring; earlier times appear only in the series.
     pub from: Time,
-    /// When the heading was first known, to 15° by the solution's own word, where that came after
-    /// [`from`](Self::from): attitude is scored from here on.
+    /// Time at which the heading was first known, to a one-sigma of 15° in the solution, if after [`from`](Self::from):
+    /// attitude is scored from then on.
     pub heading_known: Option<Time>,
-    /// The axes the reference speaks of, in the order of [`Axis::ALL`].
+    /// The axes in the reference, in the order of [`Axis::ALL`].
     pub axes: Vec<AxisScore>,
 }
 
-/// How far a solution is from the reference in one axis.
+/// Errors of a solution against the reference in one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisScore {
     /// The axis.
     pub axis: Axis,
-    /// The error's size, in the unit of [`Axis::name`].
+    /// Statistics of the error, in the unit of [`Axis::name`].
     pub statistics: Statistics,
-    /// Samples compared.
+    /// Number of samples compared.
     pub samples: usize,
-    /// Fraction of samples whose error is within three of the filter's own sigmas, where it gives
-    /// one, the reference's added in squares: 0.997 of a filter that knows itself.
+    /// Fraction of samples whose error is within three sigmas, if the filter gives any: 0.997 for a consistent filter.
+    /// The variance is that of filter and reference added.
     pub within_3_sigma: Option<f64>,
-    /// Root of the mean square of error over the same sigma: 1 of a filter that knows itself. None where a
-    /// sigma is zero.
+    /// Root mean square of error over the same sigma: 1 for a consistent filter. `None` if a sigma is zero.
     pub error_over_sigma: Option<f64>,
     /// The error over time, thinned to at most 2 000 points that keep its peaks.
     pub series: Vec<ErrorPoint>,
 }
 
-/// An error at one moment.
+/// Error at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorPoint {
-    /// The moment.
+    /// Time.
     pub time: Time,
     /// Solution less reference.
     pub error: f64,
-    /// The filter's own one-sigma, where it gives one.
+    /// The filter's own one-sigma, if it gives one.
     pub sigma: Option<f64>,
 }
 
-/// The size of a set of errors.
+/// Statistics of a set of errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Statistics {
     /// Root of the mean square.
     pub rmse: f64,
-    /// Median size.
+    /// Median of the absolute error.
     pub median: f64,
-    /// Size that 95 % do not exceed.
+    /// 95 % quantile of the absolute error.
     pub p95: f64,
-    /// Largest size.
+    /// Largest absolute error.
     pub max: f64,
 }
 
-/// Points kept of an error series.
+/// Largest number of points in an error series.
 const SERIES_POINTS: usize = 2000;
 
-/// Fraction of an outage the reference must cover for its drift to count.
+/// Smallest fraction of an outage that solution and reference must cover for its drift to count.
 const LEAST_COVERAGE: f64 = 0.9;
 
 impl Reference {
@@ -154,7 +153,7 @@ impl Reference {
 }
 
 impl Score {
-    /// The score in `axis`, if the reference speaks of it.
+    /// The score in `axis`, if the reference has that quantity.
     #[must_use]
     pub fn axis(&self, axis: Axis) -> Option<&AxisScore> {
         self.axes.iter().find(|score| score.axis == axis)
@@ -162,8 +161,8 @@ impl Score {
 }
 
 impl Statistics {
-    /// The statistics of the sizes of `errors`, with quantiles as [`quantile`] takes them. `None` of no
-    /// errors or where one is NaN.
+    /// Statistics of the absolute values of `errors`, with quantiles as in [`quantile`]. `None` without errors, or if
+    /// one is NaN.
     #[must_use]
     pub fn of(errors: &[f64]) -> Option<Self> {
         let mut sizes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
@@ -180,11 +179,11 @@ impl Statistics {
     }
 }
 
-/// Scores `solutions`, in time order, against `reference`, beginning the reference's `skip_s` after
-/// `first_imu`, the first inertial sample.
+/// Scores `solutions`, in time order, against `reference`. Scoring begins the reference's `skip_s` after `first_imu`,
+/// the first inertial sample.
 ///
-/// The solution is carried to the reference's point through the lever arm r: its position moves by
-/// C r, its velocity by C (ω × r). The filter's sigmas stand for that point too, which leaves out what the attitude's
+/// The lever arm r moves the solution to the reference's point: its position by C r, its velocity by C (ω × r). The
+/// filter's sigmas are used unchanged, without the attitude's uncertainty times the arm.
 /// uncertainty adds over the arm.
 #[must_use]
 pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> Score {
@@ -208,24 +207,24 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
     Score { from, heading_known, axes: axes.collect() }
 }
 
-/// A heading less sure than this is not known, rad.
+/// Largest one-sigma of a known heading, rad.
 const HEADING_KNOWN_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
-/// When the heading is first known; `None` where it never is, or always was for all that is said.
+/// Time at which the heading is first known; `None` if it never is, or is from the start.
 fn heading_known(solutions: &[Solution]) -> Option<Time> {
     let known = |solution: &Solution| {
         let [.., sigma_rad] = solution.attitude_sigma_rad;
-        // Whoever gives no sigma claims to know.
+        // A solution without sigmas counts as known.
         sigma_rad.is_nan() || sigma_rad <= HEADING_KNOWN_RAD
     };
     solutions.iter().find(|solution| known(solution)).map(|solution| solution.time)
 }
 
-/// The largest horizontal distance from `reference` that `solutions`, in time order, reach from
-/// `start` until `duration_s` later, m.
+/// Drift in an outage: largest horizontal distance from `reference` that `solutions`, in time order, reach from `start`
+/// until `duration_s` later, m.
 ///
-/// `None` unless solution and reference together cover nine tenths of that time. [`Statistics::of`]
-/// the drifts of several outages has their median and the worst.
+/// `None` unless solution and reference together cover nine tenths of that time. [`Statistics::of`] the drifts of
+/// several outages gives their median and maximum.
 #[must_use]
 pub fn outage_drift(
     solutions: &[Solution],
@@ -271,20 +270,20 @@ fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time, own_sigma: f64) -> 
     })
 }
 
-/// Solution less reference in the order of [`Axis::ALL`]; NaN where the reference has none.
+/// Solution minus reference in the order of [`Axis::ALL`]; NaN where the reference is unknown.
 #[must_use]
 pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
     let ReferenceMoment { position, velocity_mps, attitude_rad, body_velocity_mps } =
         reference.at(solution.time);
     let arm_m = reference.from_solution_point_m;
     let body_to_ned = solution.body_to_ned;
-    // Without a lever arm the attitude need not be known.
+    // Without a lever arm the attitude may be unknown.
     let has_arm = arm_m != Vector::ZERO;
     let in_ned = |of_arm| if has_arm { body_to_ned * of_arm } else { Vector::ZERO };
 
     let [latitude_rad, longitude_rad, height_m] = position;
     let there = Geodetic { latitude_rad, longitude_rad, height_m };
-    // Height alone may be unknown, and must not take north and east with it.
+    // An unknown height must not make north and east unknown.
     let base = Geodetic {
         height_m: if height_m.is_finite() { height_m } else { solution.position.height_m },
         ..there
@@ -330,7 +329,7 @@ pub fn axis_sigmas(solution: &Solution) -> [Option<f64>; 13] {
     sigmas.map(|sigma| sigma.filter(|sigma| !sigma.is_nan()))
 }
 
-/// At most [`SERIES_POINTS`] of `points`, the peaks among them.
+/// At most [`SERIES_POINTS`] of `points`, including the peaks.
 fn thinned(points: &[ErrorPoint]) -> Vec<ErrorPoint> {
     let errors: Vec<f64> = points.iter().map(|point| point.error).collect();
     thin_to_extremes(&[&errors], SERIES_POINTS).into_iter().map(|index| points[index]).collect()

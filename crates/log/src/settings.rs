@@ -1,4 +1,4 @@
-//! From a manifest to the estimator's settings.
+//! The estimator's settings from a manifest.
 
 use std::fmt;
 use std::path::Path;
@@ -18,9 +18,8 @@ use hovernav::scalar::Readable;
 use hovernav_toml::{TomlError, ValueError};
 
 impl Dataset {
-    /// The estimator's settings for this dataset: see [`Manifest::settings`]. What is magnetic in it
-    /// is corrected by the declination at the first fix; a note says how that came about, a warning
-    /// that there is none.
+    /// The estimator's settings for this dataset: see [`Manifest::settings`]. Magnetic headings are corrected by the
+    /// declination at the first fix. A note states its origin; a warning states that there is none.
     ///
     /// # Errors
     /// As [`Manifest::settings`].
@@ -34,15 +33,14 @@ impl Dataset {
         Ok(config)
     }
 
-    /// The settings, and what is to be said of the declination.
+    /// The settings, with the origin of the declination.
     pub(crate) fn configuration(&self) -> Result<(EstimatorConfig, Option<Declination>), LogError> {
         let magnetic = !self.magnetometer.is_empty() || self.has_magnetic_samples();
         let place = self.fixes.first().map(|fix| fix.position);
         self.manifest.settings(magnetic, place.as_ref())
     }
 
-    /// Overrides keys of the manifest with those of the file `config`, and moves the fixes where that
-    /// changes their latency.
+    /// Overrides keys of the manifest by those of the file `config`, and shifts the fixes if their latency changes.
     ///
     /// # Errors
     /// As [`Manifest::merged_with`].
@@ -65,15 +63,15 @@ impl Dataset {
         Ok(())
     }
 
-    /// Brings inertial samples that are as the manifest's `axes`, `mounting_deg`, `accel_unit`, `gyro_unit`
-    /// and `accel_is_gravity` say to the vehicle's forward, right, down, rad/s and m/s²; from then on the
-    /// manifest says that they are so.
+    /// Converts inertial samples by the manifest's `axes`, `mounting_deg`, `accel_unit`, `gyro_unit` and
+    /// `accel_is_gravity` to the vehicle's forward, right, down, rad/s and m/s². Then resets these keys, as the samples
+    /// are converted.
     pub fn normalise_imu(&mut self) {
         let reading = self.manifest.imu.take_reading();
         self.turn(reading);
     }
 
-    /// Reads every inertial sample as `reading` says on top.
+    /// Applies `reading` to every inertial sample, after earlier conversions.
     pub(crate) fn turn(&mut self, reading: Reading) {
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
@@ -85,15 +83,15 @@ impl Dataset {
 }
 
 impl Manifest {
-    /// The estimator's settings for a vehicle: the defaults, what the manifest says of mounting and
-    /// sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    /// The estimator's settings for a vehicle: the defaults, the manifest's mounting and sensors, then the keys of its
+    /// sections `[alignment]`, `[aiding]` and `[filter.*]`.
     ///
-    /// `magnetic` is whether there is a magnetometer. Where that or the unit's heading is magnetic
-    /// and the manifest gives no declination, the World Magnetic Model gives that of `place`; the
-    /// remark says for which day, and what happened if it could not.
+    /// `magnetic` is whether there is a magnetometer. If that or the unit's heading is magnetic and the manifest has no
+    /// declination, the World Magnetic Model gives it at `place`. The remark states the date of the model, or why it
+    /// gives none.
     ///
     /// # Errors
-    /// [`LogError::Toml`] for a key or value of those sections that does not exist.
+    /// [`LogError::Toml`] for an unknown key or an invalid value in those sections.
     pub fn settings(
         &self,
         magnetic: bool,
@@ -135,8 +133,7 @@ impl Manifest {
             self.second_antenna.baseline_m(self.lever_arm_m(Point::Antenna));
 
         let attitude_magnetic = imu.heading_reference == HeadingReference::Magnetic;
-        // A declination that is given counts whatever the data hold: settings before a flight and after
-        // it are the same.
+        // A declared declination applies to any data, so that settings before and after a flight are equal.
         if !magnetic && !attitude_magnetic && imu.magnetic_declination_deg.is_none() {
             return Ok((config, None));
         }
@@ -157,10 +154,10 @@ impl Manifest {
 }
 
 impl Manifest {
-    /// Puts the sections `[alignment]`, `[aiding]` and `[filter.*]` over `config`.
+    /// Applies the sections `[alignment]`, `[aiding]` and `[filter.*]` to `config`.
     ///
     /// # Errors
-    /// A key of them that does not exist, or a value, of the aids' models too, that is not of its key's kind or range.
+    /// An unknown key, or a value of the wrong kind or out of range, also in the aids' models.
     pub(crate) fn overlay(&self, config: &mut EstimatorConfig) -> Result<(), ValueError> {
         config.alignment = overlaid(&config.alignment, &self.alignment)
             .and_then(within_range)
@@ -206,10 +203,10 @@ impl Manifest {
     }
 }
 
-/// What `[filter]` has.
+/// Subsections of `[filter]`.
 const FILTER_SECTIONS: &[&str] = &["imu", "gps", "attitude", "magnetometer", "baro", "gate"];
 
-/// `aligned`, if its numbers can be.
+/// `aligned` if its numbers are within their ranges.
 fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError> {
     for (key, value, most) in [
         ("duration_s", aligned.duration_s, 600.0),
@@ -229,12 +226,12 @@ fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError>
     Ok(aligned)
 }
 
-/// How a declination that nobody gave came about, in a sentence.
+/// Origin of a declination that was not declared, in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Declination {
     /// By the World Magnetic Model.
     Model(String),
-    /// The model has none, and 0 is taken.
+    /// The model has none, so 0 is used.
     None(String),
 }
 
@@ -245,8 +242,8 @@ impl fmt::Display for Declination {
     }
 }
 
-/// Declination, rad, and how it came about. The start of 2025 stands in for a flight whose day is not
-/// given or not covered: declination moves about 0.1° a year.
+/// Declination, rad, and its origin. If the date of the flight is unknown or not covered, the start of 2025 replaces
+/// it: declination changes by about 0.1° a year.
 fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, Declination) {
     let date = manifest.date.and_then(|date| date.date);
     let year = date.map(|date| decimal_year(date.year, date.month, date.day));
@@ -264,7 +261,7 @@ fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, Declination
             (declination_rad, Declination::Model(text))
         }
         Err(_) => {
-            let text = "magnetic declination 0° taken: the World Magnetic Model has none here";
+            let text = "magnetic declination 0° used: the World Magnetic Model has none here";
             (0.0, Declination::None(text.to_owned()))
         }
     }
@@ -280,7 +277,7 @@ fn refused(reason: &str) -> LogError {
     TomlError::at(MANIFEST_FILE.as_ref(), "", 0, reason).into()
 }
 
-/// `base` with the keys of a configuration's section put over it.
+/// `base` overridden by the keys of a configuration's section.
 fn overlaid<S: Clone + Serialize + DeserializeOwned>(
     base: &S,
     section: &toml::Table,

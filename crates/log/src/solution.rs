@@ -1,4 +1,4 @@
-//! `solution.csv`: what the filter found.
+//! `solution.csv`: the filter's solution.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::error::LogError;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 
-/// The columns of `solution.csv`: a public interface, only ever added to at the end.
+/// The columns of `solution.csv`: a public interface, extended only at the end.
 pub const COLUMNS: [&str; 31] = [
     "t_s",
     "lat_deg",
@@ -65,13 +65,13 @@ pub fn solution_row(solution: &Solution) -> [f64; 31] {
     row
 }
 
-/// Columns that `solution.csv` may have after its own.
+/// Optional columns of `solution.csv` after the standard ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExtraColumns {
     /// The attitude from body to NED as a unit quaternion, scalar first and not negative:
     /// `q_w, q_x, q_y, q_z`.
     Quaternion,
-    /// Straight metres north, east and down of the first solution: `north_m, east_m, down_m`.
+    /// Displacement from the first solution, m, north, east and down: `north_m, east_m, down_m`.
     Local,
     /// Variances of position, m², velocity, m²/s², and Euler angles, rad²: the diagonal of the
     /// covariance, `var_n_m2` to `var_yaw_rad2`.
@@ -79,10 +79,10 @@ pub enum ExtraColumns {
 }
 
 impl ExtraColumns {
-    /// All of them.
+    /// All optional columns.
     pub const ALL: [Self; 3] = [Self::Quaternion, Self::Local, Self::Covariance];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -136,13 +136,12 @@ impl ExtraColumns {
     }
 }
 
-/// `solution.csv` in the making, row by row: degrees of latitude and longitude to 0.01 mm, metres to
-/// 0.1 mm, velocities and angles to 1e-5, rates to 1e-7, biases to 1e-8. The file has its name once it
-/// is whole.
+/// Writer of `solution.csv`, row by row. Resolution: latitude and longitude 0.01 mm, in degrees; metres 0.1 mm;
+/// velocities and angles 1e-5; rates 1e-7; biases 1e-8. The file gets its name when it is complete.
 pub struct SolutionWriter {
     csv: CsvWriter,
     extra: Vec<ExtraColumns>,
-    /// Where the first solution was.
+    /// Position of the first solution.
     origin: Option<Geodetic>,
 }
 
@@ -186,19 +185,19 @@ impl SolutionWriter {
         Ok(())
     }
 
-    /// Ends the file, and gives it its name.
+    /// Completes the file and gives it its name.
     ///
     /// # Errors
-    /// [`LogError::Io`] where the file system refuses, or has refused a row.
+    /// [`LogError::Io`] if the file system reports an error, now or for an earlier row.
     pub fn finish(self) -> Result<(), LogError> {
         self.csv.finish()
     }
 }
 
-/// Writes `solutions` to the file `path`, one row each, as [`SolutionWriter`] does.
+/// Writes `solutions` to the file `path`, one row each, in the form of [`SolutionWriter`].
 ///
 /// # Errors
-/// Those of [`SolutionWriter::push`], and nothing is written then, and of [`SolutionWriter::finish`].
+/// Those of [`SolutionWriter::push`], in which case nothing is written, and of [`SolutionWriter::finish`].
 pub fn write_solution(
     path: &Path,
     solutions: &[Solution],

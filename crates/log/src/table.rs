@@ -1,4 +1,4 @@
-//! A table of numbers in a CSV file, row by row, with errors that name line and column.
+//! CSV tables of numbers, read row by row, with line and column in every error.
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
@@ -14,14 +14,13 @@ use crate::remarks::Remarks;
 use hovernav::time::Time;
 use hovernav_toml::open_file;
 
-/// A table of more bytes than this is refused rather than read: ten hours at 400 Hz and
-/// twice that.
+/// Largest size of a table, bytes; larger ones are rejected. Twice the size of ten hours at 400 Hz.
 pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
 /// A CSV file with a header row, read forward once.
 ///
-/// Commas part the fields, which may be quoted or padded with blanks; CR LF, a byte order mark, blank
-/// lines and trailing commas are tolerated.
+/// Commas separate the fields, which may be quoted or padded with blanks. CR LF, a byte order mark, blank lines and
+/// trailing commas are accepted.
 pub(crate) struct Table {
     path: PathBuf,
     header: Vec<String>,
@@ -40,7 +39,7 @@ pub(crate) struct Row<'a> {
 }
 
 impl Table {
-    /// Opens a file of `dir`; `None` where there is no such file.
+    /// Opens a file of `dir`; `None` without such a file.
     pub fn open(dir: &Path, file: &str) -> Result<Option<Self>, LogError> {
         let path = dir.join(file);
         match open_file(&path, LARGEST_BYTES) {
@@ -50,12 +49,12 @@ impl Table {
         }
     }
 
-    /// The table in `bytes`, the contents of the file `path`.
+    /// Table from `bytes`, the contents of the file `path`.
     pub fn parse(path: PathBuf, bytes: Vec<u8>) -> Result<Self, LogError> {
         Self::read(path, Box::new(Cursor::new(bytes)))
     }
 
-    /// The table that `source`, the file `path`, holds.
+    /// Table from `source`, the file `path`.
     fn read(path: PathBuf, source: Box<dyn Read + Send>) -> Result<Self, LogError> {
         let mut records = Records::new(source).map_err(LogError::io(&path))?;
         if !records.advance().map_err(LogError::io(&path))? {
@@ -88,12 +87,12 @@ impl Table {
         &self.path
     }
 
-    /// Where the row that was read last begins.
+    /// Start of the row that was read last.
     pub fn place(&self) -> Place {
         self.records.place()
     }
 
-    /// Goes on with the row at `place` of the same file.
+    /// Continues with the row at `place` of the same file.
     pub fn resume(&mut self, place: Place) -> Result<(), LogError> {
         let seek = || {
             let mut file = open_file(&self.path, LARGEST_BYTES)?;
@@ -106,7 +105,7 @@ impl Table {
         Ok(())
     }
 
-    /// The places of `names` in the header if all are there.
+    /// Indices of `names` in the header, if all are there.
     pub fn find<const N: usize>(&mut self, names: [&str; N]) -> Option<[usize; N]> {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
@@ -116,8 +115,8 @@ impl Table {
         Some(columns)
     }
 
-    /// Says which columns were never asked for, those named in `without_use` apart: an optional
-    /// column with a typing error in its name would otherwise be ignored unnoticed.
+    /// Lists the columns that were never requested, except those in `without_use`. Otherwise a misspelt optional column
+    /// would be ignored unnoticed.
     pub fn remark_unused(&self, without_use: &[&str], remarks: &mut Remarks) {
         let unused: Vec<&str> = self
             .header
@@ -134,7 +133,7 @@ impl Table {
         }
     }
 
-    /// The places of `names` in the header, or which of them are missing.
+    /// Indices of `names` in the header, or an error with the missing ones.
     pub fn require<const N: usize>(&mut self, names: [&str; N]) -> Result<[usize; N], LogError> {
         self.find(names).ok_or_else(|| {
             let missing =
@@ -143,7 +142,7 @@ impl Table {
         })
     }
 
-    /// The error of a header without the columns `expected`.
+    /// Error of a header without the columns `expected`.
     pub fn columns_missing(&self, expected: &str) -> LogError {
         LogError::Columns {
             path: self.path.clone(),
@@ -170,7 +169,7 @@ impl Table {
         Ok(None)
     }
 
-    /// Why the current record is no row of this table.
+    /// Reason why the current record is not a row of this table.
     fn fault(&self) -> Option<&'static str> {
         let record = self.records.current();
         let ends_in_number = || record.iter().next_back().is_none_or(|f| parse_number(f).is_some());
@@ -192,7 +191,7 @@ fn is_blank(field: &[u8]) -> bool {
 }
 
 impl Row<'_> {
-    /// The number in `column`; NaN where the field is empty or says so.
+    /// The number in `column`; NaN for an empty field or `nan`.
     pub fn number(&self, column: usize) -> Result<f64, LogError> {
         let field = self.field(column);
         parse_number(field).ok_or_else(|| self.unexpected(column, "a number"))
@@ -207,7 +206,7 @@ impl Row<'_> {
         Ok(numbers)
     }
 
-    /// The numbers in `columns`, if the table has them and all are finite.
+    /// The numbers in `columns`, if the table has these columns and all numbers are finite.
     pub fn finite<const N: usize>(
         &self,
         columns: Option<[usize; N]>,
@@ -217,8 +216,7 @@ impl Row<'_> {
         Ok(numbers.iter().all(|number| number.is_finite()).then_some(numbers))
     }
 
-    /// The time in `column`, seconds to the nearest nanosecond; `None` where it is unknown or beyond
-    /// what a clock can show.
+    /// The time in `column`, seconds to the nearest nanosecond; `None` if it is unknown or out of the range of a clock.
     pub fn time(&self, column: usize) -> Result<Option<Time>, LogError> {
         let field = self.field(column);
         parse_time(field).ok_or_else(|| self.unexpected(column, "a time in seconds"))
@@ -239,11 +237,11 @@ impl Row<'_> {
     }
 }
 
-/// About how many rows the table `path` has; none where it cannot be read.
+/// Approximate number of rows of the table `path`; zero if it cannot be read.
 pub(crate) fn rows_of(path: &Path) -> u64 {
     const HEAD: u64 = 1 << 16;
     let read = || -> io::Result<u64> {
-        // Opening a pipe would wait for whoever writes to it.
+        // Opening a pipe would wait for its writer.
         let (file, mut head) = (open_file(path, LARGEST_BYTES)?, Vec::new());
         let length = file.metadata()?.len();
         file.take(HEAD).read_to_end(&mut head)?;
