@@ -1,4 +1,4 @@
-//! How fast the decoder takes in bytes: the goal is 200 MB/s on one core, without allocation.
+//! Throughput of the decoder: the goal is 200 MB/s on one core, without allocation.
 
 use std::hint::black_box;
 
@@ -6,7 +6,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hovernav::dmu::{AnglePacket, Calibration, Decoder, Mode, Plausibility, SampleClock};
 use hovernav::time::Time;
 
-/// About a quarter of an hour of packets whose words all move.
+/// About a quarter of an hour of packets in which all words change.
 fn flight() -> Vec<u8> {
     (0..32_768u32)
         .flat_map(|index| {
@@ -32,7 +32,7 @@ fn decode(mut bytes: &[u8]) -> u64 {
     decoder.counts().packets
 }
 
-/// Everything from bytes to samples: decoding, plausibility, sample time, units.
+/// Complete processing from bytes to samples: decoding, plausibility, sample time, units.
 fn decode_to_samples(mut bytes: &[u8]) -> u64 {
     let mut decoder = Decoder::new(Mode::Angle);
     let mut plausibility = Plausibility::default();

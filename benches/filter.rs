@@ -1,7 +1,7 @@
-//! What the filter's kernels cost in time, beside the dense textbook form.
+//! Time of the filter's kernels, compared with the dense textbook form.
 //!
-//! `cargo bench --bench filter`. On a machine with other work only the ratios within one run mean
-//! anything; `cargo bench --bench instructions` counts instead.
+//! `cargo bench --bench filter`. On a machine with other work only the ratios within one run are meaningful; `cargo
+//! bench --bench instructions` counts instead.
 
 mod fixtures;
 

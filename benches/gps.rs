@@ -1,4 +1,4 @@
-//! How fast receivers' streams are decoded, framing to fix.
+//! Speed of decoding receivers' streams, from framing to fix.
 
 use std::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! What the flight loop takes of a sample's 30 ms, and a whole flight in closed loop.
+//! Time of the flight loop, of a sample's 30 ms, and of a complete flight in closed loop.
 //!
 //! `cargo bench --bench hover`.
 
@@ -19,7 +19,7 @@ fn config() -> FlightConfig {
     FlightConfig::new(HoverConfig::new(design.period_s, gains))
 }
 
-/// An autopilot that has taken over.
+/// An engaged autopilot.
 fn engaged(config: &HoverConfig, inputs: &Inputs<'_>) -> HoverAutopilot {
     let mut autopilot = HoverAutopilot::new(*config).expect("checked by the design");
     autopilot.step(&Inputs { engage: false, ..*inputs });
@@ -27,7 +27,7 @@ fn engaged(config: &HoverConfig, inputs: &Inputs<'_>) -> HoverAutopilot {
     autopilot
 }
 
-/// The filter's step on a sample, its solution, and the autopilot's step on that.
+/// The filter's step on a sample, its solution, and the autopilot's step on the solution.
 fn loop_step<L: Layout<N>, const N: usize>(
     c: &mut Criterion,
     name: &str,

@@ -1,4 +1,4 @@
-//! What the filter's kernels cost in instructions: the same on a busy machine as on an idle one.
+//! Instructions of the filter's kernels: independent of the load of the machine.
 //!
 //! Needs valgrind and the runner of the same version as the `gungraun` crate:
 //!
@@ -14,7 +14,7 @@ mod fixtures;
 use hovernav_testing::installed;
 
 fn main() {
-    // Under valgrind the runner calls this program again, with a first argument of its own.
+    // Under valgrind the runner calls this program again, with its own first argument.
     let called_again = std::env::args().nth(1).is_some_and(|first| first == "--gungraun-run");
     if called_again || (installed("gungraun-runner") && installed("valgrind")) {
         counted::run();
@@ -36,7 +36,7 @@ mod counted {
 
     use super::fixtures::{self, Hover};
 
-    // Boxed, so that handing a case over copies a pointer.
+    // Boxed, so that passing a case copies a pointer.
     type Propagation<T, const N: usize> = Box<(Covariance<T, N>, Transition<T, N>)>;
     type Update<T, const N: usize> = Box<(Covariance<T, N>, [Sensitivity<T>; 3])>;
     type Flight<L, const N: usize, T> = Box<(Ekf<L, N, T>, Fix, Vec<ImuSample>)>;

@@ -1,4 +1,4 @@
-//! How long it takes to identify an R-50: 35 parameters, 14 noises, 2000 samples of 8 outputs.
+//! Time to identify an R-50: 35 parameters, 14 noises, 2000 samples of 8 outputs.
 
 use std::hint::black_box;
 

@@ -1,4 +1,4 @@
-//! What one pass of subspace identification costs in time.
+//! Time of one pass of subspace identification.
 //!
 //! `cargo bench --bench subspace`. Order 4, 1000 samples of one input and one output.
 
@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Two resonances under white input, a tenth of noise.
+/// Two resonances under white input, with a tenth of noise.
 fn record() -> Experiment {
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };

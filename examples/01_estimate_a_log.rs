@@ -1,4 +1,4 @@
-//! A recorded flight through the estimator, and how far off it is.
+//! A recorded flight through the estimator, and its errors.
 //!
 //! `cargo run --release --example 01_estimate_a_log`
 
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use hovernav_log::{Axis, Dataset, Reference, score};
 
-/// What stands in a dataset's reference is only ever compared with, never used.
+/// The reference of the dataset is only compared with, never used.
 const AXES: [Axis; 3] = [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown];
 
 /// Root mean square error of the velocity north, east and down, m/s.

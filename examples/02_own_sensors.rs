@@ -1,8 +1,7 @@
-//! Sensors that this project has no driver for: what they say, turned into the units and axes that
-//! the estimator takes.
+//! Sensors without a driver in this project: their data, converted to the units and axes of the estimator.
 //!
-//! The unit has its axes forward, left, up and gives g and degrees a second, 100 times a second; the
-//! receiver gives degrees, speed and course, 5 times a second; the magnetometer gives microtesla.
+//! The inertial unit has its axes forward, left, up and sends g and degrees a second, 100 times a second. The
+//! receiver sends degrees, speed and course, 5 times a second. The magnetometer sends microtesla.
 //!
 //! `cargo run --release --example 02_own_sensors`
 
@@ -16,14 +15,14 @@ use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
-/// What the inertial unit says, in its own axes and units.
+/// A sample of the inertial unit, in its own axes and units.
 struct UnitReading {
     gyro_degps: [f64; 3],
     accel_g: [f64; 3],
     field_microtesla: [f64; 3],
 }
 
-/// What the receiver says.
+/// A fix of the receiver.
 struct ReceiverReading {
     latitude_deg: f64,
     longitude_deg: f64,
@@ -33,7 +32,7 @@ struct ReceiverReading {
     climb_mps: f64,
 }
 
-/// From forward, left, up to forward, right, down.
+/// Rotates from forward, left, up to forward, right, down.
 fn forward_right_down([x, y, z]: [f64; 3]) -> Vector<Body> {
     Vector::new(x, -y, -z)
 }
@@ -52,7 +51,7 @@ fn imu_event(time: Time, reading: &UnitReading) -> Event {
     })
 }
 
-/// `None` for a place that is none.
+/// `None` for an invalid position.
 fn gps_event(time: Time, reading: &ReceiverReading) -> Option<Event> {
     let ReceiverReading { latitude_deg, longitude_deg, height_m, .. } = *reading;
     let (sin, cos) = reading.course_deg.to_radians().sin_cos();
@@ -65,7 +64,7 @@ fn gps_event(time: Time, reading: &ReceiverReading) -> Option<Event> {
     }))
 }
 
-/// A cart that rolls to and fro along heading 40°, its vertical gyro off by 0.3°/s.
+/// A cart that rolls to and fro along heading 40°, with an error of its vertical gyro of 0.3°/s.
 struct Cart {
     start: Geodetic,
     gravity_mps2: f64,
@@ -82,7 +81,7 @@ impl Cart {
         Some(Self { start, gravity_mps2: Local::at(&start).gravity_mps2 })
     }
 
-    /// Way, speed and acceleration; at rest for the first five seconds.
+    /// Distance, speed and acceleration; at rest for the first five seconds.
     fn motion(time_s: f64) -> [f64; 3] {
         let rate = TAU / PERIOD_S;
         let (sin, cos) = (rate * (time_s - 5.0).max(0.0)).sin_cos();
@@ -93,7 +92,7 @@ impl Cart {
     fn unit(&self, time_s: f64) -> UnitReading {
         let [.., acceleration] = Self::motion(time_s);
         let (sin, cos) = HEADING_DEG.to_radians().sin_cos();
-        // 20 µT to the north and 43 µT down, seen from axes that point to 40°, left and up.
+        // 20 µT to the north and 43 µT down, in axes that point to 40°, left and up.
         UnitReading {
             gyro_degps: [0.0, 0.0, -GYRO_BIAS_DEGPS],
             accel_g: [acceleration, 0.0, self.gravity_mps2]

@@ -1,8 +1,8 @@
-//! The whole loop without hardware: sensors, estimator, autopilot, servo pulses and telemetry, 33
-//! times a second, around a simulated helicopter in gusty wind.
+//! The complete loop without hardware: sensors, estimator, autopilot, servo pulses and telemetry, 33 times a second,
+//! around a simulated helicopter in gusty wind.
 //!
-//! What `fly` does between measuring and moving the vehicle is what a flight computer does, in the
-//! same order and by the same code.
+//! Between measuring and moving the vehicle, `fly` does the work of a flight computer, in the same order and with the
+//! same code.
 //!
 //! `cargo run --release --example 03_flight_loop`
 
@@ -20,7 +20,7 @@ use hovernav_model::helicopter::Helicopter;
 use hovernav_model::shipped;
 use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, Vehicle, Wind};
 
-/// What became of the flight.
+/// Results of the flight.
 struct Outcome {
     mode: Mode,
     /// Root mean square of the true speed over the last half, m/s.

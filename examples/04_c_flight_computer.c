@@ -4,9 +4,9 @@
 //     cc -std=c11 -Iffi/include examples/04_c_flight_computer.c -Ltarget/release -lhovernav_c -lm
 //     LD_LIBRARY_PATH=target/release ./a.out datasets/heli-hover [SAMPLES [ROTOR_HZ]]
 //
-// ROTOR_HZ takes the vibration of a rotor and its second harmonic out of the samples.
+// ROTOR_HZ removes the vibration of a rotor and its second harmonic from the samples.
 //
-// What stands in main() between reading a row and the end of the loop is what a flight computer does.
+// In main(), the code between reading a row and the end of the loop is that of a flight computer.
 
 #include <hovernav.h>
 
@@ -18,7 +18,7 @@
 #define ROW 1024
 static const double RAD_PER_DEG = 3.14159265358979323846 / 180.0;
 
-// All the memory there is.
+// All the memory of the object.
 static _Alignas(HOVERNAV_ALIGNMENT) unsigned char memory[HOVERNAV_SIZE];
 
 static FILE *open_table(const char *directory, const char *name) {
@@ -97,7 +97,7 @@ int main(int count, char **arguments) {
     long most = count > 2 ? atol(arguments[2]) : -1;
     double rotor_hz = count > 3 ? atof(arguments[3]) : 0.0;
 
-    // What dataset.toml says of the vehicle; everything else as the defaults have it.
+    // The vehicle's settings from dataset.toml; all others keep their defaults.
     HovernavConfig config;
     must(hovernav_default_config(&config, HOVERNAV_ABI), "defaults");
     memcpy(config.imu_lever_arm_m, (double[]){0.03, -0.02, 0.28}, sizeof config.imu_lever_arm_m);

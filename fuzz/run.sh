@@ -1,6 +1,6 @@
 #!/bin/sh
-# Fuzzes one target with the stable compiler: libFuzzer's counters are asked of LLVM directly, so neither a
-# nightly compiler nor cargo-fuzz is needed, but a C++ compiler is. Usage: fuzz/run.sh TARGET [SECONDS]
+# Fuzzes one target with the stable compiler: LLVM is asked directly for libFuzzer's counters. This needs a
+# C++ compiler, but neither a nightly compiler nor cargo-fuzz. Usage: fuzz/run.sh TARGET [SECONDS]
 set -eu
 target=${1:?usage: $0 TARGET [SECONDS]}
 seconds=${2:-600}

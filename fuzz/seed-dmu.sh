@@ -6,7 +6,7 @@ captures=${1:?usage: $0 CAPTURES/dmu_synthetic}
 corpus=$(dirname "$0")/corpus/dmu_decoder
 mkdir -p "$corpus"
 
-# seed NAME HEAD: standard input behind the three bytes that choose mode, piece and announcement.
+# seed NAME HEAD: standard input after the three bytes that choose mode, piece and announcement.
 seed() {
     { printf "$2"; cat; } >"$corpus/$1"
 }
@@ -15,7 +15,7 @@ for file in clean_330 damaged; do
     at=0
     size=$(wc -c <"$captures/$file.bin")
     while [ "$at" -lt "$size" ]; do
-        # 301 bytes: every slice begins elsewhere in a packet.
+        # 301 bytes: every slice begins at another offset in a packet.
         tail -c +$((at + 1)) "$captures/$file.bin" | head -c 301 | seed "$file-$at" '\000\377\000'
         tail -c +$((at + 1)) "$captures/$file.bin" | head -c 90 | seed "$file-$at-short" '\006\036\001'
         at=$((at + 301))

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fills the corpora of ulog and dataflash from a folder of logs: the start of each, which has the
+# Fills the corpora of ulog and dataflash from a folder of logs: the start of each, with the
 # definitions and the first data. Usage: fuzz/seed-logs.sh LOGS
 set -eu
 logs=${1:?usage: $0 LOGS}

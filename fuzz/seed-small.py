@@ -1,5 +1,5 @@
-"""Fills the corpora of ulog, dataflash, tlog and ros2 with a small whole log each, of under a kilobyte: so short
-that a fuzzer changes what matters many times a second. Usage: python3 fuzz/seed-small.py"""
+"""Fills the corpora of ulog, dataflash, tlog and ros2 with a complete log each, of under a kilobyte: so short
+that a fuzzer varies every part many times a second. Usage: python3 fuzz/seed-small.py"""
 
 import struct
 from pathlib import Path
@@ -47,7 +47,7 @@ def dataflash():
 
 
 def tlog():
-    """Inertial samples and fixes as MAVLink 1 sends them, with right checksums."""
+    """Inertial samples and fixes as MAVLink 1 sends them, with valid checksums."""
     def frame(number, seed, payload, at):
         head = bytes([len(payload), at & 255, 1, 1, number])
         crc = 0xFFFF
@@ -67,7 +67,7 @@ def tlog():
 
 
 def ros2():
-    """An inertial sample and a fix, in no chunk."""
+    """An inertial sample and a fix, without a chunk."""
     def record(opcode, body):
         return bytes([opcode]) + struct.pack("<Q", len(body)) + body
 

@@ -1,8 +1,8 @@
-//! A flight computer on a microcontroller: to be copied. Needs `core`, `hovernav` and the traits of
+//! A flight computer for a microcontroller, to be copied. It needs `core`, `hovernav` and the traits of
 //! `embedded-hal` 1.
 //!
-//! Whatever moves bytes, two serial ports with DMA or an interrupt, hands over what came and when; five
-//! timers' channels move the servos. Nothing here waits, allocates or knows a chip.
+//! The program around it moves the bytes of two serial ports, by DMA or an interrupt, and passes them on with their
+//! arrival times. The channels of five timers move the servos. Nothing here waits, allocates or depends on a chip.
 
 use embedded_hal::pwm::SetDutyCycle;
 use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
@@ -17,15 +17,15 @@ use hovernav::time::Time;
 /// Period of the servos' pulses, ms.
 pub const FRAME_MS: f64 = 20.0;
 
-/// Everything between the sensors' bytes and the servos' pulses. In a static, or wherever there is
-/// room: `docs/embedded.md` tells how large its parts are.
+/// All processing between the sensors' bytes and the servos' pulses. Place it in a static, or in other large memory:
+/// `docs/embedded.md` lists the sizes of its parts.
 pub struct FlightComputer<P> {
     sensors: Sensors,
     estimator: Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
     autopilot: HoverAutopilot,
     channels: Channels<ChannelConfig>,
     limiter: Limiter,
-    /// The timers' channels.
+    /// The channels of the timers.
     pub servos: Channels<P>,
 }
 
@@ -46,14 +46,14 @@ impl Reply {
         }
     }
 
-    /// What to write.
+    /// The bytes to write.
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 }
 
 impl<P: SetDutyCycle> FlightComputer<P> {
-    /// A flight computer whose sensors are started by what it replies.
+    /// A flight computer whose replies start the sensors.
     pub fn new(
         sensors: Sensors,
         config: EstimatorConfig,
@@ -66,8 +66,8 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         Self { sensors, estimator, autopilot, channels, limiter, servos }
     }
 
-    /// Takes what came over the inertial unit's line, nothing when the time that the last call gave was
-    /// reached; gives what to write, and until when to read.
+    /// Takes bytes of the inertial unit's line; pass none when the time that the last call returned was reached.
+    /// Returns the bytes to write, and the time until which to read next.
     pub fn dmu(&mut self, bytes: &[u8], now: Time) -> (Reply, Time) {
         let mut reply = Reply::NONE;
         let Self { sensors, estimator, autopilot, .. } = self;
@@ -79,7 +79,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         (reply, until)
     }
 
-    /// Takes what came over the receiver's line, nothing when it has fallen silent; gives what to write.
+    /// Takes bytes of the receiver's line; pass none when it is silent. Returns the bytes to write.
     pub fn gps(&mut self, bytes: &[u8], now: Time) -> Reply {
         let mut reply = Reply::NONE;
         let Self { sensors, estimator, autopilot, .. } = self;
@@ -94,7 +94,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
     /// One cycle of control: the autopilot's step, and the servos' pulses.
     ///
     /// # Errors
-    /// That of a timer's channel.
+    /// The error of a timer's channel.
     pub fn control(
         &mut self,
         pilot: Option<Sticks>,
@@ -112,7 +112,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         let servos = [throttle, collective, longitudinal, lateral, pedal].into_iter();
         for (servo, pulse) in servos.zip(pulses.to_array()) {
             let full = f64::from(servo.max_duty_cycle());
-            // Within the channel's range, so within the timer's.
+            // Within the channel's range, and therefore within the timer's.
             servo.set_duty_cycle((pulse.width_ms / FRAME_MS * full) as u16)?;
         }
         Ok(outputs)

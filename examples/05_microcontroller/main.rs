@@ -1,6 +1,6 @@
-//! The flight computer of a microcontroller on a desk: `computer.rs` is what one copies, and this is what
-//! stands in for the chip. A Crossbow unit and a receiver of NMEA, both at rest, over their lines; five
-//! timers' channels that only remember.
+//! The flight computer of a microcontroller on a desk: `computer.rs` is the part to copy, and this file replaces the
+//! chip. A Crossbow unit and an NMEA receiver, both at rest, are on their lines. Five channels of timers only store
+//! their duty.
 //!
 //! `cargo run --release --example 05_microcontroller`
 //!
@@ -27,7 +27,7 @@ const CYCLE_S: f64 = 0.0303;
 /// Ticks of the unit's timer, 0.79 µs each, in a cycle.
 const CYCLE_TICKS: u16 = 38_354;
 
-/// A timer's channel that remembers its duty: 16 bits, as on most chips.
+/// A timer channel that stores its duty: 16 bits, as on most chips.
 #[derive(Default)]
 struct Channel {
     duty: u16,
@@ -48,7 +48,7 @@ impl SetDutyCycle for Channel {
     }
 }
 
-/// What came of a stand on the desk.
+/// Results of a test on the desk.
 struct Outcome {
     solution: Option<Solution>,
     mode: Mode,
@@ -78,7 +78,7 @@ fn sentence(body: &str) -> String {
     format!("${body}*{sum:02X}\r\n")
 }
 
-/// What a receiver at rest says of a second.
+/// One second of output of a receiver at rest.
 fn nmea(second: u32) -> String {
     let (minute, second) = (second / 60, second % 60);
     let time = format!("12{minute:02}{second:02}.00");
@@ -87,7 +87,7 @@ fn nmea(second: u32) -> String {
 }
 
 fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
-    // A design for the vehicle gives the gains to fly with; these only damp rates.
+    // A design for the vehicle gives usable gains; these only damp rates.
     let mut gains = Gains::default();
     gains.heave.tracking_time_s = 1.0;
     gains.attitude.measured = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0]];
@@ -109,7 +109,7 @@ fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
     for cycle in 0..cycles {
         let began = Time::ZERO + f64::from(cycle) * CYCLE_S;
         timer = timer.wrapping_sub(CYCLE_TICKS);
-        // The unit answers at once, one byte after the other as its start-up asks, until it is silent.
+        // The unit answers at once, one byte after another as its start-up requires, until it is silent.
         let (mut reply, _) = computer.dmu(&[], began);
         let now = began + DmuMode::Angle.transfer_time_s();
         while let Some(answer) = answer(reply.as_bytes(), cycle, timer) {
@@ -124,9 +124,9 @@ fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
     Ok(Outcome { solution: computer.solution(), mode, lateral_ms })
 }
 
-/// What the unit sends when it is asked.
+/// The unit's reply to a request.
 fn answer(asked: &[u8], cycle: u32, timer: u16) -> Option<Vec<u8>> {
-    // Level: 1 g down; the last bit shakes, as in every unit that measures.
+    // Level: 1 g down; the last bit is noisy, as in every real unit.
     let shake = (cycle % 3) as i16;
     let packet = AnglePacket {
         attitude: [0, 0, 7_282],

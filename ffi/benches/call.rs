@@ -1,7 +1,7 @@
-//! What the C interface adds to a call: the same work through it and without it, in one run.
+//! Cost of the C interface per call: the same work through it and without it, in one run.
 //!
-//! `cargo bench -p hovernav-ffi`. Each pair runs in turns, a thousand calls at a time; the least of many
-//! rounds is what the code takes when nothing else disturbs it.
+//! `cargo bench -p hovernav-ffi`. Each pair runs alternately, a thousand calls at a time. The least of many rounds is
+//! the time of the code without disturbance by other processes.
 
 use std::hint::black_box;
 use std::mem::MaybeUninit;
@@ -31,7 +31,7 @@ fn main() {
     let mut memory = vec![0_u128; HOVERNAV_SIZE / 16];
     let mut config = MaybeUninit::<Config>::uninit();
     let mut nav = null_mut();
-    // SAFETY: right pointers, and memory of that size and alignment.
+    // SAFETY: valid pointers, and memory of this size and alignment.
     unsafe {
         hovernav_default_config(config.as_mut_ptr(), HOVERNAV_ABI);
         let memory = memory.as_mut_ptr().cast();
@@ -43,7 +43,7 @@ fn main() {
 
     let fix = Fix { latitude_deg: 48.0, height_m: 500.0, ..Fix::default() };
     let accel = |step: i64| [0.001 * (step % 7) as f64, 0.0, -9.81];
-    // No attitude after the start: nothing but the inertial step.
+    // No attitude after the start: only the inertial step.
     let sample = |step: i64| ImuSample {
         time_ns: step * 10_000_000,
         has: if step < 300 { HOVERNAV_IMU_ATTITUDE } else { 0 },
@@ -65,23 +65,23 @@ fn main() {
     let home = hovernav::earth::Geodetic::from_degrees(48.0, 0.0, 500.0).expect("a place");
     for step in 0..300 {
         let time_ns = step * 10_000_000;
-        // SAFETY: an object and right pointers.
+        // SAFETY: an object and valid pointers.
         unsafe { hovernav_push_imu(nav, &sample(step)) };
         without.0.push(&event(step), |_| {});
         if step % 10 == 0 {
-            // SAFETY: an object and right pointers.
+            // SAFETY: an object and valid pointers.
             unsafe { hovernav_push_fix(nav, &Fix { time_ns, ..fix }) };
             let core = hovernav::gps::Fix::at(Time::from_nanoseconds(time_ns), home);
             without.0.push(&Event::Gps(core), |_| {});
         }
     }
 
-    // As from another program: called, not made a part of the loop, which neither is in Rust.
+    // Not inlined into the loop, as for a call from another program; the same for Rust.
     let push_imu: unsafe extern "C" fn(_, _) -> _ = black_box(hovernav_push_imu);
     let get_solution: unsafe extern "C" fn(_, _) -> _ = black_box(hovernav_get_solution);
     let solve_without: fn(&Estimator) -> Option<Solution> =
         black_box(|estimator| estimator.solution().as_ref().map(Solution::from));
-    // All that the object does with a sample.
+    // All processing of a sample by the object.
     let push_without: fn(&mut (Estimator, HealthMonitor, SteplessSolution), &Event) =
         black_box(|(estimator, monitor, stepless), event| {
             monitor.hear(event);
@@ -97,14 +97,14 @@ fn main() {
     for round in 0..ROUNDS {
         let first = 300 + i64::from(round * CALLS);
         let steps = first..first + i64::from(CALLS);
-        // A fix a round keeps both near the ground.
+        // One fix per round keeps both near the ground.
         let time_ns = (first - 1) * 10_000_000;
-        // SAFETY: an object and right pointers.
+        // SAFETY: an object and valid pointers.
         unsafe { hovernav_push_fix(nav, &Fix { time_ns, ..fix }) };
         let core = hovernav::gps::Fix::at(Time::from_nanoseconds(time_ns), home);
         without.0.push(&Event::Gps(core), |_| {});
         least(&mut push[0], || {
-            // SAFETY: an object and right pointers.
+            // SAFETY: an object and valid pointers.
             steps.clone().for_each(|step| unsafe {
                 black_box(push_imu(black_box(nav), &sample(step)));
             });
@@ -115,7 +115,7 @@ fn main() {
             });
         });
         least(&mut solve[0], || {
-            // SAFETY: an object and right pointers.
+            // SAFETY: an object and valid pointers.
             (0..CALLS).for_each(|_| unsafe {
                 get_solution(black_box(nav), place.as_mut_ptr());
                 black_box(&place);
@@ -127,7 +127,7 @@ fn main() {
             });
         });
         least(&mut covariance, || {
-            // SAFETY: an object and right pointers.
+            // SAFETY: an object and valid pointers.
             (0..CALLS).for_each(|_| unsafe {
                 hovernav_get_covariance(black_box(nav), matrix.as_mut_ptr());
                 black_box(&matrix);
@@ -139,7 +139,7 @@ fn main() {
             });
         });
     }
-    // SAFETY: written by the first call that found a solution.
+    // SAFETY: written by the first call that returned a solution.
     let height_m = unsafe { read(place.as_ptr()) }.height_m;
     println!("at a height of {height_m:.1} m, least of {ROUNDS} rounds of {CALLS} calls:");
     for (name, [c, rust]) in [("push_imu", push), ("get_solution", solve)] {

@@ -1,7 +1,7 @@
-// Raw bytes of a receiver, samples of an inertial unit, and the hover autopilot, in C++17: a vehicle that
-// stands still while a gust turns it, and sticks that answer.
+// Raw bytes of a receiver, samples of an inertial unit, and the hover autopilot, in C++17: a vehicle at rest
+// that a gust turns, and the response of the sticks.
 //
-// The gains here only damp rates. A design for the vehicle gives those to fly with:
+// The gains here only damp rates. A design for the vehicle gives usable gains:
 //
 //     hovernav design MODEL --out DIR --emit c
 
@@ -24,7 +24,7 @@ void must(HovernavStatus status, const char *what) {
     }
 }
 
-// The object and its memory, for as long as they are needed.
+// The object and its memory, for as long as they are used.
 class Navigator {
   public:
     explicit Navigator(const HovernavConfig &config) {
@@ -55,7 +55,7 @@ std::string sentence(const std::string &body) {
     return "$" + body + end;
 }
 
-// What a receiver that stands still says of second `second`.
+// The output of a receiver at rest in second `second`.
 std::string nmea(int second) {
     char time[16], body[128];
     std::snprintf(time, sizeof time, "1200%02d.00", second);
@@ -106,7 +106,7 @@ int main() {
         sample.time_ns = now_ns;
         sample.has = HOVERNAV_IMU_ATTITUDE;
         sample.gyro[0] = rate_radps;
-        // A unit in flight vibrates; one that repeats itself is not measuring.
+        // A unit in flight vibrates; one that repeats the same sample counts as frozen.
         sample.accel[0] = 0.01 * (cycle % 5 - 2);
         sample.accel[2] = -9.81;
         must(hovernav_push_imu(nav, &sample), "hovernav_push_imu");

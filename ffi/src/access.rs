@@ -1,4 +1,4 @@
-//! What a pointer alone can tell, checked before it is used.
+//! Checks of pointers before their use: null, alignment and the mark of an object.
 
 use crate::object::{Hovernav, MARK};
 use crate::output::Output;
@@ -17,65 +17,65 @@ fn checked<T>(pointer: *const T) -> Result<(), Status> {
 /// The object at `pointer`.
 ///
 /// # Safety
-/// Not null, it points to readable memory; an object there is used by nobody else during `'a`.
+/// If not null, it points to readable memory; an object there has no other user during `'a`.
 pub unsafe fn object<'a>(pointer: *mut Hovernav) -> Result<&'a mut Hovernav, Status> {
     checked(pointer)?;
-    // SAFETY: readable by the caller's promise; no reference is made before the mark is seen.
+    // SAFETY: the caller guarantees readable memory; no reference exists before the mark is checked.
     let mark = unsafe { &raw const (*pointer).mark };
-    // SAFETY: as before; the caller's memory may not be an object yet, so its bytes are only read.
+    // SAFETY: as above; the memory may not be an object yet, so only its bytes are read.
     if unsafe { mark.read_volatile() } != MARK {
         return Err(Status::NotCreated);
     }
-    // SAFETY: the mark is there from the end of hovernav_create to hovernav_destroy, and nobody else
-    // uses the object.
+    // SAFETY: the mark is present from the end of hovernav_create to hovernav_destroy, and the object has no other
+    // user.
     Ok(unsafe { &mut *pointer })
 }
 
-/// What is at `pointer`, copied.
+/// A copy of the value at `pointer`.
 ///
 /// # Safety
-/// Not null, it points to a `T` that is initialised.
+/// If not null, it points to an initialised `T`.
 pub unsafe fn input<T: Copy>(pointer: *const T) -> Result<T, Status> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { borrowed(pointer) }.copied()
 }
 
-/// What is at `pointer`, where it lies: a copy of much takes its time.
+/// A reference to the value at `pointer`; copying a large value takes time.
 ///
 /// # Safety
-/// Not null, it points to a `T` that is initialised and that nobody writes during `'a`.
+/// If not null, it points to an initialised `T` without a writer during `'a`.
 pub unsafe fn borrowed<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     checked(pointer)?;
-    // SAFETY: not null and aligned, so a `T` by the caller's promise.
+    // SAFETY: not null and aligned, so the caller guarantees a `T`.
     Ok(unsafe { &*pointer })
 }
 
-/// The place at `pointer`, to be written.
+/// The memory at `pointer`, for writing.
 ///
 /// # Safety
-/// Not null, it points to memory of a `T` that nobody else uses during `'a`; it need not be initialised.
+/// If not null, it points to memory of a `T` without another user during `'a`; it may be uninitialised.
 pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
     checked(pointer)?;
-    // SAFETY: not null and aligned, and memory of that size that nobody else uses by the caller's promise.
+    // SAFETY: not null and aligned; the caller guarantees memory of this size without another user.
     Ok(Output::new(unsafe { &mut *pointer.cast() }))
 }
 
-/// The place at `pointer`, or none where it is null, for what a caller need not take.
+/// The memory at `pointer`, or `None` for a null pointer, for optional outputs.
 ///
 /// # Safety
-/// As of [`output`].
+/// As for [`output`].
 pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, Status> {
     if pointer.is_null() {
         return Ok(None);
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { output(pointer) }.map(Some)
 }
 
-/// The `length` bytes at `pointer`; none where the length is 0, whatever the pointer.
+/// The `length` bytes at `pointer`; empty for length 0 and any pointer.
 ///
 /// # Safety
-/// Not null, it points to `length` readable bytes that nobody writes during `'a`.
+/// If not null, it points to `length` readable bytes without a writer during `'a`.
 pub unsafe fn bytes<'a>(pointer: *const u8, length: usize) -> Result<&'a [u8], Status> {
     if length == 0 {
         return Ok(&[]);
@@ -84,6 +84,6 @@ pub unsafe fn bytes<'a>(pointer: *const u8, length: usize) -> Result<&'a [u8], S
     if length > isize::MAX as usize {
         return Err(Status::OutOfRange);
     }
-    // SAFETY: not null, of a length that a slice can have, and readable by the caller's promise.
+    // SAFETY: not null, of a valid length for a slice, and readable as guaranteed by the caller.
     Ok(unsafe { core::slice::from_raw_parts(pointer, length) })
 }

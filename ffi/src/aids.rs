@@ -1,4 +1,4 @@
-//! What a rangefinder and a second antenna say.
+//! Measurements of a rangefinder and of a second antenna.
 
 use hovernav::event::{Event, RangeReading};
 use hovernav::gps::AntennaHeading;
@@ -12,14 +12,14 @@ fn known(value: f64) -> Option<f64> {
     (!value.is_nan()).then_some(value)
 }
 
-/// Takes in a distance to the ground along the beam of the rangefinder, m, true at `time_ns`. `sigma_m`
-/// is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does
-/// not tell.
+/// Passes on a distance to the ground along the beam of the rangefinder, m, valid at `time_ns`. `sigma_m` is its
+/// one-sigma, m. `quality` is the sensor's quality figure from 0, invalid, to 1. Both are NaN if the sensor does not
+/// report them.
 ///
-/// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+/// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_range(
     nav: *mut Hovernav,
@@ -30,17 +30,17 @@ pub unsafe extern "C" fn hovernav_push_range(
 ) -> Status {
     let time = Time::from_nanoseconds(time_ns);
     let reading = RangeReading { time, range_m, sigma_m: known(sigma_m), quality: known(quality) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Range(reading))))
 }
 
-/// Takes in the heading of two GPS antennas, from the first to the second, clockwise from true north,
-/// rad, true at `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the length of the baseline as found, m;
-/// NaN where the receiver does not tell.
+/// Passes on the heading of two GPS antennas, from the first to the second, clockwise from true north, rad, valid at
+/// `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the measured length of the baseline, m. Both are NaN
+/// if the receiver does not report them.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_antenna_heading(
     nav: *mut Hovernav,
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn hovernav_push_antenna_heading(
     let time = Time::from_nanoseconds(time_ns);
     let heading = AntennaHeading::new(time, heading_rad, known(sigma_rad));
     let heading = AntennaHeading { length_m: known(length_m), ..heading };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     Status::of(nav.map(|nav| nav.flight.push(&Event::AntennaHeading(heading))))
 }

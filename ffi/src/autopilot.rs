@@ -15,7 +15,7 @@ use crate::object::{Flight, Hovernav};
 use crate::settings::{AutopilotConfig, Sticks};
 use crate::status::{Fault, Status};
 
-/// What the autopilot is doing.
+/// Mode of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Mode {
@@ -25,19 +25,19 @@ pub enum Mode {
     Position = 1,
     /// Holds a velocity over ground and the heading.
     Velocity = 2,
-    /// Holds roll, pitch and heading, and if it can the height.
+    /// Holds roll, pitch, heading and, if possible, height.
     Attitude = 3,
-    /// The same, sinking at a set rate.
+    /// As Attitude, sinking at a set rate.
     Descent = 4,
-    /// The sticks go to trim, as not even attitude is known.
+    /// The sticks go to trim, because attitude is unknown too.
     Neutral = 5,
 }
 
-/// Why the mode changed in this step.
+/// Reason of the change of mode in this step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ModeReason {
-    /// It did not.
+    /// The mode did not change.
     Unchanged = 0,
     /// The pilot's switch.
     Switch = 1,
@@ -47,13 +47,13 @@ pub enum ModeReason {
     Distrust = 3,
     /// The estimate is good enough for a better mode again.
     Recovered = 4,
-    /// Velocity did not come back within the configured time.
+    /// Velocity did not recover within the configured time.
     Patience = 5,
-    /// A reason that this header does not know.
+    /// A reason unknown to this header.
     Other = 6,
 }
 
-/// What one step of the autopilot goes by.
+/// Inputs of one step of the autopilot.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AutopilotInputs {
@@ -61,9 +61,9 @@ pub struct AutopilotInputs {
     pub now_ns: i64,
     /// 1 if the pilot's sticks are received, else 0.
     pub has_pilot: u32,
-    /// The pilot's switch: 1 if the autopilot shall fly, else 0.
+    /// The pilot's switch: 1 if the autopilot is to fly, else 0.
     pub engage: u32,
-    /// The pilot's sticks. Where one is not finite, all are taken for not received.
+    /// The pilot's sticks. If one is not finite, none of them counts as received.
     pub pilot: Sticks,
 }
 
@@ -71,13 +71,13 @@ pub struct AutopilotInputs {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AutopilotOutputs {
-    /// Where the controls go, -1 to 1; while the pilot flies as far as the pilot's go, to 1.25.
+    /// Positions of the controls, -1 to 1; while the pilot flies, up to the pilot's own deflection, at most 1.25.
     pub sticks: Sticks,
-    /// What it is doing.
+    /// The active mode.
     pub mode: Mode,
-    /// Why the mode changed in this step, if it did.
+    /// Reason of the change of mode in this step, if it changed.
     pub reason: ModeReason,
-    /// What was not good enough.
+    /// Reason why the estimate is not good enough.
     pub distrust: Distrust,
 }
 
@@ -107,23 +107,22 @@ impl<T: Scalar> From<&Outputs<T>> for AutopilotOutputs {
     }
 }
 
-/// Starts an autopilot inside the object, or starts it anew; it has not taken over, the sticks at trim.
-/// `fault`, unless null, receives which value of the configuration cannot be flown; what flew before then
-/// goes on.
+/// Starts an autopilot inside the object, or restarts it, with the sticks at trim and not engaged. `fault`, unless
+/// null, receives the first invalid value of the configuration. The previous autopilot then stays active.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_start_autopilot(
     nav: *mut Hovernav,
     config: *const AutopilotConfig,
     fault: *mut Fault,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let config = unsafe { input(config) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let fault = unsafe { optional(fault) };
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
@@ -136,25 +135,24 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     }))
 }
 
-/// One step of the autopilot: call it once every period of its configuration. It flies on the solution as it
-/// stands less what measurements have just corrected, which is let in over about a second, so that no fix
-/// moves a stick by a step. Each call is taken for one period, whatever `now_ns` says: gains designed for
-/// another rate are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long
-/// a mode has lasted.
+/// One step of the autopilot: call it once every period of its configuration. Its estimate is the solution without
+/// the latest corrections, which fade in over about a second: a fix thus never moves a stick by a step. Each call
+/// counts as one period, independent of `now_ns`. A call at another rate than that of the gains' design is an error
+/// that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_step_autopilot(
     nav: *mut Hovernav,
     inputs: *const AutopilotInputs,
     outputs: *mut AutopilotOutputs,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let inputs = unsafe { input(inputs) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(outputs) };
     Status::of(nav.and_then(|nav| {
         let (inputs, place) = (inputs?, place?);
@@ -175,16 +173,16 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
     }))
 }
 
-/// In HovernavSetPoint.kind: stop, and stay where it stops.
+/// In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
 pub const HOVERNAV_SET_POINT_HOLD: u32 = 0;
-/// Go to a place and stay, the heading as it is.
+/// Fly to a position and hold it, with the current heading.
 pub const HOVERNAV_SET_POINT_PLACE: u32 = 1;
-/// Go to a place and stay, and turn to a heading.
+/// Fly to a position and hold it, and turn to a heading.
 pub const HOVERNAV_SET_POINT_PLACE_AND_HEADING: u32 = 2;
 /// Fly at a steady velocity.
 pub const HOVERNAV_SET_POINT_VELOCITY: u32 = 3;
 
-/// What the vehicle shall do; the kind says which fields count.
+/// A set-point; the kind determines which fields count.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct SetPoint {
@@ -230,15 +228,15 @@ impl SetPoint {
     }
 }
 
-/// Says what the vehicle shall do from now on. Taking over resets it to HOVERNAV_SET_POINT_HOLD.
+/// Sets the set-point. Engagement resets it to HOVERNAV_SET_POINT_HOLD.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_set(nav: *mut Hovernav, set_point: *const SetPoint) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let set_point = unsafe { input(set_point) };
     Status::of(nav.and_then(|nav| {
         let set_point = set_point?.core()?;

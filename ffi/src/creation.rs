@@ -1,4 +1,4 @@
-//! An object's beginning and end, and what the library is.
+//! Creation and destruction of an object, and properties of the library.
 
 use core::ffi::{c_char, c_void};
 use core::mem::{MaybeUninit, align_of, size_of};
@@ -13,13 +13,13 @@ use crate::queue::NoticeQueue;
 use crate::settings::{Checked, Config};
 use crate::status::{Fault, Status};
 
-/// Bytes of memory that an object of this library takes: at most HOVERNAV_SIZE.
+/// Memory of an object of this library, bytes: at most HOVERNAV_SIZE.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_size() -> usize {
     size_of::<Hovernav>()
 }
 
-/// Alignment of that memory, bytes: at most HOVERNAV_ALIGNMENT.
+/// Alignment of this memory, bytes: at most HOVERNAV_ALIGNMENT.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_alignment() -> usize {
     align_of::<Hovernav>()
@@ -31,22 +31,22 @@ pub extern "C" fn hovernav_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// Whether header and library fit: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do
-/// not. hovernav_default_config() checks the same.
+/// Whether header and library match: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do not.
+/// hovernav_default_config() makes the same check.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_check_abi(abi: u32) -> Status {
     if abi == HOVERNAV_ABI { Status::Ok } else { Status::AbiMismatch }
 }
 
 /// Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
-/// hovernav_alignment(), and gives its address, which is that of the memory. The memory is the object's until
-/// hovernav_destroy(); nothing else is ever allocated. An object that was there before is gone. `fault`,
-/// unless null, receives which value of the configuration is out of range.
+/// hovernav_alignment(). Returns its address, which is that of the memory. The memory belongs to the object until
+/// hovernav_destroy(); nothing else is ever allocated. An earlier object there is overwritten. `fault`, unless null,
+/// receives the first value of the configuration that is out of range.
 ///
 /// HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 ///
 /// # Safety
-/// Pointers as the crate's rules say; `memory` has `size` bytes.
+/// Pointers follow the rules of the crate; `memory` has `size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_create(
     memory: *mut c_void,
@@ -56,7 +56,7 @@ pub unsafe extern "C" fn hovernav_create(
     created: *mut *mut Hovernav,
 ) -> Status {
     let create = || {
-        // SAFETY: the caller's promise, with which every function begins.
+        // SAFETY: guaranteed by the caller, as at the start of every function.
         let created = unsafe { output(created) }?;
         // SAFETY: as above.
         let config = unsafe { input(config) }?;
@@ -73,7 +73,7 @@ pub unsafe extern "C" fn hovernav_create(
             return Err(Status::MemoryTooSmall);
         }
         let config = config.checked().map_err(|wrong| Status::refuse(wrong, fault))?;
-        // SAFETY: not null, aligned and large enough, and the caller's to give away; it need not hold anything.
+        // SAFETY: not null, aligned and large enough, and owned by the caller; it may be uninitialised.
         make(unsafe { &mut *place.cast() }, &config);
         created.write(place);
         Ok(())
@@ -81,8 +81,8 @@ pub unsafe extern "C" fn hovernav_create(
     Status::of(create())
 }
 
-/// Makes an object in its memory. In a frame of its own the compiler sees that the memory is nobody else's, and puts the
-/// object together there and not on the stack.
+/// Builds an object in its memory. In a function of its own, the compiler knows that the memory has no other user,
+/// and builds the object there and not on the stack.
 #[inline(never)]
 fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     memory.write(Hovernav {
@@ -99,18 +99,18 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     });
 }
 
-/// Ends an object: its memory is the caller's again, and its address is no object any more. Null is
-/// taken for one that ended before.
+/// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as
+/// an object already destroyed.
 ///
-/// HOVERNAV_STATUS_NOT_CREATED where there is no object, _MISALIGNED.
+/// HOVERNAV_STATUS_NOT_CREATED without an object, or _MISALIGNED.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_destroy(nav: *mut Hovernav) -> Status {
     if nav.is_null() {
         return Status::Ok;
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Status::of(unsafe { object(nav) }.map(|nav| nav.mark = 0))
 }

@@ -1,4 +1,4 @@
-//! What of the estimate is good enough to fly by.
+//! Health of the estimate.
 
 use hovernav::autopilot::{Distrust as CoreDistrust, Health as CoreHealth, Trust as CoreTrust};
 use hovernav::time::Time;
@@ -7,17 +7,17 @@ use crate::access::{object, output};
 use crate::object::Hovernav;
 use crate::status::Status;
 
-/// Why a quantity is not good enough to fly by.
+/// Reason why a quantity is not good enough to fly on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Distrust {
-    /// It is good enough.
+    /// The quantity is good enough.
     None = 0,
     /// There is no estimate.
     Missing = 1,
-    /// A value of it is not finite.
+    /// A value is not finite.
     NotFinite = 2,
-    /// It is too old, or of another clock.
+    /// The estimate is too old, or uses another clock.
     Stale = 3,
     /// Roll and pitch are too uncertain.
     Tilt = 4,
@@ -29,27 +29,27 @@ pub enum Distrust {
     VerticalVelocity = 7,
     /// Position is too uncertain.
     Position = 8,
-    /// The sensor repeats itself: it does not measure.
+    /// The sensor repeats the same values: it does not measure.
     Frozen = 9,
-    /// The fixes deny the estimate.
+    /// The fixes contradict the estimate.
     Disagreement = 10,
-    /// A reason that this header does not know.
+    /// A reason unknown to this header.
     Other = 11,
 }
 
-/// How far a quantity can be trusted.
+/// Trust in a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Trust {
-    /// As it should be.
+    /// Fully usable.
     Valid = 0,
-    /// Good enough to fly by, but near its limits, by dead reckoning, or doubted by a sensor.
+    /// Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     Degraded = 1,
     /// Not good enough.
     Lost = 2,
 }
 
-/// What of the estimate is good enough to fly by, and why not.
+/// Health of the estimate: trust in its quantities, with reasons.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Health {
@@ -59,19 +59,19 @@ pub struct Health {
     pub velocity: Trust,
     /// Position.
     pub position: Trust,
-    /// What is wrong with roll, pitch and angular rates.
+    /// Reason for roll, pitch and angular rates.
     pub tilt_reason: Distrust,
-    /// What is wrong with the heading.
+    /// Reason for the heading.
     pub heading_reason: Distrust,
-    /// What is wrong with horizontal velocity.
+    /// Reason for horizontal velocity.
     pub velocity_reason: Distrust,
-    /// What is wrong with vertical velocity.
+    /// Reason for vertical velocity.
     pub vertical_velocity_reason: Distrust,
-    /// What is wrong with position.
+    /// Reason for position.
     pub position_reason: Distrust,
-    /// 1 if velocity and position are by dead reckoning, for want of fixes.
+    /// 1 if velocity and position are by dead reckoning, because fixes are missing.
     pub dead_reckoning: u32,
-    /// The last accepted fix then, ns.
+    /// Time of the last accepted fix in this case, ns.
     pub dead_reckoning_since_ns: i64,
 }
 
@@ -119,20 +119,20 @@ impl From<&CoreHealth> for Health {
     }
 }
 
-/// Gives what of the estimate is good enough to fly by at `now_ns`, on the clock of the samples. Call
-/// it once a cycle: what comes back has to hold for a while before it counts.
+/// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that
+/// has recovered must stay well within its limits before it counts as good.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_get_health(
     nav: *mut Hovernav,
     now_ns: i64,
     health: *mut Health,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(health) };
     Status::of(nav.and_then(|nav| {
         let place = place?;

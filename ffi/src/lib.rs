@@ -1,15 +1,14 @@
 //! The flight core behind a C interface: `include/hovernav.h` is made from this crate.
 //!
-//! One object, [`Hovernav`], in memory that the caller gives; nothing is allocated, no clock is read
-//! and no panic can be reached. Each function checks its pointers and values and answers with a
-//! [`Status`]. The crate translates and computes nothing: a log replayed through it gives the same
-//! bits as the Rust core.
+//! One object, [`Hovernav`], in memory of the caller. Nothing is allocated, no clock is read and no panic is
+//! reachable. Each function checks its pointers and values and returns a [`Status`]. The crate only translates: a log
+//! replayed through it gives the same bits as the Rust core.
 //!
-//! The rules for every function, stated once: a pointer that is not null must point to what its type
-//! says, for the length of the call; the object is used by one thread at a time. What a pointer alone can
-//! tell is checked: null, alignment, whether an object was created there.
+//! Rules for every function: a pointer that is not null must point to a value of its type for the length of the call.
+//! Only one thread at a time may use an object. Null pointers, misaligned pointers and memory without an object are
+//! detected.
 #![cfg_attr(target_os = "none", no_std)]
-// What flies cannot panic.
+// Flight code must not panic.
 #![deny(
     clippy::expect_used,
     clippy::indexing_slicing,
@@ -17,16 +16,13 @@
     clippy::panic,
     clippy::unwrap_used
 )]
-#![allow(
-    clippy::result_large_err,
-    reason = "a fault carries its texts, for there is no heap to put them on"
-)]
+#![allow(clippy::result_large_err, reason = "a fault contains its texts, because there is no heap")]
 
 mod access;
 mod output;
 mod queue;
 
-// The order of the header, blank lines between them to keep it.
+// The order of the header; blank lines between the modules keep it.
 mod status;
 
 mod object;
@@ -72,7 +68,7 @@ mod bare_metal {
 
     #[panic_handler]
     fn panic(_: &PanicInfo<'_>) -> ! {
-        // SAFETY: never called, for what calls it does not link.
+        // SAFETY: never called, because a program that calls it does not link.
         unsafe { hovernav_a_panic_is_reachable() }
     }
 }

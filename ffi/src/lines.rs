@@ -8,24 +8,24 @@ use crate::object::Hovernav;
 use crate::settings::{LinesConfig, LinesFault};
 use crate::status::{Fault, Status};
 
-/// Room for what is to be written in return, bytes: more than any call asks for.
+/// Size of the reply, bytes: more than any call needs.
 pub const HOVERNAV_REPLY: usize = 64;
 
-/// What came of a line's bytes.
+/// Result of the bytes of a line.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LineResult {
     /// Bytes to write to the same line now: the first reply_length of reply.
     pub reply: [u8; HOVERNAV_REPLY],
-    /// How many.
+    /// Number of bytes in the reply.
     pub reply_length: u32,
-    /// Samples or fixes that went to the estimator.
+    /// Number of samples or fixes passed to the estimator.
     pub used: u32,
-    /// Packets or fixes that were left out: values that cannot be, no usable time, not good enough.
+    /// Number of rejected packets or fixes: impossible values, no usable time, not good enough.
     pub refused: u32,
-    /// 1 if the unit's link has begun to start over, else 0.
+    /// 1 if the link to the unit failed and starts over, else 0.
     pub lost: u32,
-    /// Of the inertial unit: until when to read next, ns. Call again then, with or without bytes.
+    /// For the inertial unit: time until which to read next, ns. Call again then, with or without bytes.
     pub read_until_ns: i64,
 }
 
@@ -65,11 +65,11 @@ impl LineResult {
     }
 }
 
-/// Starts the conversations on both lines, or starts them anew. `fault`, unless null, receives which
-/// value of the configuration cannot be.
+/// Starts the protocols on both lines, or restarts them. `fault`, unless null, receives the first invalid value of
+/// the configuration.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_start_lines(
     nav: *mut Hovernav,
@@ -77,11 +77,11 @@ pub unsafe extern "C" fn hovernav_start_lines(
     now_ns: i64,
     fault: *mut Fault,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let config = unsafe { input(config) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let fault = unsafe { optional(fault) };
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn hovernav_start_lines(
     }))
 }
 
-/// Which of the two lines.
+/// One of the two lines.
 #[derive(Clone, Copy)]
 enum Line {
     Dmu,
@@ -102,7 +102,7 @@ enum Line {
 }
 
 /// # Safety
-/// Pointers as the crate's rules say; `bytes` has `length` bytes.
+/// Pointers follow the rules of the crate; `bytes` has `length` bytes.
 unsafe fn push(
     line: Line,
     nav: *mut Hovernav,
@@ -111,11 +111,11 @@ unsafe fn push(
     now_ns: i64,
     result: *mut LineResult,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let bytes = unsafe { slice(bytes, length) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(result) };
     Status::of(nav.and_then(|nav| {
         let (bytes, place, now) = (bytes?, place?, Time::from_nanoseconds(now_ns));
@@ -140,12 +140,11 @@ unsafe fn push(
     }))
 }
 
-/// Takes `length` bytes that were read from the inertial unit's line, of which the last came at `now_ns`;
-/// none when the time that the last call returned was reached without any. Its samples go to the
-/// estimator.
+/// Takes `length` bytes read from the inertial unit's line; the last of them arrived at `now_ns`. Pass 0 bytes when
+/// the time that the last call returned was reached without any. Its samples go to the estimator.
 ///
 /// # Safety
-/// Pointers as the crate's rules say; `bytes` has `length` bytes, and may be null where that is 0.
+/// Pointers follow the rules of the crate; `bytes` has `length` bytes, and may be null if that is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_dmu_bytes(
     nav: *mut Hovernav,
@@ -154,16 +153,15 @@ pub unsafe extern "C" fn hovernav_push_dmu_bytes(
     now_ns: i64,
     result: *mut LineResult,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { push(Line::Dmu, nav, bytes, length, now_ns, result) }
 }
 
-/// Takes `length` bytes that were read from the receiver's line and came at `now_ns`; none when the line
-/// has fallen silent behind an epoch, which ends it. Its fixes go to the estimator where they are good
-/// enough.
+/// Takes `length` bytes read from the receiver's line that arrived at `now_ns`. Pass 0 bytes once the line is silent
+/// after an epoch: this ends the epoch. Good fixes go to the estimator.
 ///
 /// # Safety
-/// Pointers as the crate's rules say; `bytes` has `length` bytes, and may be null where that is 0.
+/// Pointers follow the rules of the crate; `bytes` has `length` bytes, and may be null if that is 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_gps_bytes(
     nav: *mut Hovernav,
@@ -172,6 +170,6 @@ pub unsafe extern "C" fn hovernav_push_gps_bytes(
     now_ns: i64,
     result: *mut LineResult,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { push(Line::Gps, nav, bytes, length, now_ns, result) }
 }

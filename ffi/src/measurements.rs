@@ -1,4 +1,4 @@
-//! What sensors measured, from the caller's structures to events.
+//! Measurements of the sensors: from the caller's structures to events.
 
 use hovernav::earth::Geodetic;
 use hovernav::event::Event;
@@ -11,20 +11,20 @@ use crate::access::{borrowed, input, object};
 use crate::object::Hovernav;
 use crate::status::Status;
 
-/// In HovernavImuSample.has: gyro and accel are integrals since the sample before.
+/// In HovernavImuSample.has: gyro and accel are integrals since the previous sample.
 pub const HOVERNAV_IMU_INCREMENTS: u32 = 1;
-/// In HovernavImuSample.has: the unit's own attitude is there.
+/// In HovernavImuSample.has: the unit's own attitude is present.
 pub const HOVERNAV_IMU_ATTITUDE: u32 = 2;
-/// In HovernavImuSample.has: the magnetic field is there.
+/// In HovernavImuSample.has: the magnetic field is present.
 pub const HOVERNAV_IMU_MAGNETIC_FIELD: u32 = 4;
 
 /// One sample of the inertial unit, body axes forward, right, down.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct ImuSample {
-    /// When the rates were sampled, or the increments ended, ns.
+    /// Time of the rates, or end of the increments, ns.
     pub time_ns: i64,
-    /// HOVERNAV_IMU_ flags added up; 0 for rates and nothing else.
+    /// Sum of HOVERNAV_IMU_ flags; 0 for rates only.
     pub has: u32,
     /// Angular rate, rad/s; as an increment its integral, rad.
     pub gyro: [f64; 3],
@@ -40,25 +40,25 @@ pub struct ImuSample {
     pub magnetic_field_gauss: [f64; 3],
 }
 
-/// In HovernavFix.has: one-sigma of position is there.
+/// In HovernavFix.has: one-sigma of position is present.
 pub const HOVERNAV_FIX_POSITION_SIGMA: u32 = 1;
-/// In HovernavFix.has: velocity north and east is there.
+/// In HovernavFix.has: velocity north and east is present.
 pub const HOVERNAV_FIX_HORIZONTAL_VELOCITY: u32 = 2;
-/// In HovernavFix.has: velocity down is there.
+/// In HovernavFix.has: velocity down is present.
 pub const HOVERNAV_FIX_DOWN_VELOCITY: u32 = 4;
-/// In HovernavFix.has: one-sigma of velocity is there.
+/// In HovernavFix.has: one-sigma of velocity is present.
 pub const HOVERNAV_FIX_VELOCITY_SIGMA: u32 = 8;
-/// In HovernavFix.has: the height was held or assumed, so that neither it nor the velocity down counts.
+/// In HovernavFix.has: the height was held or assumed, so that neither height nor down velocity counts.
 pub const HOVERNAV_FIX_TWO_DIMENSIONAL: u32 = 16;
 
-/// A satellite fix: of the antenna, at the time it was true (its arrival less its latency), on the
-/// clock of the inertial samples.
+/// A satellite fix of the antenna, at its time of validity (arrival minus latency), on the clock of the inertial
+/// samples.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Fix {
-    /// When it was true, ns.
+    /// Time of validity, ns.
     pub time_ns: i64,
-    /// HOVERNAV_FIX_ flags added up; 0 for a position and nothing else.
+    /// Sum of HOVERNAV_FIX_ flags; 0 for a position only.
     pub has: u32,
     /// Geodetic latitude, WGS-84, degrees, north positive.
     pub latitude_deg: f64,
@@ -129,19 +129,18 @@ impl Fix {
     }
 }
 
-/// Takes in a sample of the inertial unit. A sample that the estimator cannot use (not finite, not
-/// later than the one before) is told of by a notice, as everything that comes of it. After a gap the
-/// estimator goes on however long it was: a time that is wrong and far ahead is taken for one, and every
-/// sample up to it refused; hovernav_get_health() then finds the estimate stale, and the object has to be
-/// created anew.
+/// Passes on a sample of the inertial unit. A notice reports a sample that the estimator cannot use: not finite, or
+/// not later than the previous one. Notices report all other results too. The estimator bridges a gap of any length.
+/// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected.
+/// hovernav_get_health() then reports the estimate as stale, and the object must be created again.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_imu(nav: *mut Hovernav, sample: *const ImuSample) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let sample = unsafe { borrowed(sample) };
     Status::of(nav.and_then(|nav| {
         let event = &sample?.event()?;
@@ -150,20 +149,19 @@ pub unsafe extern "C" fn hovernav_push_imu(nav: *mut Hovernav, sample: *const Im
     }))
 }
 
-/// Takes in a fix. One that is later than the last inertial sample, by up to 10 s, waits for the sample
-/// after it. Velocities and one-sigmas that cannot be are told of by a notice, and so is a time that is not of
-/// the samples' clock.
+/// Passes on a fix. A fix up to 10 s later than the last inertial sample waits for the next sample. A notice reports
+/// impossible velocities and one-sigmas, and a time on another clock than that of the samples.
 ///
-/// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth: not finite, latitude beyond 90 degrees,
-/// longitude beyond 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for a flag that is none.
+/// HOVERNAV_STATUS_OUT_OF_RANGE for an invalid position: not finite, latitude beyond 90 degrees, longitude beyond
+/// 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for an unknown flag.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let fix = unsafe { borrowed(fix) };
     Status::of(nav.and_then(|nav| {
         let event = &fix?.event()?;
@@ -172,13 +170,13 @@ pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) 
     }))
 }
 
-/// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
-/// of by a notice.
+/// Passes on a barometric height above any fixed level, m, up, valid at `time_ns`. A notice reports a height beyond
+/// 100 km.
 ///
-/// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+/// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_baro(
     nav: *mut Hovernav,
@@ -186,16 +184,16 @@ pub unsafe extern "C" fn hovernav_push_baro(
     height_m: f64,
 ) -> Status {
     let time = Time::from_nanoseconds(time_ns);
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Baro { time, height_m })))
 }
 
-/// Takes in the field of a magnetometer apart from the inertial unit, three components in body axes,
-/// gauss, true at `time_ns`. Its length does not count.
+/// Passes on the field of a magnetometer separate from the inertial unit, three components in body axes, gauss, valid
+/// at `time_ns`. Only its direction is used.
 ///
 /// # Safety
-/// Pointers as the crate's rules say; `field_gauss` points to three numbers.
+/// Pointers follow the rules of the crate; `field_gauss` points to three numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_magnetometer(
     nav: *mut Hovernav,
@@ -203,9 +201,9 @@ pub unsafe extern "C" fn hovernav_push_magnetometer(
     field_gauss: *const f64,
 ) -> Status {
     let time = Time::from_nanoseconds(time_ns);
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise: three numbers.
+    // SAFETY: the caller guarantees three numbers.
     let field = unsafe { input(field_gauss.cast::<[f64; 3]>()) };
     Status::of(nav.and_then(|nav| {
         let field_gauss = Vector::from(field?);
@@ -214,17 +212,17 @@ pub unsafe extern "C" fn hovernav_push_magnetometer(
     }))
 }
 
-/// Takes in the speed of the rotor, turns a second, Hz, as it is now: the notch follows it from the next sample on. 0,
-/// a rotor that stands, leaves the notch where it is.
+/// Passes on the current speed of the rotor, turns a second, Hz: the notch follows it from the next sample on. At 0,
+/// a rotor at rest, the notch stays at its last frequency.
 ///
-/// HOVERNAV_STATUS_NO_NOTCH where the configuration has none; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
+/// HOVERNAV_STATUS_NO_NOTCH if the configuration has no notch; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
 /// finite, negative, or 10000 Hz and more.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_push_rotor_speed(nav: *mut Hovernav, rotor_hz: f64) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     Status::of(nav.and_then(|nav| {
         let notch = nav.flight.notch.as_mut().ok_or(Status::NoNotch)?;

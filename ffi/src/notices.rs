@@ -1,4 +1,4 @@
-//! What came of the measurements, kept until the caller asks.
+//! Notices of the estimator, stored until the caller reads them.
 
 use hovernav::ekf::{
     Aid as CoreAid, Channel as CoreChannel, ImuFault, Innovation as CoreInnovation,
@@ -10,56 +10,56 @@ use crate::access::{object, output};
 use crate::object::Hovernav;
 use crate::status::Status;
 
-/// What a notice tells.
+/// Kind of a notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum NoticeKind {
-    /// Alignment ended; the first solution is there. `sigma`: of its heading, rad.
+    /// Alignment ended; the first solution is available. `sigma`: one-sigma of its heading, rad.
     Aligned = 0,
-    /// The heading, unknown at the start, is found. `sigma`: one-sigma of it, rad.
+    /// The heading, unknown at the start, is found. `sigma`: one-sigma of the heading, rad.
     HeadingFound = 1,
     /// The heading was wrong and was replaced. `value`: the turn, rad; `sigma`: one-sigma, rad.
     HeadingReset = 2,
-    /// Alignment lacks nothing but a heading, and waits for one.
+    /// Alignment is complete except for a heading.
     HeadingMissing = 3,
-    /// A measurement was compared, axis by axis: see `axes`.
+    /// A measurement was compared with the estimate, axis by axis: see `axes`.
     Updated = 4,
-    /// A measurement could not be compared: see `aid` and `reason`.
+    /// A measurement was not compared: see `aid` and `reason`.
     NotUsed = 5,
-    /// An inertial sample ended a gap, which was bridged. `value`: its length, s.
+    /// An inertial sample ended a gap, which was bridged. `value`: length of the gap, s.
     GapBridged = 6,
     /// The covariance was reset. `value`: the length of the gap that caused it, s, else 0.
     CovarianceReset = 7,
-    /// Inertial samples begin to stand at full scale, or to shake far beyond what is usual.
+    /// Inertial samples start to saturate, or their vibration is far above the usual level.
     SampleSuspect = 8,
-    /// An inertial sample was refused: see `reason`.
+    /// An inertial sample was rejected: see `reason`.
     SampleRefused = 9,
-    /// The heading is further off than its one-sigma allows, and is less sure now. `value`: the turn that
-    /// the fixes ask for, rad; `sigma`: its one-sigma, rad.
+    /// The heading error exceeds its one-sigma, which was increased. `value`: heading correction indicated by the
+    /// fixes, rad; `sigma`: one-sigma of the correction, rad.
     HeadingDoubted = 10,
-    /// Something that this header does not know.
+    /// An event unknown to this header.
     Other = 11,
-    /// The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
-    /// strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
+    /// The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a share
+    /// of its strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
     FieldDisturbed = 12,
-    /// The magnetic field is what is usual again. `value`: 0 where it is back, 1 where it has stayed changed for so long
-    /// that this is the usual now.
+    /// The magnetic field is at its usual value again. `value`: 0 if the field returned, 1 if it stayed changed and
+    /// became the new usual value.
     FieldUsual = 13,
-    /// The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
-    /// off, m; `sigma`: one-sigma of each level part, m.
+    /// The position of the antenna differs from its lever arm, and the position found is used instead. `value`:
+    /// distance between the two, m; `sigma`: one-sigma of each horizontal part, m.
     AntennaElsewhere = 14,
-    /// The vehicle rolls on wheels: where fixes are absent it is held to its road. `sigma`: one-sigma of its velocity
-    /// across, m/s. With the feature `height-aids` alone.
+    /// The vehicle rolls on wheels: without fixes its velocity across the road is constrained. `sigma`: one-sigma of
+    /// its velocity across, m/s. Only with the feature `height-aids`.
     OnWheels = 15,
-    /// It is off its wheels, and not held to a road.
+    /// The vehicle is off its wheels: the constraint has ended.
     OffWheels = 16,
 }
 
-/// What measures beside the inertial unit.
+/// Sources of measurements besides the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Aid {
-    /// The notice is not of an aid.
+    /// The notice has no such source.
     None = 0,
     /// GPS position and velocity.
     Gps = 1,
@@ -75,56 +75,56 @@ pub enum Aid {
     SecondAntenna = 6,
 }
 
-/// Why a measurement or a sample was not used.
+/// Reason why a measurement or a sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum UnusedReason {
-    /// It was used.
+    /// The measurement or sample was used.
     None = 0,
-    /// A value is not finite, or beyond what can be measured.
+    /// A value is not finite, or beyond the measurable range.
     NotFinite = 1,
     /// Older than the filter's history.
     TooOld = 2,
     /// Later than the inertial samples.
     AheadOfImu = 3,
-    /// The same as before, though moving.
+    /// The same as before, although the vehicle moves.
     Repeated = 4,
-    /// Sooner than its own noise allows to be worth anything; no fault.
+    /// Too soon after the previous one to add information at its noise; no fault.
     TooSoon = 5,
     /// The filter has no state for it; no fault.
     NoState = 6,
-    /// The heading is still searched for; no fault.
+    /// The heading is still unknown; no fault.
     HeadingUnknown = 7,
-    /// A sample not later than the one before.
+    /// A sample that is not later than the previous one.
     NotLater = 8,
-    /// A sample that repeats the one before to the bit, or a distance that stays the same though the vehicle
-    /// moves: the sensor was not measuring.
+    /// A sample equal to the previous one to the bit, or an unchanged distance although the vehicle moves: the sensor
+    /// does not measure.
     Stuck = 9,
-    /// A reason that this header does not know.
+    /// A reason unknown to this header.
     Other = 10,
-    /// A distance out of the rangefinder's reach, or that the sensor does not vouch for; no fault.
+    /// A distance out of the rangefinder's range, or marked as invalid by the sensor; no fault.
     OutOfRange = 11,
-    /// The beam of the rangefinder leads away from the ground; no fault.
+    /// The beam of the rangefinder points away from the ground; no fault.
     TooTilted = 12,
-    /// Two antennas further apart, or closer, than they are mounted.
+    /// A baseline longer or shorter than the mounted one.
     WrongBaseline = 13,
-    /// A heading of two antennas that points the other way.
+    /// A heading of two antennas that points in the opposite direction.
     Reversed = 14,
-    /// A sample that a logger has made up between others, on a straight line.
+    /// A sample that a logger interpolated linearly between others.
     Interpolated = 15,
-    /// An attitude that turns otherwise than the gyros.
+    /// An attitude that turns differently from the gyros.
     TurnsOtherwise = 16,
-    /// A magnetic field off what it was in one reading alone so far.
+    /// A single reading of the magnetic field that differs from the earlier ones.
     Outlier = 17,
-    /// A magnetic field with hardly a level part, vertical or none at all.
+    /// A magnetic field with too small a horizontal part: vertical or zero.
     FieldTooSteep = 18,
-    /// After a gap roll and pitch are not yet known well enough to level a magnetic field; no fault.
+    /// After a gap roll and pitch are not accurate enough yet to level a magnetic field; no fault.
     NotLevelled = 19,
-    /// The barometer's reading before again; no fault.
+    /// The barometer's previous reading again; no fault.
     NothingNew = 20,
 }
 
-/// What an axis of an update compared.
+/// Quantity compared in one axis of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Channel {
@@ -164,21 +164,21 @@ pub enum Channel {
     Range = 16,
     /// Heading of two antennas, rad.
     BaselineHeading = 17,
-    /// Velocity of a vehicle on wheels across its road, right, m/s.
+    /// Velocity of a vehicle on wheels across its road, to the right, m/s.
     WheelsRight = 18,
-    /// Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    /// Velocity of a vehicle on wheels normal to its road, down, m/s.
     WheelsDown = 19,
 }
 
-/// What became of an axis of an update.
+/// Outcome of one axis of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Verdict {
-    /// It corrected the state.
+    /// The axis corrected the state.
     Accepted = 0,
-    /// Outside the gate; the state is untouched.
+    /// Outside the gate; the state is unchanged.
     Rejected = 1,
-    /// The filter had locked itself out and was reopened to take it.
+    /// Accepted after a lockout: the filter was reset to the measurement.
     Reopened = 2,
 }
 
@@ -186,38 +186,38 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Innovation {
-    /// What was compared.
+    /// The quantity compared.
     pub channel: Channel,
-    /// What became of it.
+    /// The outcome.
     pub verdict: Verdict,
-    /// Measured less predicted, in the channel's unit.
+    /// Measured minus predicted, in the channel's unit.
     pub innovation: f64,
-    /// Its predicted one-sigma, in the channel's unit.
+    /// Predicted one-sigma of the innovation, in the channel's unit.
     pub sigma: f64,
 }
 
-/// Most axes of one update.
+/// Largest number of axes in one update.
 pub const HOVERNAV_AXES: usize = 6;
 
-/// Something worth telling that came of a measurement.
+/// A notice of the estimator.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Notice {
-    /// What it tells, and so which of the fields below count.
+    /// The kind, which determines which of the fields below count.
     pub kind: NoticeKind,
-    /// Of which aid.
+    /// Source of the measurement.
     pub aid: Aid,
-    /// Why it was not used.
+    /// Reason why it was not used.
     pub reason: UnusedReason,
-    /// How many of `axes` there are.
+    /// Number of valid entries in `axes`.
     pub axis_count: u32,
-    /// When, ns.
+    /// Time of the event, ns.
     pub time_ns: i64,
-    /// As the kind says.
+    /// Meaning depends on the kind.
     pub value: f64,
-    /// As the kind says.
+    /// Meaning depends on the kind.
     pub sigma: f64,
-    /// The axes of an update, in the order they were taken.
+    /// The axes of an update, in the order of their processing.
     pub axes: [Innovation; HOVERNAV_AXES],
 }
 
@@ -397,16 +397,16 @@ impl From<&CoreNotice> for Notice {
     }
 }
 
-/// Gives the oldest notice that waits and removes it; HOVERNAV_STATUS_NOT_YET when all are read. Twelve
-/// wait at most, more than one measurement can cause: call it after each push until then.
+/// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. At most twelve are
+/// stored, more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_next_notice(nav: *mut Hovernav, notice: *mut Notice) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(notice) };
     Status::of(nav.and_then(|nav| {
         let place = place?;
@@ -416,15 +416,15 @@ pub unsafe extern "C" fn hovernav_next_notice(nav: *mut Hovernav, notice: *mut N
     }))
 }
 
-/// Gives how many notices gave way to newer ones unread.
+/// Gives the number of unread notices that newer ones overwrote.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_lost_notices(nav: *mut Hovernav, lost: *mut u32) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(lost) };
     Status::of(nav.and_then(|nav| {
         place?.write(nav.flight.notices.lost());

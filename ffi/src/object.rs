@@ -11,14 +11,13 @@ use hovernav::sensors::Sensors;
 use crate::queue::NoticeQueue;
 use crate::status::Status;
 
-/// Version of the binary interface: grows with every change of a structure, a code or a function.
+/// Version of the binary interface: increases with every change of a structure, a code or a function.
 pub const HOVERNAV_ABI: u32 = 7;
 
-/// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
-/// much it is in this one.
+/// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 pub const HOVERNAV_SIZE: usize = 56_320;
 
-/// The same where the library was built without heading-search.
+/// The same for a library built without heading-search.
 pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 28_672;
 
 /// Alignment of an object's memory, bytes.
@@ -37,22 +36,21 @@ type Number = f64;
 #[cfg(feature = "f32")]
 type Number = f32;
 
-/// Estimator, health, autopilot and sensor lines. Its inside is nobody's business; its size is
-/// hovernav_size().
+/// Estimator, health, autopilot and sensor lines. The content is private; its size is hovernav_size().
 pub struct Hovernav {
-    /// Stands here from the end of creation to destruction.
+    /// Equal to `MARK` from the end of creation to destruction.
     pub(crate) mark: u64,
     pub(crate) lines: Option<Sensors>,
     pub(crate) flight: Flight,
 }
 
-/// All that hears what the sensors say.
+/// The parts that receive the sensor events.
 pub(crate) struct Flight {
-    /// Before all the others.
+    /// Notch filter before all other parts.
     pub notch: Option<Notch>,
     pub estimator: Filtering<Number, Search>,
     pub monitor: HealthMonitor<Number>,
-    /// What the autopilot flies on: it began with it.
+    /// The autopilot's estimate without steps, restarted with the autopilot.
     pub stepless: SteplessSolution<Number>,
     pub autopilot: Option<HoverAutopilot<Number>>,
     pub notices: NoticeQueue,
@@ -67,7 +65,7 @@ const _: () = {
 };
 
 impl Flight {
-    /// [`push`](Self::push)es a height, where there are states for one.
+    /// [`push`](Self::push)es a height, if the build has states for it.
     pub fn push_height(&mut self, event: &Event) -> Result<(), Status> {
         if cfg!(not(feature = "height-aids")) {
             return Err(Status::NotBuilt);
@@ -76,7 +74,7 @@ impl Flight {
         Ok(())
     }
 
-    /// Everyone hears the event, a sample without the rotor's vibration, then what the estimator made of it.
+    /// Passes the event to all parts, a sample without the rotor's vibration, and then the estimator's notices.
     pub fn push(&mut self, event: &Event) {
         let Self { notch, estimator, monitor, stepless, autopilot, notices } = self;
         let filtered = match (event, notch) {

@@ -1,19 +1,19 @@
-//! A place of the caller's that may be written.
+//! Memory of the caller for one output.
 
 use core::mem::MaybeUninit;
 
-/// A place that may be written, once.
+/// Memory for one output, which is written once.
 pub struct Output<'a, T> {
     place: &'a mut MaybeUninit<T>,
 }
 
 impl<'a, T> Output<'a, T> {
-    /// The place `place`, which need not be initialised.
+    /// The memory `place`, which may be uninitialised.
     pub fn new(place: &'a mut MaybeUninit<T>) -> Self {
         Self { place }
     }
 
-    /// A reference, not a pointer, so that the value is put together in its place.
+    /// Takes a reference, not a pointer, so that the value is built in its final memory.
     pub fn write(self, value: T) {
         self.place.write(value);
     }

@@ -1,11 +1,11 @@
-//! Notices that wait until the caller asks.
+//! Queue of unread notices.
 
 use hovernav::ekf::Notice;
 
-/// More than one sample can cause: a caller that reads after each call loses none.
+/// Largest number of notices; one sample causes fewer, so a caller that reads after each call loses none.
 const ROOM: usize = 12;
 
-/// The notices that wait; the oldest give way.
+/// The unread notices; new ones overwrite the oldest.
 #[derive(Debug, Default)]
 pub(crate) struct NoticeQueue {
     waiting: [Option<Notice>; ROOM],
@@ -15,7 +15,7 @@ pub(crate) struct NoticeQueue {
 }
 
 impl NoticeQueue {
-    /// Behind those that wait; the oldest of a full queue is lost.
+    /// Appends a notice; the oldest of a full queue is lost.
     pub(crate) fn push(&mut self, notice: Notice) {
         if self.count == ROOM {
             self.first = (self.first + 1) % ROOM;
@@ -28,7 +28,7 @@ impl NoticeQueue {
         }
     }
 
-    /// The oldest, which waits no longer.
+    /// Removes and returns the oldest notice.
     pub(crate) fn pop(&mut self) -> Option<Notice> {
         let notice = self.waiting.get_mut(self.first)?.take()?;
         self.first = (self.first + 1) % ROOM;
@@ -36,7 +36,7 @@ impl NoticeQueue {
         Some(notice)
     }
 
-    /// How many gave way to newer ones.
+    /// Number of notices overwritten by newer ones.
     pub(crate) const fn lost(&self) -> u32 {
         self.lost
     }

@@ -1,4 +1,4 @@
-//! What the estimator says, into the caller's structures.
+//! The estimator's solution and covariance in the caller's structures.
 
 use hovernav::ekf::Solution as CoreSolution;
 use hovernav::frames::Vector;
@@ -8,12 +8,12 @@ use crate::access::{object, output};
 use crate::object::Hovernav;
 use crate::status::Status;
 
-/// Position, velocity and attitude at one moment, biases removed, with one-sigma. Position and velocity
-/// are those of the point that the lever arms of the configuration are measured from.
+/// Position, velocity and attitude at one moment, corrected for biases, with one-sigmas. Position and velocity are
+/// those of the reference point of the configured lever arms.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Solution {
-    /// The inertial sample it holds at, ns.
+    /// Time of the inertial sample of the solution, ns.
     pub time_ns: i64,
     /// Geodetic latitude, WGS-84, degrees, north positive.
     pub latitude_deg: f64,
@@ -52,7 +52,7 @@ pub struct Solution {
 }
 
 impl<T: Scalar> From<&CoreSolution<T>> for Solution {
-    /// Number by number: as a whole in `f64` first, a solution would be copied once more.
+    /// Converts number by number: a conversion of the whole solution to `f64` would cost one more copy.
     fn from(core: &CoreSolution<T>) -> Self {
         let body_to_ned = core.body_to_ned.cast::<f64>();
         let velocity_mps = core.velocity_mps.cast::<f64>();
@@ -88,43 +88,42 @@ fn wide<F, T: Scalar>(vector: Vector<F, T>) -> [f64; 3] {
 /// Gives the solution at the last inertial sample; HOVERNAV_STATUS_NOT_YET until alignment has ended.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_get_solution(
     nav: *mut Hovernav,
     solution: *mut Solution,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(solution) };
     Status::of(nav.and_then(|nav| {
         let place = place?;
-        // By reference: it is large, and each copy takes its time.
+        // By reference: the solution is large, and each copy takes time.
         let Some(solution) = &nav.flight.estimator.solution() else { return Err(Status::NotYet) };
         place.write(Solution::from(solution));
         Ok(())
     }))
 }
 
-/// Numbers in the matrix that hovernav_get_covariance() gives.
+/// Count of numbers in the matrix of hovernav_get_covariance().
 pub const HOVERNAV_COVARIANCE: usize = 81;
 
-/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers: of the attitude error (a
-/// small turn about north, east, down, rad), the velocity error (m/s) and the position error (m), north,
-/// east, down, of the inertial unit. HOVERNAV_STATUS_NOT_YET until alignment, and the search for a
-/// heading where there is one, have ended.
+/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. It covers the attitude error (a small
+/// turn about north, east, down, rad), the velocity error (m/s) and the position error (m) of the inertial unit,
+/// north, east, down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
 ///
 /// # Safety
-/// Pointers as the crate's rules say; `covariance` points to room for HOVERNAV_COVARIANCE numbers.
+/// Pointers follow the rules of the crate; `covariance` points to room for HOVERNAV_COVARIANCE numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_get_covariance(
     nav: *mut Hovernav,
     covariance: *mut f64,
 ) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(covariance.cast::<[[f64; 9]; 9]>()) };
     Status::of(nav.and_then(|nav| {
         let place = place?;

@@ -1,21 +1,21 @@
-//! What a call answers, in numbers and in words.
+//! Status of a call, as number and as text.
 
 use core::ffi::{CStr, c_char};
 
 use crate::output::Output;
 
-/// What a call answers. 0 is success, 1 is "not yet", the rest are mistakes of the caller; a call that
-/// made one has changed nothing.
+/// Status of a call. 0 is success, 1 is "not yet", the others are errors of the caller; a call with an error changes
+/// nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Status {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// There is nothing to give yet: before alignment has ended, or when all notices are read.
+    /// Nothing to give yet: before alignment has ended, or when all notices are read.
     NotYet = 1,
-    /// A pointer that is needed is null.
+    /// A required pointer is null.
     NullPointer = -1,
-    /// A pointer is not aligned as its type must be.
+    /// A pointer lacks the alignment of its type.
     Misaligned = -2,
     /// The memory is smaller than hovernav_size().
     MemoryTooSmall = -3,
@@ -23,9 +23,9 @@ pub enum Status {
     NotCreated = -4,
     /// Header and library are of different versions of the binary interface.
     AbiMismatch = -5,
-    /// A value is out of its range; the HovernavFault says which, where the function gives one.
+    /// A value is out of its range; HovernavFault names it, where the function has one.
     OutOfRange = -6,
-    /// A code, kind or flag is none that the header names.
+    /// An unknown code, kind or flag.
     UnknownCode = -7,
     /// hovernav_start_autopilot() was not called.
     NoAutopilot = -8,
@@ -33,9 +33,9 @@ pub enum Status {
     NoLines = -9,
     /// The library was built without this receiver protocol, or without height-aids.
     NotBuilt = -10,
-    /// A set-point is not finite, no place on Earth, or faster than the configuration allows.
+    /// A set-point is not finite, not a valid position, or faster than the configuration allows.
     SetPointRefused = -11,
-    /// The configuration's notch has no harmonics: there is none.
+    /// The configuration has no notch: its notch has no harmonics.
     NoNotch = -12,
 }
 
@@ -60,23 +60,25 @@ impl Status {
     const fn text(self) -> &'static CStr {
         match self {
             Self::Ok => c"done",
-            Self::NotYet => c"there is nothing to give yet",
-            Self::NullPointer => c"a pointer that is needed is null",
-            Self::Misaligned => c"a pointer is not aligned as its type must be",
+            Self::NotYet => c"nothing to give yet",
+            Self::NullPointer => c"a required pointer is null",
+            Self::Misaligned => c"a pointer lacks the alignment of its type",
             Self::MemoryTooSmall => c"the memory is smaller than hovernav_size()",
             Self::NotCreated => c"no object was created at this address, or it was destroyed",
             Self::AbiMismatch => c"header and library are of different versions",
             Self::OutOfRange => c"a value is out of its range",
-            Self::UnknownCode => c"a code, kind or flag is none that the header names",
+            Self::UnknownCode => c"an unknown code, kind or flag",
             Self::NoAutopilot => c"hovernav_start_autopilot() was not called",
             Self::NoLines => c"hovernav_start_lines() was not called",
             Self::NotBuilt => c"the library was built without this receiver protocol or aid",
-            Self::SetPointRefused => c"the set-point is no place, not finite or too fast",
+            Self::SetPointRefused => {
+                c"the set-point is not finite, not a valid position, or too fast"
+            }
             Self::NoNotch => c"the configuration has no notch",
         }
     }
 
-    /// Out of range, after `fault`, where the caller takes one, is told what is `wrong`.
+    /// `OutOfRange`; writes the fault `wrong` to `fault`, if the caller has given one.
     pub(crate) fn refuse(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
         if let Some(place) = fault {
             place.write(wrong);
@@ -84,7 +86,7 @@ impl Status {
         Self::OutOfRange
     }
 
-    /// `Ok`, or what the check found.
+    /// `Ok`, or the error of the result.
     pub(crate) fn of(result: Result<(), Self>) -> Self {
         result.err().unwrap_or(Self::Ok)
     }
@@ -96,23 +98,23 @@ pub extern "C" fn hovernav_status_text(status: i32) -> *const c_char {
     Status::ALL
         .into_iter()
         .find(|known| *known as i32 == status)
-        .map_or(c"no status of this library", Status::text)
+        .map_or(c"an unknown status", Status::text)
         .as_ptr()
 }
 
 /// Longest text in a HovernavFault, bytes, its zero byte included.
 pub const HOVERNAV_FAULT_TEXT: usize = 64;
 
-/// Which value of a configuration is out of its range. Texts are UTF-8 and end with a zero byte.
+/// The value of a configuration that is out of range. Texts are UTF-8 and end with a zero byte.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Fault {
-    /// The field, named from the configuration on: "imu.gap_s". An array, or the gains of one regulator, are
-    /// one field.
+    /// Path of the field in the configuration: "imu.gap_s". An array, or the gains of one regulator, count as one
+    /// field.
     pub what: [c_char; HOVERNAV_FAULT_TEXT],
-    /// What was found.
+    /// The value found.
     pub found: f64,
-    /// What would have been right, in words.
+    /// The expected range, as text.
     pub expected: [c_char; HOVERNAV_FAULT_TEXT],
 }
 

@@ -1,4 +1,4 @@
-//! The linker script of the runtime; where the chip's memory is, Embassy knows.
+//! The linker script of the runtime; Embassy supplies the memory map of the chip.
 
 fn main() {
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "none") {

@@ -1,11 +1,10 @@
-//! The first minute of `datasets/heli-hover` as numbers that a program can hold, and the place of
-//! `memory.x`.
+//! The first minute of `datasets/heli-hover` as arrays in the program, and the path of `memory.x`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Inertial samples compiled in: a minute.
+/// Number of inertial samples compiled in: a minute.
 const SAMPLES: usize = 1_980;
 
 fn rows<const N: usize>(table: &Path) -> Vec<[f64; N]> {

@@ -1,5 +1,5 @@
-//! DataFlash logs: bytes that begin as one does, and any other bytes behind a description of inertial samples,
-//! in bytes or, behind an odd first byte, in text.
+//! DataFlash logs: inputs that begin like one, and any bytes after a description of inertial samples. The bytes are
+//! binary or, after an odd first byte, text.
 #![no_main]
 
 use std::path::Path;

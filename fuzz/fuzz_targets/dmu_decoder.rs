@@ -1,5 +1,5 @@
-//! Any bytes, in pieces of any size, through everything that a byte of the inertial unit goes
-//! through: decoder, plausibility, clock, calibration, and the link around them.
+//! Any bytes, in pieces of any size, through the complete processing of the inertial unit's bytes: decoder,
+//! plausibility, clock, calibration, and the link around them.
 //!
 //! The first three bytes of an input choose the mode, the size of the pieces and when a packet is
 //! announced; the rest is the stream.
@@ -21,7 +21,8 @@ fn encode(packet: &Packet) -> ([u8; 30], usize) {
     (bytes, if matches!(packet, Packet::Angle(_)) { 30 } else { 24 })
 }
 
-/// Each packet is in the stream where it says, each byte is accounted for, each time is later.
+/// Each packet is at its reported offset in the stream, each byte is accounted for, and each time is later than the
+/// previous one.
 fn decode(mode: Mode, piece: usize, announce: u8, stream: &[u8]) -> Decoder {
     let mut decoder = Decoder::new(mode);
     let mut plausibility = Plausibility::default();
@@ -61,7 +62,7 @@ fn decode(mode: Mode, piece: usize, announce: u8, stream: &[u8]) -> Decoder {
     decoder
 }
 
-/// The bytes as a unit's answers: the link asks, waits and starts over, and always goes on.
+/// The bytes as replies of a unit: the link asks, waits and starts over, and always makes progress.
 fn converse(mode: Mode, flow: Flow, piece: usize, stream: &[u8]) {
     let mut now = Time::ZERO;
     let mut link = Link::new(mode, flow, now);
@@ -72,7 +73,7 @@ fn converse(mode: Mode, flow: Flow, piece: usize, stream: &[u8]) {
             LinkAction::Write(_) | LinkAction::Lost(_) => {}
             LinkAction::ReadUntil(time) => {
                 assert!(time > now);
-                // Bytes and silence take turns, so that replies can stand alone.
+                // Bytes and silence alternate, so that replies can occur alone.
                 now = if silent { time } else { time.min(now + 1e-3) };
                 let mut bytes = if silent { &[] } else { pieces.next().unwrap_or_default() };
                 while link.next_packet(&mut bytes, now).is_some() {}

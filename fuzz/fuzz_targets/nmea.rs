@@ -1,4 +1,4 @@
-//! NMEA: any bytes, and any lines with a checksum that holds.
+//! NMEA: any bytes, and any lines with a valid checksum.
 #![no_main]
 
 mod receiver;
@@ -11,7 +11,7 @@ fuzz_target!(|data: &[u8]| {
     receiver::check(Protocol::Nmea, &sentences(data));
 });
 
-/// Each line of the data as a sentence; of one that has a checksum already, what it sums up.
+/// Each line of the data as a sentence with a valid checksum; an existing checksum is replaced.
 fn sentences(data: &[u8]) -> Vec<u8> {
     let mut wire = Vec::new();
     for line in data.split(|byte| *byte == b'\n' || *byte == b'$') {

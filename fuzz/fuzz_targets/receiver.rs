@@ -1,10 +1,10 @@
-//! What holds for any receiver's stream, whatever the bytes.
+//! Properties of any receiver's stream, for any bytes.
 
 use hovernav::gps::quality::{Limits, QualityCheck};
 use hovernav::gps::{Protocol, Receiver, ReceiverFix, ReceiverTime};
 use hovernav::time::Time;
 
-/// No panic, no fix out of range, no fix from thin air, and the same fixes however the stream is cut.
+/// No panic, no fix out of range, no fix without data, and the same fixes for any cuts of the stream.
 pub fn check(protocol: Protocol, stream: &[u8]) {
     let whole = read(protocol, &[stream]);
     assert!(whole.len() * 8 <= stream.len(), "more fixes than there is room for");
@@ -39,7 +39,7 @@ fn assert_possible(fix: &ReceiverFix) {
     assert!(fix.longitude_rad.abs() <= std::f64::consts::PI);
     assert!(within(fix.height_m, 1e5) && within(fix.altitude_msl_m, 1e5));
     let [north, east] = fix.horizontal_velocity_mps.map_or([None; 2], |v| v.map(Some));
-    // Earth-fixed components are limited each, and then turned.
+    // Earth-fixed components are limited one by one before their rotation.
     for speed in [north, east, fix.down_velocity_mps, fix.ground_speed_mps] {
         assert!(within(speed, 1_040.0));
     }

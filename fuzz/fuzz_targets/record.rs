@@ -1,4 +1,4 @@
-//! Flight records: bytes that begin as one does, and any other bytes in a chunk whose checksum holds.
+//! Flight records: inputs that begin like one, and any bytes in a chunk with a valid checksum.
 #![no_main]
 
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use hovernav_log::record::{Record, RecordInfo};
 use libfuzzer_sys::fuzz_target;
 
-/// A configuration no longer than it must be, for every input has it read again.
+/// A configuration of minimal length, because every input reads it again.
 const CONFIGURATION: &[u8] = br#"{"version":"0","start_ns":0,"start_unix_ns":0,"fly_toml":
     "[dmu]\nport='a'\n[receiver]\nport='b'\nprotocol='ubx'"}"#;
 
@@ -14,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
     if data.starts_with(b"\x89MCAP") {
         return check(data);
     }
-    // Without topics, numbers of topics are those of the writer: the first is the configuration.
+    // Without topics the writer's numbers of topics apply: the first is the configuration.
     let mut message = vec![5];
     message.extend((22 + CONFIGURATION.len() as u64).to_le_bytes());
     message.extend([1, 0]);

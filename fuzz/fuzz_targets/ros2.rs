@@ -1,4 +1,4 @@
-//! MCAP with ROS 2 messages: bytes that begin as one does, and any other bytes as records behind the header.
+//! MCAP with ROS 2 messages: inputs that begin like one, and any bytes as records after the header.
 #![no_main]
 
 use std::path::Path;

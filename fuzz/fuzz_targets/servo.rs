@@ -1,7 +1,7 @@
-//! Any bytes, through everything that a byte of the pulse-timing microcontroller goes through.
+//! Any bytes, through the complete processing of the bytes of the pulse-timing microcontroller.
 //!
-//! What is delivered is in the stream, in order and byte for byte; what is captured is a pulse that a
-//! servo can have; and pieces of any size give the same.
+//! Delivered packets are in the stream, in order and byte for byte. Captured pulses are valid for a servo. Pieces of
+//! any size give the same result.
 #![no_main]
 
 use hovernav::servo::packet::{Decoder, LENGTH, PacketCapture};
@@ -16,7 +16,7 @@ fuzz_target!(|stream: &[u8]| {
         if let Some(received) = decoder.push(*byte) {
             let start = at + 1 - LENGTH;
             assert!(start >= end, "packets overlap");
-            // What no packet needs, widths without their bit, may stand in it all the same.
+            // The packet may contain unused data: widths without their bit.
             let (sent, again) = (&stream[start..=at], received.packet.encode());
             assert_eq!((sent[2], sent[3]), (again[2], again[3]));
             for (_, at) in [(0, 4), (1, 6), (2, 8), (3, 10), (4, 12), (7, 14)]

@@ -1,7 +1,7 @@
-//! Any bytes, as the ground's decoder sees them; and any values, as the vehicle packs them.
+//! Any bytes through the ground's decoder, and any values through the vehicle's packing.
 //!
-//! A frame that is delivered packs into the bytes that it came in; whatever came before, a whole frame
-//! behind a zero is found.
+//! A delivered frame packs into the bytes that it came in. A complete frame after a zero is found, whatever precedes
+//! it.
 #![no_main]
 
 use hovernav::earth::Geodetic;
@@ -11,7 +11,7 @@ use hovernav::telemetry::{Flow, Snapshot, frame};
 use hovernav::time::Time;
 use libfuzzer_sys::fuzz_target;
 
-/// A snapshot of whatever numbers the input has, NaN and infinities among them.
+/// A snapshot of any numbers of the input, including NaN and infinities.
 fn any_snapshot(input: &[u8]) -> Snapshot {
     let mut numbers = input.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
     let mut next = || numbers.next();
@@ -53,7 +53,7 @@ fuzz_target!(|input: &[u8]| {
     let _ = decoder.push(0);
     let found: Vec<_> = packed.iter().filter_map(|byte| decoder.push(*byte)).collect();
     let [Ok(told)] = found[..] else { panic!("{found:?}") };
-    // What has been told once is told exactly the second time.
+    // Values that were packed once are packed exactly the second time.
     let again = frame::pack(&told.snapshot, 7);
     let found: Vec<_> = again.iter().filter_map(|byte| decoder.push(*byte)).collect();
     assert_eq!(found, [Ok(told)]);

@@ -33,7 +33,7 @@ fuzz_target!(|data: &[u8]| {
     receiver::check(Protocol::Tsip, &packets(data));
 });
 
-/// Packets filled with the data, each chosen by one byte of it.
+/// Packets filled with the data; one byte of it chooses each packet.
 fn packets(mut data: &[u8]) -> Vec<u8> {
     let mut wire = Vec::new();
     while let Some((choice, rest)) = data.split_first() {

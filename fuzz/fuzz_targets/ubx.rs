@@ -1,4 +1,4 @@
-//! UBX: any bytes, and any payload in messages with a checksum that holds.
+//! UBX: any bytes, and any payload in messages with a valid checksum.
 #![no_main]
 
 mod receiver;
@@ -24,7 +24,7 @@ fuzz_target!(|data: &[u8]| {
     receiver::check(Protocol::Ubx, &messages(data));
 });
 
-/// Messages filled with the data, each chosen by one byte of it.
+/// Messages filled with the data; one byte of it chooses each message.
 fn messages(mut data: &[u8]) -> Vec<u8> {
     let mut wire = Vec::new();
     while let Some((choice, rest)) = data.split_first() {

@@ -1,4 +1,4 @@
-//! PX4's ULog: bytes that begin as one does, and any other bytes behind the header.
+//! PX4's ULog: inputs that begin like one, and any bytes after the header.
 #![no_main]
 
 use std::path::Path;

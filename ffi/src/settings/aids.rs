@@ -7,7 +7,7 @@ use hovernav::frames::Vector;
 use super::mirror;
 use crate::status::Fault;
 
-/// Errors of a distance to the ground, and of the ground.
+/// Error model of a distance to the ground, and of the ground.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RangeModel {
@@ -17,29 +17,29 @@ pub struct RangeModel {
     pub most_m: f64,
     /// Readings below this quality, 0 to 1, are not used.
     pub least_quality: f64,
-    /// One-sigma of its white error where a reading does not say, m.
+    /// One-sigma of its white error, for readings without one, m.
     pub noise_m: f64,
-    /// Share of the distance that adds to it.
+    /// One-sigma share of the distance that adds to the error.
     pub noise_share: f64,
-    /// One-sigma by which the ground rises or falls over a metre, m.
+    /// One-sigma of the change of ground height over a metre, m.
     pub ground_walk_m: f64,
 }
 
-/// Errors of the heading of two antennas.
+/// Error model of the heading of two antennas.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AntennaHeadingModel {
-    /// Shortest time between two uses, s.
+    /// Shortest time between two updates, s.
     pub interval_s: f64,
-    /// One-sigma where a reading does not say, rad.
+    /// One-sigma for readings without one, rad.
     pub sigma_rad: f64,
-    /// Least one-sigma, rad.
+    /// Smallest one-sigma, rad.
     pub floor_rad: f64,
-    /// Share of the one-sigma that wanders slowly, 0 to 1.
+    /// Share of the one-sigma that varies slowly, 0 to 1.
     pub wander_share: f64,
-    /// Correlation time of what wanders, s.
+    /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
-    /// A baseline that differs by more than this from the one that is mounted, m, is refused.
+    /// Largest difference of a measured baseline from the mounted one, m; beyond it the heading is rejected.
     pub length_tolerance_m: f64,
 }
 
@@ -54,11 +54,11 @@ mirror!(AntennaHeadingModel, core_ekf::AntennaHeadingModel {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Rangefinder {
-    /// The sensor from the point of the solution, body axes, m.
+    /// Position of the sensor relative to the point of the solution, body axes, m.
     pub lever_arm_m: [f64; 3],
-    /// Where its beam leads, body axes, of length one; 0, 0, 1 is straight down.
+    /// Direction of its beam, body axes, of length one; 0, 0, 1 is straight down.
     pub beam: [f64; 3],
-    /// What it measures, and how the ground varies.
+    /// Error model of the sensor and of the ground.
     pub model: RangeModel,
 }
 
@@ -66,9 +66,9 @@ pub struct Rangefinder {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct SecondAntenna {
-    /// From the first antenna to the second, body axes, m; all zero where the headings are of the vehicle itself.
+    /// Vector from the first antenna to the second, body axes, m; all zero for headings of the vehicle itself.
     pub baseline_m: [f64; 3],
-    /// How good its heading is.
+    /// Error model of its heading.
     pub model: AntennaHeadingModel,
 }
 

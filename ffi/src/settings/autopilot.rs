@@ -35,7 +35,7 @@ impl From<Sticks> for CoreSticks {
     }
 }
 
-/// Where the sticks stand in a steady hover and how the vehicle hangs in it.
+/// Positions of the sticks in a steady hover, and the roll and pitch of the vehicle.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Trim {
@@ -47,7 +47,7 @@ pub struct Trim {
     pub pitch_rad: f64,
 }
 
-/// Range and speed that the autopilot keeps to, each control for itself.
+/// Range and rate limits of the autopilot's commands, for each control.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct StickLimits {
@@ -59,27 +59,27 @@ pub struct StickLimits {
     pub rate_per_s: Sticks,
 }
 
-/// How set-points are flown.
+/// Limits and gains of guidance.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Guidance {
-    /// Horizontal speed per distance from the place, 1/s.
+    /// Horizontal speed per distance from the set-point's position, 1/s.
     pub position_gain_per_s: f64,
-    /// Vertical speed per height missing, 1/s.
+    /// Vertical speed per height error, 1/s.
     pub height_gain_per_s: f64,
     /// Fastest horizontal speed, m/s.
     pub speed_mps: f64,
     /// Fastest climb and descent, m/s.
     pub climb_mps: f64,
-    /// Hardest horizontal acceleration asked for, m/s^2.
+    /// Largest commanded horizontal acceleration, m/s^2.
     pub acceleration_mps2: f64,
-    /// Hardest vertical acceleration asked for, m/s^2.
+    /// Largest commanded vertical acceleration, m/s^2.
     pub climb_acceleration_mps2: f64,
     /// Fastest turn, rad/s.
     pub yaw_rate_radps: f64,
 }
 
-/// What is good enough to fly by: one-sigma and times.
+/// Accuracy of the estimate required to fly: one-sigmas and times.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct HealthLimits {
@@ -95,52 +95,53 @@ pub struct HealthLimits {
     pub position_sigma_m: f64,
     /// Age of the estimate, s.
     pub age_s: f64,
-    /// Without an accepted fix for this long, s, the estimate is by dead reckoning.
+    /// Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     pub dead_reckoning_s: f64,
-    /// Fixes that are refused for this long, s, deny the estimate.
+    /// Time of rejected fixes, s, after which they contradict the estimate.
     pub disagreement_s: f64,
-    /// A value must be trusted this long, s, before a better mode is flown on it again.
+    /// Time, s, for which a quantity must be good before a better mode is flown on it again.
     pub recovery_s: f64,
 }
 
-/// How modes give way to each other.
+/// Transitions between modes.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Transfer {
-    /// Time constant by which the difference between two modes' commands fades, s.
+    /// Time constant, s, of the fade of the difference between two modes' commands.
     pub fade_s: f64,
-    /// The same when the pilot takes over, s.
+    /// Time constant of the same fade when the pilot takes over, s.
     pub hand_back_s: f64,
-    /// Time constant by which the sticks go to trim when attitude is not known, s.
+    /// Time constant with which the sticks go to trim when attitude is unknown, s.
     pub neutral_s: f64,
-    /// A stick moved further than this is the pilot's override.
+    /// Deflection of a stick that counts as the pilot's override.
     pub override_travel: f64,
-    /// How long attitude is held without velocity before the descent begins, s.
+    /// Time for which attitude is held without velocity before the descent begins, s.
     pub patience_s: f64,
     /// Sink rate of the descent, m/s.
     pub descent_mps: f64,
-    /// Stick taken off the trimmed collective in a descent without vertical velocity.
+    /// Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
+    /// velocity.
     pub descent_collective: f64,
-    /// Time constant by which trim is learned in a steady hover, s.
+    /// Time constant of learning trim in a steady hover, s.
     pub trim_s: f64,
 }
 
-/// Everything about the autopilot. hovernav_default_autopilot_config() fills it in but for the gains,
-/// which do nothing until a design's are put in.
+/// The complete configuration of the autopilot. hovernav_default_autopilot_config() sets it to the given gains, and to
+/// defaults for everything else.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AutopilotConfig {
-    /// The loop's period, s, for which the gains were designed.
+    /// Period of the control loop, s, for which the gains were designed.
     pub period_s: f64,
-    /// Trim to begin with; better is learned in flight.
+    /// Initial trim; a better one is learned in flight.
     pub trim: Trim,
     /// Range and rate of the commands.
     pub limits: StickLimits,
-    /// How set-points are flown.
+    /// Limits and gains of guidance.
     pub guidance: Guidance,
-    /// What is good enough to fly on.
+    /// Accuracy of the estimate required to fly.
     pub health: HealthLimits,
-    /// How modes give way to each other.
+    /// Transitions between modes.
     pub transfer: Transfer,
     /// The gains.
     pub gains: Gains,
@@ -181,7 +182,7 @@ impl AutopilotConfig {
         }
     }
 
-    /// The core's configuration; it checks itself when an autopilot is made of it.
+    /// The core's configuration; it is checked when an autopilot is created from it.
     #[must_use]
     pub fn core(&self) -> core::HoverConfig {
         let mut config = core::HoverConfig::new(self.period_s, self.gains.core());
@@ -202,7 +203,7 @@ impl AutopilotConfig {
 /// HOVERNAV_ABI.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_default_autopilot_config(
     config: *mut AutopilotConfig,
@@ -213,9 +214,9 @@ pub unsafe extern "C" fn hovernav_default_autopilot_config(
     if abi != HOVERNAV_ABI {
         return Status::AbiMismatch;
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(config) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let gains = unsafe { input(gains) };
     Status::of(place.and_then(|place| {
         place.write(AutopilotConfig::of(&core::HoverConfig::new(period_s, gains?.core())));

@@ -12,28 +12,28 @@ use crate::access::{input, optional, output};
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
 
-/// In HovernavAlignment.heading: the first there is of two antennas', the unit's own, the magnetometer's, none.
+/// In HovernavAlignment.heading: the first available of two antennas, the unit's attitude, the magnetometer, unknown.
 pub const HOVERNAV_HEADING_ANY: u32 = 0;
 /// The unit's own attitude.
 pub const HOVERNAV_HEADING_ATTITUDE: u32 = 1;
-/// The magnetometer, levelled, and the declination.
+/// The magnetometer, levelled, with the declination.
 pub const HOVERNAV_HEADING_MAGNETOMETER: u32 = 2;
-/// The course over ground; only for vehicles that point where they go.
+/// The course over ground; only for vehicles that travel in the direction of their nose.
 pub const HOVERNAV_HEADING_COURSE: u32 = 3;
-/// None: found in motion.
+/// Unknown: found in motion.
 pub const HOVERNAV_HEADING_UNKNOWN: u32 = 4;
 /// Two GPS antennas.
 pub const HOVERNAV_HEADING_SECOND_ANTENNA: u32 = 5;
 
-/// How the estimator starts.
+/// Start of the estimator.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Alignment {
-    /// Where the first heading comes from: one of HOVERNAV_HEADING_.
+    /// Source of the first heading: one of HOVERNAV_HEADING_.
     pub heading: u32,
     /// Length of inertial data needed, 0.1 to 120 s.
     pub duration_s: f64,
-    /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
+    /// Offset added to the unit's yaw for true heading, rad: the declination, if the yaw is magnetic.
     pub attitude_declination_rad: f64,
     /// Magnetic declination, east positive, rad, for the magnetometer.
     pub declination_rad: f64,
@@ -45,15 +45,15 @@ pub struct Alignment {
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position where the fix does not say, m.
+    /// One-sigma of position for fixes without one, m.
     pub position_sigma_m: f64,
-    /// One-sigma of velocity where the fix does not say, m/s.
+    /// One-sigma of velocity for fixes without one, m/s.
     pub velocity_sigma_mps: f64,
-    /// Speed at which the course gives the heading, m/s.
+    /// Speed from which on the course gives the heading, m/s.
     pub course_speed_mps: f64,
 }
 
-/// Errors of the inertial sensors.
+/// Error model of the inertial sensors.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct ImuModel {
@@ -61,11 +61,11 @@ pub struct ImuModel {
     pub angle_random_walk_rad: f64,
     /// Velocity random walk, m/s/sqrt(s).
     pub velocity_random_walk_mps: f64,
-    /// Share of the measured vibration of the gyros that counts as noise without memory.
+    /// Share of the gyros' measured vibration that counts as white noise.
     pub gyro_vibration_share: f64,
-    /// The same of the accelerometers.
+    /// Share of the accelerometers' measured vibration that counts as white noise.
     pub accel_vibration_share: f64,
-    /// Accelerometer samples closer than this, s, share one error by vibration.
+    /// Time, s, within which accelerometer samples share one vibration error.
     pub accel_vibration_time_s: f64,
     /// One-sigma of the gyro bias, rad/s.
     pub gyro_bias_sigma_radps: f64,
@@ -79,70 +79,69 @@ pub struct ImuModel {
     pub gyro_scale_sigma: f64,
     /// One-sigma of each accelerometer's scale factor error.
     pub accel_scale_sigma: f64,
-    /// Share of a turn by which gyros err about its axis, where there are no states for it; those across it by two and
-    /// a half times as much.
+    /// Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
+    /// times as large.
     pub turn_error_share: f64,
-    /// A turn errs to one side for about this long, s.
+    /// Time, s, for which the error of a turn keeps its sign.
     pub turn_error_time_s: f64,
-    /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states
-    /// for it.
+    /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
     pub net_turn_error_share: f64,
-    /// A net turn is forgotten with this time constant, s.
+    /// Time constant with which a net turn is forgotten, s.
     pub net_turn_memory_s: f64,
-    /// Full scale of the gyros, rad/s; 0 where it is not known.
+    /// Full scale of the gyros, rad/s; 0 if unknown.
     pub gyro_range_radps: f64,
-    /// Full scale of the accelerometers, m/s^2; 0 where it is not known.
+    /// Full scale of the accelerometers, m/s^2; 0 if unknown.
     pub accel_range_mps2: f64,
     /// Intervals longer than this, s, are gaps.
     pub gap_s: f64,
-    /// Acceleration that a gap may have hidden, one-sigma, m/s^2.
+    /// One-sigma of the acceleration that a gap may have hidden, m/s^2.
     pub gap_acceleration_mps2: f64,
-    /// Angular rate that a gap may have hidden, one-sigma, rad/s.
+    /// One-sigma of the angular rate that a gap may have hidden, rad/s.
     pub gap_rate_radps: f64,
-    /// The covariance is propagated once so much time has come together, s, and before each measurement; 0 at
-    /// every sample, as the state is.
+    /// Interval of covariance propagation, s; it is also propagated before each measurement. 0 for every sample, like
+    /// the state.
     pub covariance_interval_s: f64,
 }
 
-/// Errors of the GPS.
+/// Error model of the GPS.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct GpsModel {
-    /// One-sigma of horizontal position, each axis, where a fix does not say, m.
+    /// One-sigma of horizontal position, each axis, for fixes without one, m.
     pub horizontal_sigma_m: f64,
-    /// One-sigma of height where a fix does not say, m.
+    /// One-sigma of height for fixes without one, m.
     pub vertical_sigma_m: f64,
-    /// One-sigma of horizontal velocity, each axis, where a fix does not say, m/s.
+    /// One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
     pub horizontal_velocity_sigma_mps: f64,
-    /// One-sigma of vertical velocity where a fix does not say, m/s.
+    /// One-sigma of vertical velocity for fixes without one, m/s.
     pub vertical_velocity_sigma_mps: f64,
-    /// Least one-sigma of the white part of position, m.
+    /// Smallest one-sigma of the white part of position, m.
     pub position_floor_m: f64,
-    /// Least one-sigma of the white part of velocity, m/s.
+    /// Smallest one-sigma of the white part of velocity, m/s.
     pub velocity_floor_mps: f64,
-    /// Share of the position's one-sigma that wanders slowly, 0 to 1.
+    /// Share of the position's one-sigma that varies slowly, 0 to 1.
     pub position_wander_share: f64,
     /// Correlation time of the position's slow error, s.
     pub position_wander_time_s: f64,
-    /// Share of the velocity's one-sigma that wanders slowly, 0 to 1.
+    /// Share of the velocity's one-sigma that varies slowly, 0 to 1.
     pub velocity_wander_share: f64,
     /// Correlation time of the velocity's slow error, s.
     pub velocity_wander_time_s: f64,
-    /// Time over which a receiver may have taken its velocity, one-sigma, s.
+    /// Time over which a receiver may have averaged its velocity, one-sigma, s.
     pub velocity_smoothing_s: f64,
-    /// Share by which one innovation moves a one-sigma that no fix states, 0 to 1.
+    /// Share by which one innovation changes a one-sigma that fixes do not state, 0 to 1.
     pub learning_rate: f64,
     /// One-sigma of the time between a fix's position and its velocity, s.
     pub position_latency_sigma_s: f64,
-    /// One-sigma of the time by which a fix holds earlier than declared, s.
+    /// One-sigma of the time by which a fix is valid earlier than declared, s.
     pub delay_sigma_s: f64,
 }
 
-/// Errors of an attitude reference.
+/// Error model of an attitude reference.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AttitudeModel {
-    /// Shortest time between two uses, s.
+    /// Shortest time between two updates, s.
     pub interval_s: f64,
     /// One-sigma of its slow error in roll and pitch, rad.
     pub tilt_wander_rad: f64,
@@ -154,11 +153,11 @@ pub struct AttitudeModel {
     pub noise_rad: f64,
 }
 
-/// Errors of a heading from a magnetometer.
+/// Error model of a heading from a magnetometer.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct MagnetometerModel {
-    /// Shortest time between two uses, s.
+    /// Shortest time between two updates, s.
     pub interval_s: f64,
     /// One-sigma of its slow error, rad.
     pub heading_wander_rad: f64,
@@ -168,7 +167,7 @@ pub struct MagnetometerModel {
     pub noise_rad: f64,
 }
 
-/// Errors of a barometric height.
+/// Error model of a barometric height.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct BaroModel {
@@ -180,31 +179,32 @@ pub struct BaroModel {
     pub wander_time_s: f64,
 }
 
-/// When a measurement is refused, and when a filter that refuses everything is reopened.
+/// Gates, and the times after which the filter is reset to rejected measurements.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct GateModel {
-    /// Innovations beyond this many one-sigma are refused.
+    /// Gate, in one-sigmas: larger innovations are rejected.
     pub sigmas: f64,
-    /// Refused after an absence or after trouble with the inertial samples, s.
+    /// Lockout time after an absence of measurements or a fault of the inertial samples, s.
     pub recovery_s: f64,
-    /// Positions refused that jumped while velocity goes on agreeing, s.
+    /// Lockout time of positions that jumped while velocity still agrees, s.
     pub fault_s: f64,
-    /// Anything else refused without a break, s.
+    /// Lockout time of any other measurement rejected without interruption, s.
     pub lockout_s: f64,
 }
 
-/// Everything about the estimator. hovernav_default_config() fills it in; change what is known better.
+/// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; change known values.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Config {
-    /// The inertial unit from the point of the solution (such as the centre of gravity), body axes, m.
+    /// Position of the inertial unit relative to the point of the solution (such as the centre of gravity), body
+    /// axes, m.
     pub imu_lever_arm_m: [f64; 3],
-    /// The GPS antenna from the same point, body axes, m.
+    /// Position of the GPS antenna relative to the same point, body axes, m.
     pub antenna_lever_arm_m: [f64; 3],
-    /// 1 if the unit's own attitude is used once aligned, else 0.
+    /// 1 if the unit's own attitude is used after alignment, else 0.
     pub use_attitude: u32,
-    /// 1 if the magnetometer is used where the unit's own attitude is not, else 0.
+    /// 1 if the magnetometer is used, unless the unit's own attitude is, else 0.
     pub use_magnetometer: u32,
     /// 1 if the barometer is used, else 0.
     pub use_baro: u32,
@@ -212,7 +212,7 @@ pub struct Config {
     pub use_rangefinder: u32,
     /// 1 if the heading of two antennas is used, else 0.
     pub use_second_antenna: u32,
-    /// How it starts.
+    /// Start of the estimator.
     pub alignment: Alignment,
     /// Inertial sensors.
     pub imu: ImuModel,
@@ -232,7 +232,7 @@ pub struct Config {
     pub second_antenna: SecondAntenna,
     /// The notch before the estimator.
     pub notch: Notch,
-    /// What hovernav_get_health() finds good enough.
+    /// Limits of hovernav_get_health().
     pub health: HealthLimits,
 }
 
@@ -315,14 +315,14 @@ impl Alignment {
     }
 }
 
-/// A configuration that was checked.
+/// A checked configuration.
 #[derive(Clone, Copy, Debug)]
 pub struct Checked {
-    /// Of the estimator.
+    /// Configuration of the estimator.
     pub estimator: EstimatorConfig,
-    /// Of the notch before it, where there is one.
+    /// Configuration of the notch, if any.
     pub notch: Option<NotchConfig>,
-    /// What is good enough to fly by.
+    /// Accuracy of the estimate required to fly.
     pub health: CoreHealthLimits,
 }
 
@@ -360,7 +360,7 @@ impl Config {
     /// The core's configuration.
     ///
     /// # Errors
-    /// [`Fault`] names the first value that cannot be.
+    /// [`Fault`] names the first invalid value.
     pub fn checked(&self) -> Result<Checked, Fault> {
         for (what, arm) in [
             ("imu_lever_arm_m", self.imu_lever_arm_m),
@@ -417,34 +417,33 @@ impl Config {
     }
 }
 
-/// Fills `config` with the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a
-/// stand-alone GPS, no lever arms. `abi` is HOVERNAV_ABI; where the library's is another, nothing is
-/// written and HOVERNAV_STATUS_ABI_MISMATCH comes back.
+/// Sets `config` to the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a stand-alone GPS,
+/// no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
+/// HOVERNAV_STATUS_ABI_MISMATCH.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) -> Status {
     if abi != HOVERNAV_ABI {
         return Status::AbiMismatch;
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let place = unsafe { output(config) };
     Status::of(place.map(|place| {
         place.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
     }))
 }
 
-/// Whether one can navigate with `config`; `fault`, unless null, receives the first value that is out of
-/// its range.
+/// Whether `config` can be used to navigate; `fault`, unless null, receives the first value out of range.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_check_config(config: *const Config, fault: *mut Fault) -> Status {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let config = unsafe { input(config) };
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     let fault = unsafe { optional(fault) };
     Status::of(config.and_then(|config| {
         let fault = fault?;

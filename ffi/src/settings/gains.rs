@@ -1,10 +1,10 @@
-//! Gains of the autopilot: what a design for the vehicle writes.
+//! Gains of the autopilot, from a design for the vehicle.
 
 use hovernav::autopilot as core;
 
 use super::mirror;
 
-/// Gains of a PID controller; units are the command's over the error's, with s where they say so.
+/// Gains of a PID controller; units are the command's over the error's, combined with s as the names state.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct PidGains {
@@ -16,11 +16,11 @@ pub struct PidGains {
     pub derivative_s: f64,
     /// Time constant of the low-pass on the derivative, s; from 0.
     pub derivative_filter_s: f64,
-    /// How fast the integral follows a command that was limited, s; above 0.
+    /// Time constant with which the integral follows a limited command, s; above 0.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the yaw regulator: measured are r, psi; the hidden states are two.
+/// Gains of the yaw regulator. Measured states are r, psi; there are two hidden states.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct YawGains {
@@ -32,18 +32,18 @@ pub struct YawGains {
     pub pending: [[f64; 1]; 1],
     /// Stick per s of measured error.
     pub integral_per_s: [[f64; 2]; 1],
-    /// How the hidden states follow, over a sample, from themselves.
+    /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 2]; 2],
-    /// From the measured ones.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 2]; 2],
-    /// And from the command that acts.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 1]; 2],
-    /// How fast the integrals follow a command that was limited, s.
+    /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the roll and pitch regulator: measured are p, q, phi, theta, u, v; the hidden states are six;
-/// the controls are lateral and longitudinal cyclic.
+/// Gains of the roll and pitch regulator. Measured states are p, q, phi, theta, u, v; there are six hidden states.
+/// The controls are lateral and longitudinal cyclic.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RollPitchGains {
@@ -55,17 +55,17 @@ pub struct RollPitchGains {
     pub pending: [[f64; 2]; 2],
     /// Stick per s of measured error.
     pub integral_per_s: [[f64; 6]; 2],
-    /// How the hidden states follow, over a sample, from themselves.
+    /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// From the measured ones.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 6]; 6],
-    /// And from the command that acts.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// How fast the integrals follow a command that was limited, s.
+    /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the attitude regulator, for when velocity is not known: measured are p, q, phi, theta.
+/// Gains of the attitude regulator, for flight without a known velocity. Measured states are p, q, phi, theta.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AttitudeGains {
@@ -77,17 +77,17 @@ pub struct AttitudeGains {
     pub pending: [[f64; 2]; 2],
     /// Stick per s of measured error.
     pub integral_per_s: [[f64; 4]; 2],
-    /// How the hidden states follow, over a sample, from themselves.
+    /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// From the measured ones.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 4]; 6],
-    /// And from the command that acts.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// How fast the integrals follow a command that was limited, s.
+    /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
 }
 
-/// Every gain of the autopilot, at the sample period they were designed for.
+/// Gains of the autopilot, for the sample period of their design.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Gains {

@@ -12,7 +12,7 @@ use crate::status::{Fault, Status};
 
 /// In HovernavLinesConfig.dmu_mode: rates, accelerations and field.
 pub const HOVERNAV_DMU_SCALED: u32 = 1;
-/// All of that and the unit's own attitude.
+/// Rates, accelerations, field and the unit's own attitude.
 pub const HOVERNAV_DMU_ANGLE: u32 = 2;
 
 /// In HovernavLinesConfig.gps_protocol: Trimble Standard Interface Protocol.
@@ -22,44 +22,44 @@ pub const HOVERNAV_GPS_NMEA: u32 = 2;
 /// u-blox binary.
 pub const HOVERNAV_GPS_UBX: u32 = 3;
 
-/// What a receiver's fix must keep to.
+/// Limits of a receiver's fix.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct FixLimits {
-    /// 1 if a fix whose height is held or assumed is refused, else 0.
+    /// 1 if a fix whose height is held or assumed is rejected, else 0.
     pub need_three_dimensions: u32,
-    /// Fewest satellites used, 0 to 255.
+    /// Smallest number of satellites used, 0 to 255.
     pub min_satellites: u32,
-    /// Greatest dilution of precision of position.
+    /// Largest dilution of precision of position.
     pub max_position_dilution: f64,
-    /// Greatest horizontal dilution of precision.
+    /// Largest horizontal dilution of precision.
     pub max_horizontal_dilution: f64,
-    /// Greatest one-sigma of horizontal position, m.
+    /// Largest one-sigma of horizontal position, m.
     pub max_horizontal_sigma_m: f64,
-    /// Greatest one-sigma of height, m.
+    /// Largest one-sigma of height, m.
     pub max_vertical_sigma_m: f64,
-    /// Greatest one-sigma of velocity on any axis, m/s.
+    /// Largest one-sigma of velocity on any axis, m/s.
     pub max_velocity_sigma_mps: f64,
-    /// Fastest the vehicle can go over ground, m/s.
+    /// Largest ground speed of the vehicle, m/s.
     pub max_ground_speed_mps: f64,
-    /// Fastest it can climb or sink, m/s.
+    /// Largest climb or sink rate of the vehicle, m/s.
     pub max_vertical_speed_mps: f64,
-    /// Farthest that position may be from where the top speed leads since the last good fix, m.
+    /// Largest distance of a position beyond the reach of the top speed since the last good fix, m.
     pub max_jump_m: f64,
-    /// Latest that a fix may arrive after its time, compared with the most prompt of late, s.
+    /// Largest delay of a fix relative to the most prompt recent fix, s.
     pub max_delay_s: f64,
 }
 
-/// What is on the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. Who has only one of them
-/// leaves the other as it is and never calls its function.
+/// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of them, leave the
+/// other's settings at their defaults and never call its function.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LinesConfig {
-    /// Which packets the unit is to send: one of HOVERNAV_DMU_.
+    /// Packet type that the unit sends: one of HOVERNAV_DMU_.
     pub dmu_mode: u32,
-    /// Seconds from one request for a packet to the next; 0 lets the unit send as fast as it can.
+    /// Time between requests for a packet, s; with 0 the unit sends as fast as it can.
     pub dmu_cycle_s: f64,
-    /// From the moment of a sample to the arrival of its packet's last byte, s.
+    /// Latency from the moment of a sample to the arrival of its packet's last byte, s.
     pub dmu_latency_s: f64,
     /// Rated range of the gyros, deg/s.
     pub rate_range_degps: f64,
@@ -67,17 +67,17 @@ pub struct LinesConfig {
     pub accel_range_g: f64,
     /// 1 for an accelerometer whose word counts along its axis, -1 against it: x, y, z.
     pub accel_signs: [i32; 3],
-    /// The receiver's language: one of HOVERNAV_GPS_.
+    /// Protocol of the receiver: one of HOVERNAV_GPS_.
     pub gps_protocol: u32,
-    /// Fixes a second, 1 to 10, to set the receiver to; 0 leaves it as it is.
+    /// Fix rate for the receiver, Hz, 1 to 10; 0 leaves the receiver as it is.
     pub gps_rate_hz: u32,
-    /// How much earlier than its arrival a fix is valid, s.
+    /// Latency from the validity of a fix to its arrival, s.
     pub gps_latency_s: f64,
-    /// 1 if geoid_separation_m counts, for a receiver that does not send it, else 0.
+    /// 1 if geoid_separation_m is used, for a receiver that does not send it, else 0.
     pub has_geoid_separation: u32,
     /// The geoid's height above the ellipsoid at the site, m.
     pub geoid_separation_m: f64,
-    /// Which fixes are good enough.
+    /// Limits that a fix must meet.
     pub fix_limits: FixLimits,
 }
 
@@ -126,7 +126,7 @@ fn small(what: &str, found: u32, expected: &str) -> Result<u8, Fault> {
     u8::try_from(found).map_err(|_| Fault::new(&[what], f64::from(found), expected))
 }
 
-/// Why lines cannot be started: a value out of range, or a protocol that was not built in.
+/// Reason why lines cannot be started: a value out of range, or a protocol that was not built in.
 pub(crate) enum LinesFault {
     Value(Fault),
     NotBuilt,
@@ -228,11 +228,11 @@ impl LinesConfig {
     }
 }
 
-/// Fills `config` with a unit of 200 deg/s and 4 g in angle mode, asked for a packet every 30.3 ms, and a
-/// receiver of NMEA whose fixes are 0.12 s old. `abi` is HOVERNAV_ABI.
+/// Sets `config` to a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms, and an NMEA receiver with a
+/// latency of 0.12 s. `abi` is HOVERNAV_ABI.
 ///
 /// # Safety
-/// Pointers as the crate's rules say.
+/// Pointers follow the rules of the crate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hovernav_default_lines_config(
     config: *mut LinesConfig,
@@ -241,6 +241,6 @@ pub unsafe extern "C" fn hovernav_default_lines_config(
     if abi != HOVERNAV_ABI {
         return Status::AbiMismatch;
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Status::of(unsafe { output(config) }.map(|place| place.write(LinesConfig::default_values())))
 }

@@ -1,5 +1,4 @@
-//! Settings as plain structures: each mirrors one of the core's, field by field, and starts from its
-//! defaults.
+//! Settings as plain structures: each mirrors a structure of the core field by field, with the same defaults.
 
 mod aids;
 
@@ -22,11 +21,11 @@ pub use gains::*;
 pub use lines::*;
 pub use notch::*;
 
-/// Copies the named fields both ways between a structure here and the core's of the same meaning.
+/// Copies the named fields both ways between a structure here and its counterpart in the core.
 macro_rules! mirror {
     ($ours:ty, $core:ty { $($field:ident)* }) => {
         impl $ours {
-            /// The core's fields over `into`.
+            /// Writes the fields to `into`.
             pub(crate) fn put(&self, into: &mut $core) {
                 $(into.$field = self.$field;)*
             }
@@ -41,7 +40,7 @@ macro_rules! mirror {
 }
 use mirror;
 
-/// Checks that every named field is finite, within `lowest` to `highest`.
+/// Checks that every named field is finite and within `lowest` to `highest`.
 macro_rules! within {
     ($group:literal, $of:expr, $lowest:expr, $highest:expr, $expected:literal; $($field:ident)*) => {
         $(

@@ -4,18 +4,19 @@ use hovernav::imu::NotchConfig;
 
 use crate::status::Fault;
 
-/// A notch at the speed of a rotor: takes its vibration out of the inertial samples before anything hears them. What
-/// is slow comes out of it width_hz / (2 pi frequency_hz^2) seconds late, and the samples are dated back by that.
+/// A notch at the speed of a rotor: removes its vibration from the inertial samples before all other processing. Slow
+/// motion is delayed by width_hz / (2 pi frequency_hz^2) seconds, and the times of the samples are corrected for
+/// that.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Notch {
-    /// Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() tells it.
+    /// Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() sets it.
     pub frequency_hz: f64,
     /// Width of the notch at half power, Hz, the same at each harmonic.
     pub width_hz: f64,
-    /// What appears below this in the samples, Hz, is left in: the vehicle moves there itself.
+    /// Lowest frequency in the samples that is removed, Hz: below it the vehicle itself moves.
     pub least_hz: f64,
-    /// How many multiples of the speed are taken out, 1 to 4; 0 for no notch, and then frequency_hz is 0.
+    /// Number of harmonics of the speed that are removed, 1 to 4; 0 for no notch, and then frequency_hz is 0.
     pub harmonics: u32,
 }
 

@@ -11,14 +11,14 @@ use hovernav_c::{HOVERNAV_ABI, Solution};
 use hovernav_log::Dataset;
 use hovernav_testing::installed;
 
-/// What Rust's standard library needs of the system, in the static library.
+/// System libraries that Rust's standard library needs in the static library.
 const SYSTEM: [&str; 3] = ["-lpthread", "-ldl", "-lm"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
 }
 
-/// Where cargo put the library that this test is linked with.
+/// Directory in which cargo put the library of this test.
 fn libraries() -> PathBuf {
     std::env::current_exe().unwrap().parent().unwrap().to_path_buf()
 }
@@ -59,8 +59,8 @@ fn build(source: &str, more: &[&str], place: &Path) -> Option<PathBuf> {
 
 const REPLAY: &str = "examples/04_c_flight_computer.c";
 
-/// What the replay prints first: samples, solutions, refused axes, and a hash of every solution's bytes;
-/// computed by the Rust core, with a `notch` before it or none.
+/// First output line of the replay: samples, solutions, rejected axes, and a hash of every solution's bytes. Computed
+/// by the Rust core, with or without a `notch`.
 fn flown(most: usize, notch: Option<NotchConfig>) -> String {
     let mut dataset = Dataset::open(&root().join("datasets/heli-hover")).unwrap();
     dataset.manifest.imu.notch = notch;
@@ -95,7 +95,7 @@ fn flown(most: usize, notch: Option<NotchConfig>) -> String {
     format!("{samples} samples, {solutions} solutions, {refused} axes refused, {hash:016x}")
 }
 
-/// A solution as it lies in memory, eight bytes at a time.
+/// The memory of a solution, eight bytes at a time.
 fn words(solution: &Solution) -> Vec<u64> {
     let mut words = vec![solution.time_ns as u64];
     let place = [solution.latitude_deg, solution.longitude_deg, solution.height_m];
@@ -182,7 +182,7 @@ fn dynamic(file: &Path, kind: &str) -> Vec<String> {
     entries.map(|line| line.split(['[', ']']).nth(1).unwrap().to_owned()).collect()
 }
 
-/// A program built against one binary interface is never started with a library of another.
+/// A program built against one binary interface never starts with a library of another.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_name_that_programs_load_the_library_by_ends_with_the_version_of_the_binary_interface() {
@@ -200,7 +200,8 @@ fn the_name_that_programs_load_the_library_by_ends_with_the_version_of_the_binar
     assert_eq!(leads_to("libhovernav_c.so"), Path::new(&name));
     assert_eq!(leads_to(&name), PathBuf::from(format!("{name}.{version}")));
 
-    // Installed over itself, and over a library of a time when the file had no version, it is the same.
+    // Installing over the same version, or over an old library without a version in its file name, gives the same
+    // result.
     std::fs::remove_file(shared.join("libhovernav_c.so")).unwrap();
     std::fs::write(shared.join("libhovernav_c.so"), "old").unwrap();
     install(place.path());
@@ -254,7 +255,7 @@ fn install(prefix: &Path) {
     text(&command.arg(prefix).arg(libraries()).output().unwrap());
 }
 
-/// What `program` asks the system to load is the library of this binary interface.
+/// Checks that `program` loads the library of this binary interface.
 fn needs_the_interface(program: &Path) {
     if cfg!(target_os = "linux") && installed("readelf") {
         let needed = dynamic(program, "NEEDED");
@@ -290,8 +291,8 @@ fn pkg_config_finds_what_was_installed() {
     assert_eq!(text(&run.unwrap()).lines().next().unwrap(), flown(300, None));
 }
 
-/// Configures the CMake project `text` of `languages` against what is installed at `prefix`; its output and where it is
-/// built.
+/// Configures the CMake project `text` of `languages` against the installation at `prefix`. Returns its output and
+/// its build directory.
 fn configure(prefix: &Path, languages: &str, text: &str) -> (Output, PathBuf) {
     let build = prefix.join("build");
     let project =

@@ -1,4 +1,4 @@
-//! `include/hovernav.h` is what the source makes of it.
+//! `include/hovernav.h` is up to date with its source.
 
 use std::fs;
 use std::path::Path;
@@ -13,8 +13,8 @@ fn header() -> String {
     readable(&String::from_utf8(bytes).unwrap())
 }
 
-/// The generator's text without what a reader of C has no use for: the conditions that only Rust
-/// needs, a type's prefix before the name of a constant, and three ways of declaring one enumeration.
+/// The generator's text without parts that are useless in C: conditions that only Rust needs, the prefix of a type
+/// before the name of a constant, and three declarations of one enumeration.
 fn readable(text: &str) -> String {
     let text = text
         .replace("HovernavHOVERNAV_", "HOVERNAV_")

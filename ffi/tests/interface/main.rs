@@ -1,4 +1,4 @@
-//! The C interface: what it promises to programs in C and C++, and what it does with their mistakes.
+//! The C interface: its guarantees to programs in C and C++, and its response to their errors.
 
 mod c;
 mod header;

@@ -1,4 +1,4 @@
-//! Every mistake that a call can see is answered by its code, and changes nothing.
+//! Every detectable error of a caller returns its code and changes nothing.
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use hovernav_c::settings::*;
 use hovernav_c::*;
 
-/// Memory for an object, aligned as it must be.
+/// Memory for an object, correctly aligned.
 #[repr(align(16))]
 struct Memory([MaybeUninit<u8>; HOVERNAV_SIZE + 16]);
 
@@ -26,7 +26,7 @@ fn config() -> Config {
     // SAFETY: room for a configuration.
     let status = unsafe { hovernav_default_config(config.as_mut_ptr(), HOVERNAV_ABI) };
     assert_eq!(status, Status::Ok);
-    // SAFETY: written, for the status says so.
+    // SAFETY: written, because the status is success.
     unsafe { config.assume_init() }
 }
 
@@ -55,7 +55,7 @@ fn sizes_are_what_the_header_says() {
 fn another_version_of_the_header_is_refused_before_anything_is_written() {
     assert_eq!(hovernav_check_abi(HOVERNAV_ABI), Status::Ok);
     assert_eq!(hovernav_check_abi(HOVERNAV_ABI + 1), Status::AbiMismatch);
-    // SAFETY: the version is looked at first.
+    // SAFETY: the version is checked first.
     unsafe {
         assert_eq!(hovernav_default_config(null_mut(), 0), Status::AbiMismatch);
         assert_eq!(hovernav_default_lines_config(null_mut(), 0), Status::AbiMismatch);
@@ -71,7 +71,7 @@ fn creation_finds_null_small_and_misaligned_memory() {
     let place = memory.at(0);
     let place_off = memory.at(1);
     let size = hovernav_size();
-    // SAFETY: every pointer is null or right; what is wrong is found.
+    // SAFETY: every pointer is null or valid; the errors are detected.
     unsafe {
         let fault = null_mut();
         let created = &raw mut nav;
@@ -106,7 +106,7 @@ fn a_wrong_setting_is_named_with_what_was_found_and_expected() {
     let mut wrong = config();
     wrong.imu.gap_s = -1.0;
     let mut fault = MaybeUninit::<Fault>::uninit();
-    // SAFETY: pointers are right.
+    // SAFETY: valid pointers.
     unsafe {
         assert_eq!(hovernav_check_config(&wrong, null_mut()), Status::OutOfRange);
         assert_eq!(hovernav_check_config(&wrong, fault.as_mut_ptr()), Status::OutOfRange);
@@ -125,7 +125,7 @@ fn a_wrong_setting_is_named_with_what_was_found_and_expected() {
     many[4].health.age_s = 0.0;
     many[5].gate.sigmas = f64::NAN;
     for config in &many {
-        // SAFETY: pointers are right.
+        // SAFETY: valid pointers.
         assert_eq!(unsafe { hovernav_check_config(config, null_mut()) }, Status::OutOfRange);
     }
 }
@@ -160,7 +160,7 @@ fn what_is_no_object_is_refused_by_every_function() {
     let mut lost = 0;
     let inputs = AutopilotInputs { now_ns: 0, has_pilot: 0, engage: 0, pilot: Sticks::default() };
     for (nav, status) in expected {
-        // SAFETY: what is not an object is readable memory, or found by its address.
+        // SAFETY: memory without an object is readable, or detected by its address.
         let answers = unsafe {
             [
                 hovernav_push_imu(nav, &sample),
@@ -192,7 +192,7 @@ fn null_values_unknown_flags_and_no_place_on_earth_are_refused() {
     let nowhere = Fix { latitude_deg: 99.0, ..Fix::default() };
     let flags = ImuSample { has: 8, ..ImuSample::default() };
     let fix_flags = Fix { has: 32, ..Fix::default() };
-    // SAFETY: an object, and pointers that are null or right.
+    // SAFETY: an object, and pointers that are null or valid.
     unsafe {
         assert_eq!(hovernav_push_imu(nav, null()), Status::NullPointer);
         assert_eq!(hovernav_push_fix(nav, null()), Status::NullPointer);
@@ -216,7 +216,7 @@ fn what_is_not_there_yet_is_said_so() {
     let mut outputs = MaybeUninit::uninit();
     let mut result = MaybeUninit::uninit();
     let inputs = AutopilotInputs { now_ns: 0, has_pilot: 0, engage: 0, pilot: Sticks::default() };
-    // SAFETY: an object, and right pointers.
+    // SAFETY: an object and valid pointers.
     unsafe {
         assert_eq!(hovernav_get_solution(nav, solution.as_mut_ptr()), Status::NotYet);
         assert_eq!(hovernav_get_covariance(nav, covariance.as_mut_ptr()), Status::NotYet);
@@ -238,14 +238,14 @@ fn gains_and_lines_that_cannot_be_are_named() {
     let mut autopilot = AutopilotConfig::of(&core);
     autopilot.gains.heave.tracking_time_s = 1.0;
     let mut fault = MaybeUninit::<Fault>::uninit();
-    // SAFETY: an object, and right pointers.
+    // SAFETY: an object and valid pointers.
     unsafe {
         assert_eq!(hovernav_start_autopilot(nav, &autopilot, null_mut()), Status::Ok);
         autopilot.gains.roll_pitch.measured[1][3] = f64::NAN;
         let status = hovernav_start_autopilot(nav, &autopilot, fault.as_mut_ptr());
         assert_eq!(status, Status::OutOfRange);
         assert_eq!(text(&fault.assume_init_ref().what), "gains.roll_pitch");
-        // The one before goes on.
+        // The previous autopilot stays active.
         assert_eq!(hovernav_set(nav, &SetPoint::default()), Status::Ok);
         let fast =
             SetPoint { kind: HOVERNAV_SET_POINT_VELOCITY, forward_mps: 1e3, ..SetPoint::default() };
@@ -280,8 +280,8 @@ fn every_status_has_a_text_of_its_own() {
     texts.sort_unstable();
     texts.dedup();
     assert_eq!(texts.len(), 14, "{texts:?}");
-    assert_eq!(text(77), "no status of this library");
-    assert_eq!(text(i32::MIN), "no status of this library");
+    assert_eq!(text(77), "an unknown status");
+    assert_eq!(text(i32::MIN), "an unknown status");
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn notices_that_nobody_reads_give_way_and_are_counted() {
     let nav = create(&mut memory);
     let fix = Fix { latitude_deg: 48.0, height_m: 500.0, ..Fix::default() };
     let mut lost = 0;
-    // SAFETY: an object, and right pointers.
+    // SAFETY: an object and valid pointers.
     unsafe {
         for step in 0..500_i64 {
             let sample = ImuSample {
@@ -312,7 +312,7 @@ fn notices_that_nobody_reads_give_way_and_are_counted() {
             read += 1;
         }
         assert_eq!(read, 12);
-        // The newest are kept.
+        // The newest notices are kept.
         assert!(notice.assume_init_ref().time_ns > 4_900_000_000);
     }
     assert!(lost > 20, "{lost}");

@@ -1,4 +1,4 @@
-//! How the modules of the interface stand to each other.
+//! Imports between the modules of the interface.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! What goes through the C interface gives the bits of Rust: a notch, at one speed and following a rotor; the raw bytes
-//! of both lines, with the autopilot at their end.
+//! The C interface gives the same bits as Rust: a notch at one speed and following a rotor, and the raw bytes of both
+//! lines with the autopilot.
 
 use std::f64::consts::TAU;
 use std::mem::MaybeUninit;
@@ -21,7 +21,7 @@ use hovernav_c::*;
 
 const PERIOD_S: f64 = 0.01;
 
-/// An object of C and its memory.
+/// A C object and its memory.
 struct Navigator {
     _memory: Vec<u128>,
     nav: *mut Hovernav,
@@ -45,19 +45,19 @@ impl Navigator {
         let mut solution = MaybeUninit::uninit();
         // SAFETY: an object, and room for a solution.
         let status = unsafe { hovernav_get_solution(self.nav, solution.as_mut_ptr()) };
-        // SAFETY: written where the status says so.
+        // SAFETY: written if the status is success.
         (status == Status::Ok).then(|| format!("{:?}", unsafe { solution.assume_init() }))
     }
 }
 
-/// Gyros and accelerometers of a vehicle at rest that a rotor shakes, after `cycle` samples.
+/// Gyros and accelerometers of a vehicle at rest under the vibration of a rotor, after `cycle` samples.
 fn shaken(cycle: i64, phase: f64) -> ([f64; 3], [f64; 3]) {
     let grain = 0.002 * (cycle % 7) as f64;
     ([0.01 * phase.sin(), grain, 0.0], [2.0 * phase.cos(), grain, -9.81 + phase.sin()])
 }
 
-/// Flies 20 s through C and through Rust to the same bits, with the speed of the rotor told where it `follows`; the
-/// last solution.
+/// Flies 20 s through C and through Rust to the same bits, with the speed of the rotor passed on if the notch
+/// `follows`. Returns the last solution.
 fn fly(notch: Option<NotchConfig>, increments: bool, follows: bool) -> String {
     let in_c = Navigator::new(notch);
     let mut in_rust: Estimator = Estimator::new(EstimatorConfig::default());
@@ -87,7 +87,7 @@ fn fly(notch: Option<NotchConfig>, increments: bool, follows: bool) -> String {
             ImuSample { time_ns: time.nanoseconds(), has, gyro, accel, ..ImuSample::default() };
         let core =
             CoreSample { attitude: Some(EulerAngles::default()), ..CoreSample::new(time, motion) };
-        // SAFETY: an object, and a right pointer.
+        // SAFETY: an object and a valid pointer.
         assert_eq!(unsafe { hovernav_push_imu(in_c.nav, &raw const sample) }, Status::Ok);
         let core = before_rust.as_mut().map_or(core, |notch| notch.filter(&core));
         in_rust.push(&Event::Imu(core), |_| {});
@@ -104,7 +104,7 @@ fn fly(notch: Option<NotchConfig>, increments: bool, follows: bool) -> String {
                 horizontal_velocity_mps: Some([0.0; 2]),
                 ..hovernav::gps::Fix::at(time, place)
             };
-            // SAFETY: an object, and a right pointer.
+            // SAFETY: an object and a valid pointer.
             assert_eq!(unsafe { hovernav_push_fix(in_c.nav, &raw const fix) }, Status::Ok);
             in_rust.push(&Event::Gps(core), |_| {});
         }
@@ -153,7 +153,7 @@ const CYCLE_S: f64 = 0.0303;
 /// Ticks of the unit's timer, 0.79 us each, in a cycle.
 const CYCLE_TICKS: u16 = 38_354;
 
-/// What a Crossbow unit that stands level sends when it is asked.
+/// Replies of a level Crossbow unit at rest to requests.
 fn answer(asked: &[u8], cycle: u32, timer: u16) -> Vec<u8> {
     let shake = (cycle % 3) as i16;
     let packet = AnglePacket {
@@ -173,7 +173,7 @@ fn answer(asked: &[u8], cycle: u32, timer: u16) -> Vec<u8> {
     answers.collect()
 }
 
-/// What a receiver of NMEA that stands still sends of a second.
+/// One second of output of an NMEA receiver at rest.
 fn nmea(second: u32) -> Vec<u8> {
     let sentence = |body: String| {
         let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
@@ -194,7 +194,8 @@ struct Core {
 }
 
 impl Core {
-    /// Takes in bytes of the inertial unit, or of the receiver; what to write in return, and until when to read.
+    /// Takes bytes of the inertial unit or of the receiver. Returns the bytes to write, and the time until which to
+    /// read next.
     fn read(&mut self, is_dmu: bool, bytes: &[u8], now: Time) -> (Vec<u8>, i64) {
         let mut reply = Vec::new();
         let Self { sensors, estimator, stepless, autopilot } = self;
@@ -223,11 +224,11 @@ impl Navigator {
         let push = if is_dmu { hovernav_push_dmu_bytes } else { hovernav_push_gps_bytes };
         let mut result = MaybeUninit::<LineResult>::uninit();
         let place = result.as_mut_ptr();
-        // SAFETY: an object, so many bytes, and room for the result.
+        // SAFETY: an object, bytes of this length, and memory for the result.
         let status =
             unsafe { push(self.nav, bytes.as_ptr(), bytes.len(), now.nanoseconds(), place) };
         assert_eq!(status, Status::Ok);
-        // SAFETY: written, for the status says so.
+        // SAFETY: written, because the status is success.
         let result = unsafe { result.assume_init() };
         (result.reply[..result.reply_length as usize].to_vec(), result.read_until_ns)
     }
@@ -241,11 +242,11 @@ impl Navigator {
             pilot: settings::Sticks::default(),
         };
         let mut outputs = MaybeUninit::<AutopilotOutputs>::uninit();
-        // SAFETY: an object, and right pointers.
+        // SAFETY: an object and valid pointers.
         let status =
             unsafe { hovernav_step_autopilot(self.nav, &raw const inputs, outputs.as_mut_ptr()) };
         assert_eq!(status, Status::Ok);
-        // SAFETY: written, for the status says so.
+        // SAFETY: written, because the status is success.
         format!("{:?}", unsafe { outputs.assume_init() })
     }
 }
@@ -279,7 +280,7 @@ fn raw_bytes_of_both_lines_come_to_the_same_solution_and_sticks() {
     let in_c = Navigator::new(None);
     let mut lines = MaybeUninit::uninit();
     let autopilot = AutopilotConfig::of(&hover);
-    // SAFETY: an object, and right pointers.
+    // SAFETY: an object and valid pointers.
     unsafe {
         let _ = hovernav_default_lines_config(lines.as_mut_ptr(), HOVERNAV_ABI);
         let status = hovernav_start_lines(in_c.nav, lines.as_ptr(), 0, null_mut());

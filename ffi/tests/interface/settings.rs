@@ -1,4 +1,4 @@
-//! The structures of C mirror the core's, field by field, and none is missing.
+//! The structures of C mirror those of the core completely, field by field.
 
 use hovernav::autopilot::{Gains as CoreGains, HealthLimits, HoverConfig};
 use hovernav::ekf::EstimatorConfig;
@@ -21,7 +21,7 @@ fn numbers(value: &Value) -> usize {
     }
 }
 
-/// A structure of C made of nothing but doubles.
+/// A C structure with only doubles.
 fn doubles<T>() -> usize {
     size_of::<T>() / size_of::<f64>()
 }

@@ -1,5 +1,5 @@
-//! Values that cannot be are refused by their code, or told of by a notice; none is passed over in silence
-//! and none keeps later ones out.
+//! Impossible values are rejected with a code or reported by a notice. Each is reported, and none prevents later ones
+//! from being used.
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -23,7 +23,7 @@ fn config() -> Config {
     // SAFETY: room for a configuration.
     let status = unsafe { hovernav_default_config(config.as_mut_ptr(), HOVERNAV_ABI) };
     assert_eq!(status, Status::Ok);
-    // SAFETY: written, for the status says so.
+    // SAFETY: written, because the status is success.
     unsafe { config.assume_init() }
 }
 
@@ -44,7 +44,7 @@ impl Navigator {
         let shake = 0.01 * (self.samples % 7) as f64;
         let accel = [shake, 0.0, -9.81];
         let sample = ImuSample { time_ns, has, accel, ..ImuSample::default() };
-        // SAFETY: an object, and a right pointer.
+        // SAFETY: an object and a valid pointer.
         unsafe { hovernav_push_imu(self.nav, &sample) }
     }
 
@@ -59,11 +59,11 @@ impl Navigator {
     }
 
     fn push_fix(&mut self, fix: &Fix) -> Status {
-        // SAFETY: an object, and a right pointer.
+        // SAFETY: an object and a valid pointer.
         unsafe { hovernav_push_fix(self.nav, fix) }
     }
 
-    /// Samples with what they have, and a fix every 33, for so many cycles.
+    /// Feeds samples with their flags and a fix every 33 samples, for a number of cycles.
     fn stand(&mut self, cycles: u32, has: u32) {
         for cycle in 0..cycles {
             self.now_ns += PERIOD_NS;
@@ -79,12 +79,12 @@ impl Navigator {
         let mut notice = MaybeUninit::uninit();
         // SAFETY: an object, and room for a notice.
         while unsafe { hovernav_next_notice(self.nav, notice.as_mut_ptr()) } == Status::Ok {
-            // SAFETY: written, for the status says so.
+            // SAFETY: written, because the status is success.
             hear(unsafe { notice.assume_init_ref() });
         }
     }
 
-    /// Why the last measurement or sample was not used, if it was not.
+    /// Reason why the last measurement or sample was not used, if any.
     fn reason(&mut self) -> UnusedReason {
         let mut reason = UnusedReason::None;
         self.notices(|notice| reason = notice.reason);
@@ -95,17 +95,17 @@ impl Navigator {
         let mut solution = MaybeUninit::uninit();
         // SAFETY: an object, and room for a solution.
         let status = unsafe { hovernav_get_solution(self.nav, solution.as_mut_ptr()) };
-        // SAFETY: written where the status says so.
+        // SAFETY: written if the status is success.
         (status == Status::Ok).then(|| unsafe { solution.assume_init() })
     }
 }
 
 fn fault_of(config: &Config) -> (String, String) {
     let mut fault = MaybeUninit::<Fault>::uninit();
-    // SAFETY: right pointers.
+    // SAFETY: valid pointers.
     let status = unsafe { hovernav_check_config(config, fault.as_mut_ptr()) };
     assert_eq!(status, Status::OutOfRange);
-    // SAFETY: written, for the status says so.
+    // SAFETY: written, because the status is success.
     let fault = unsafe { fault.assume_init() };
     let text = |of: &[core::ffi::c_char]| {
         // SAFETY: a text of this library ends with a zero byte.
@@ -126,7 +126,7 @@ fn a_place_for_the_fault_that_is_misaligned_is_found_by_every_function() {
     let mut memory = vec![0_u128; HOVERNAV_SIZE / 16];
     let mut nav = null_mut();
     let place = memory.as_mut_ptr().cast();
-    // SAFETY: right pointers but for that of the fault, which is found.
+    // SAFETY: valid pointers except that of the fault, which is detected.
     unsafe {
         let _ = hovernav_default_lines_config(lines.as_mut_ptr(), HOVERNAV_ABI);
         let answers = [
@@ -193,12 +193,12 @@ fn what_alignment_cannot_use_is_told_of() {
     navigator.stand(32, 0);
     let now_ns = navigator.now_ns;
     let bad = ImuSample { time_ns: now_ns + 1, gyro: [f64::NAN, 0.0, 0.0], ..ImuSample::default() };
-    // SAFETY: an object, and a right pointer.
+    // SAFETY: an object and a valid pointer.
     assert_eq!(unsafe { hovernav_push_imu(navigator.nav, &bad) }, Status::Ok);
     assert_eq!(navigator.reason(), UnusedReason::NotFinite);
     assert_eq!(navigator.push_imu(now_ns, 0), Status::Ok);
     assert_eq!(navigator.reason(), UnusedReason::NotLater);
-    // The mistake of two clocks.
+    // The typical error of two clocks.
     for (late_ns, reason) in
         [(5_000_000_000, UnusedReason::TooOld), (-5_000_000_000, UnusedReason::AheadOfImu)]
     {
@@ -206,13 +206,13 @@ fn what_alignment_cannot_use_is_told_of() {
         assert_eq!(navigator.push_fix(&fix), Status::Ok);
         assert_eq!(navigator.reason(), reason);
     }
-    // Readings that can be none, of every other sensor; those that can be are no news yet.
+    // Impossible readings of every other sensor; possible ones cause no notice yet.
     let nav = navigator.nav;
     for value in [f64::NAN, f64::INFINITY, 1.0] {
         let reason = if value.is_finite() { UnusedReason::None } else { UnusedReason::NotFinite };
         let field = [value, 0.0, 0.4];
         let unknown = f64::NAN;
-        // SAFETY: an object, and right pointers.
+        // SAFETY: an object and valid pointers.
         unsafe {
             assert_eq!(hovernav_push_baro(nav, now_ns, value), Status::Ok);
             assert_eq!(navigator.reason(), reason);
@@ -258,7 +258,7 @@ fn a_reading_of_another_clock_is_told_of_and_shuts_out_no_later_one() {
     for (time_ns, reason) in
         [(i64::MAX, UnusedReason::AheadOfImu), (i64::MIN, UnusedReason::TooOld)]
     {
-        // SAFETY: an object, and a right pointer.
+        // SAFETY: an object and a valid pointer.
         unsafe {
             assert_eq!(hovernav_push_magnetometer(nav, time_ns, field.as_ptr()), Status::Ok);
             assert_eq!(navigator.reason(), reason);
@@ -267,7 +267,7 @@ fn a_reading_of_another_clock_is_told_of_and_shuts_out_no_later_one() {
         }
     }
     navigator.stand(10, HOVERNAV_IMU_ATTITUDE);
-    // SAFETY: an object, and a right pointer.
+    // SAFETY: an object and a valid pointer.
     unsafe {
         let time_ns = navigator.now_ns;
         assert_eq!(hovernav_push_magnetometer(nav, time_ns, field.as_ptr()), Status::Ok);
@@ -297,7 +297,7 @@ fn bytes_that_cannot_be_are_refused_and_none_may_come_from_nowhere() {
     let mut lines = MaybeUninit::uninit();
     let mut result = MaybeUninit::uninit();
     let byte = 0_u8;
-    // SAFETY: right pointers, or such as are found.
+    // SAFETY: valid pointers, or detectable ones.
     unsafe {
         let _ = hovernav_default_lines_config(lines.as_mut_ptr(), HOVERNAV_ABI);
         let _ = hovernav_start_lines(nav, lines.as_ptr(), 0, null_mut());

@@ -1,10 +1,9 @@
-//! The flight computer of `examples/05_microcontroller` on an STM32H743: a Crossbow unit on USART2, a
-//! u-blox receiver on USART3, both through ring buffers that DMA fills; five servos on TIM3 and TIM4; a
-//! switch that lets the autopilot fly. Compiled in this repository, not run: pins, clocks and gains are
-//! yours to set.
+//! The flight computer of `examples/05_microcontroller` on an STM32H743. A Crossbow unit is on USART2 and a u-blox
+//! receiver on USART3, both with ring buffers filled by DMA. Five servos are on TIM3 and TIM4, and a switch engages
+//! the autopilot. This repository only compiles it: pins, clocks and gains must be set for the vehicle.
 //!
-//! Bytes are never lost while the filter computes, for DMA takes them: at 38 400 baud the unit's buffer
-//! holds 66 ms.
+//! No bytes are lost while the filter computes, because DMA receives them: at 38 400 baud the unit's buffer holds 66
+//! ms.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -54,11 +53,11 @@ mod board {
         DMA1_STREAM3 => dma::InterruptHandler<DMA1_CH3>;
     });
 
-    /// The loop's period, s and µs.
+    /// Period of the loop, s and µs.
     const CYCLE_S: f64 = 0.0303;
     const CYCLE_US: u64 = 30_300;
 
-    /// A servo on either timer.
+    /// A servo on one of the timers.
     enum Servo {
         First(SimplePwmChannel<'static, TIM3>),
         Second(SimplePwmChannel<'static, TIM4>),
@@ -84,7 +83,7 @@ mod board {
         }
     }
 
-    /// A receiver silent for so long, s, has sent all it had of an epoch.
+    /// Silence of the receiver, s, that ends an epoch.
     const SILENT_S: f64 = 0.05;
 
     /// The one clock of the flight.
@@ -115,7 +114,7 @@ mod board {
 
     /// `None` for settings that cannot be flown.
     fn computer(servos: Channels<Servo>) -> Option<FlightComputer<Servo>> {
-        // What `hovernav design --emit rust` writes for the vehicle goes here.
+        // Insert the output of `hovernav design --emit rust` for the vehicle here.
         let mut gains = Gains::default();
         gains.heave.tracking_time_s = 1.0;
         let channels = Channels::<ChannelConfig>::default();
@@ -185,7 +184,7 @@ mod board {
 
         let mut cycle = Ticker::every(Duration::from_micros(CYCLE_US));
         let (mut from_dmu, mut from_gps) = ([0; 64], [0; 128]);
-        // At once, for the unit waits to be started.
+        // At once, because the unit waits for its start-up.
         let mut read_until = now();
         let mut heard_gps = None;
         loop {
@@ -196,7 +195,7 @@ mod board {
                 select3(dmu_in.read(&mut from_dmu), gps_in.read(&mut from_gps), deadline).await;
             let reply = match woken {
                 Either3::First(read) => {
-                    // An overrun of the line counts as silence, which the unit's link deals with.
+                    // An overrun of the line counts as silence; the unit's link handles it.
                     let read = read.unwrap_or(0);
                     let bytes = from_dmu.get(..read).unwrap_or_default();
                     let (reply, until) = computer.dmu(bytes, now());
@@ -221,7 +220,7 @@ mod board {
                         let reply = computer.gps(&[], now());
                         let _ = gps_out.write(reply.as_bytes()).await;
                     }
-                    // The pilot's sticks come from a receiver of your choice.
+                    // The pilot's sticks come from a receiver of choice.
                     let Ok(_outputs) = computer.control(None, switch.is_high(), now());
                     continue;
                 }

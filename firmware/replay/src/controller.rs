@@ -1,4 +1,4 @@
-//! What flies on the estimate: the autopilot alone, or flight control with the autopilot in it.
+//! Controllers that fly on the estimate: the autopilot alone, or flight control with the autopilot.
 
 use hovernav::autopilot::{HoverAutopilot, Inputs};
 use hovernav::controls::{Channels, Sticks};
@@ -11,18 +11,18 @@ use hovernav::time::Time;
 
 use crate::Work;
 
-/// What flies on the estimate, once a sample.
+/// A controller that flies on the estimate, stepped once per sample.
 pub trait Controller<T> {
-    /// What a step of it counts as.
+    /// Kind of work of a step.
     const WORK: Work;
 
-    /// What a sensor said.
+    /// Receives a sensor event.
     fn hear(&mut self, event: &Event);
 
-    /// What the estimator made of it.
+    /// Receives a notice of the estimator.
     fn hear_notice(&mut self, notice: &Notice);
 
-    /// One step; `engage` is the pilot's switch.
+    /// Runs one step; `engage` is the pilot's switch.
     fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T>;
 }
 
@@ -42,14 +42,14 @@ impl<T: Scalar> Controller<T> for HoverAutopilot<T> {
     }
 }
 
-/// Flight control, and a pilot whose sticks stand in the middle.
+/// Flight control, and a pilot whose sticks are centred.
 pub struct Computer<T> {
     control: FlightControl<T>,
     last_fix: Option<Time>,
 }
 
 impl<T> Computer<T> {
-    /// Around `control`.
+    /// Creates the controller around `control`.
     #[must_use]
     pub const fn new(control: FlightControl<T>) -> Self {
         Self { control, last_fix: None }
@@ -86,7 +86,7 @@ impl<T: Scalar> Controller<T> for Computer<T> {
             late_cycles: 0,
         };
         let outputs = self.control.step(&inputs, |_| {});
-        // The widths count as well as the sticks.
+        // The hash covers the widths as well as the sticks.
         let widths: f64 = outputs.widths_ms.to_array().iter().sum();
         let sticks = outputs.sticks.unwrap_or(Sticks::NEUTRAL);
         Sticks { collective: sticks.collective + widths, ..sticks }.cast()

@@ -1,5 +1,5 @@
 //! A minute of `datasets/heli-hover`, compiled in, through estimator and autopilot: the same code on a
-//! microcontroller and on the host, and a hash of everything that came of it.
+//! microcontroller and on the host, with a hash of all results.
 #![no_std]
 
 mod controller;
@@ -24,7 +24,7 @@ use hovernav::time::Time;
 
 include!(concat!(env!("OUT_DIR"), "/flight.rs"));
 
-/// What `datasets/heli-hover/dataset.toml` says of the vehicle.
+/// The vehicle's settings from `datasets/heli-hover/dataset.toml`.
 #[must_use]
 pub fn config() -> EstimatorConfig {
     let mut config = EstimatorConfig::default().with_mounting(
@@ -43,7 +43,7 @@ pub fn config() -> EstimatorConfig {
     config
 }
 
-/// The same for a flight whose heading nothing gives.
+/// The same settings for a flight with an unknown heading.
 #[must_use]
 pub fn config_without_heading() -> EstimatorConfig {
     let mut config = config();
@@ -53,7 +53,7 @@ pub fn config_without_heading() -> EstimatorConfig {
     config
 }
 
-/// Gains that damp rates: what a step costs does not depend on their values.
+/// Gains that damp rates: the cost of a step does not depend on their values.
 fn hover_config() -> HoverConfig {
     let mut gains = Gains::default();
     gains.heave.tracking_time_s = 1.0;
@@ -68,7 +68,7 @@ pub fn autopilot<T: Scalar>() -> Option<HoverAutopilot<T>> {
     HoverAutopilot::new(hover_config().cast()).ok()
 }
 
-/// Flight control with the pilot's sticks as requests, a fence, and a plate that mixes.
+/// Flight control with the pilot's sticks as requests, a fence, and a mixed swashplate.
 #[must_use]
 pub fn flight_control<T: Scalar>() -> Option<Computer<T>> {
     let mut config = FlightControlConfig::new(hover_config());
@@ -105,7 +105,7 @@ fn fix(row: &[f64; 11]) -> Option<Event> {
     }))
 }
 
-/// The flight in order of arrival, at most so many samples.
+/// The flight in order of arrival, at most `most` samples.
 pub fn events(most: usize) -> impl Iterator<Item = Event> {
     let mut fixes = GPS.iter().peekable();
     let mut samples = IMU.iter().take(most).peekable();
@@ -118,29 +118,30 @@ pub fn events(most: usize) -> impl Iterator<Item = Event> {
     })
 }
 
-/// What one call had to do.
+/// Work of one call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
-    /// A sample and nothing else.
+    /// A sample only.
     Step,
     /// A sample and the unit's own attitude.
     StepAttitude,
     /// A sample and a fix.
     StepFix,
-    /// A sample, the attitude and a fix: everything that can be due.
+    /// A sample, the attitude and a fix: all measurements at once.
     StepAll,
-    /// A sample before there is a heading.
+    /// A sample before the heading is known.
     Search,
-    /// A sample and a fix before there is a heading.
+    /// A sample and a fix before the heading is known.
     SearchFix,
-    /// The solution, without steps for the autopilot, and a step of the autopilot.
+    /// The solution without steps, and a step of the autopilot.
     Autopilot,
-    /// The same with all of flight control: the pilot's pulses, the checks, the choice of who flies, the widths.
+    /// The same with all of flight control: the pilot's pulses, the checks, the choice between pilot and autopilot,
+    /// and the widths.
     Control,
 }
 
 impl Work {
-    /// All of them.
+    /// All kinds of work.
     pub const ALL: [Self; 8] = [
         Self::Step,
         Self::StepAttitude,
@@ -168,10 +169,10 @@ impl Work {
     }
 }
 
-/// What came of a flight.
+/// Results of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// Solutions given.
+    /// Number of solutions.
     pub solutions: u32,
     /// FNV-1a over the bits of each solution and of the sticks.
     pub hash: u64,
@@ -204,8 +205,9 @@ impl Outcome {
     }
 }
 
-/// Flies at most `most` samples. `clock` tells a count that grows with the instructions, and `note`
-/// hears how far it went in each call; of a [`Computer`] only in its own, for the estimator's are those of the others.
+/// Flies at most `most` samples. `clock` returns a count that grows with the instructions, and `note` receives the
+/// count of each call. For a [`Computer`] only its own calls are noted, because those of the estimator equal those of
+/// the other variants.
 pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>, C: Controller<T>>(
     estimator: &mut Estimator<L, N, T, H>,
     controller: &mut C,
@@ -260,7 +262,7 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>, C: Cont
     outcome
 }
 
-/// The variants that are flown: their name, and what flies them.
+/// The variants: their name, and the controller that flies them.
 #[macro_export]
 macro_rules! variants {
     ($fly:ident) => {

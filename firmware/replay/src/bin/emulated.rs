@@ -1,8 +1,8 @@
-//! The flight on an emulated microcontroller: prints the hash of what came of it, the instructions of
-//! each kind of call, and how deep the stack went.
+//! The flight on an emulated microcontroller: prints the hash of the results, the instructions of each kind of call,
+//! and the depth of the stack.
 //!
-//! The emulator is told to let its clock advance by the instruction, so the system timer counts them;
-//! `instructions` says how many ticks one is.
+//! The emulator advances its clock by instructions, so the system timer counts them; `instructions` converts ticks to
+//! instructions.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -32,36 +32,36 @@ mod emulated {
         loop {}
     }
 
-    /// The timer runs down, through 24 bits.
+    /// The timer counts down, with 24 bits.
     const TIMER: u32 = 0x00ff_ffff;
 
     fn elapsed(before: u32, after: u32) -> u32 {
         before.wrapping_sub(after) & TIMER
     }
 
-    /// Ticks that 10 000 instructions take.
+    /// Number of ticks of 10 000 instructions.
     fn calibrate() -> u32 {
         let before = SYST::get_current();
-        // SAFETY: counts a register down, two instructions a turn.
+        // SAFETY: counts a register down, two instructions per iteration.
         unsafe {
             asm!("2: subs {n}, {n}, #1", "bne 2b", n = inout(reg) 5_000 => _);
         }
         elapsed(before, SYST::get_current())
     }
 
-    /// Bytes of stack below the present frame that are painted.
+    /// Number of bytes of stack below the current frame that are painted.
     const PAINTED: usize = 64 * 1024;
     const PAINT: u32 = 0xa5a5_5a5a;
-    /// What stays free below the painter's own frame.
+    /// Number of free bytes below the painter's own frame.
     const MARGIN: usize = 256;
 
-    /// Paints the stack below, runs `work`, and gives how much of the paint is gone, bytes.
+    /// Paints the stack below, runs `work`, and returns the number of overwritten bytes.
     #[inline(never)]
     fn stack_of(work: impl FnOnce()) -> usize {
         let top = (msp::read() as usize - MARGIN) & !3;
         let bottom = top - PAINTED;
         for address in (bottom..top).step_by(4) {
-            // SAFETY: RAM below the stack pointer that nothing uses: 4 MB, of which statics take 200 kB.
+            // SAFETY: unused RAM below the stack pointer: 4 MB, of which statics take 200 kB.
             unsafe { (address as *mut u32).write_volatile(PAINT) };
         }
         work();
@@ -94,7 +94,7 @@ mod emulated {
                 let mut made = None;
                 let mut make =
                     || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::new($config()));
-                // Not in the painter's own frame, which is above the paint.
+                // Not in the painter's own frame, which is above the painted stack.
                 let make: &mut dyn FnMut() = black_box(&mut make);
                 let making = stack_of(make);
                 let (Some(estimator), Some(mut controller)) = (made, $made::<$T>()) else { loop {} };

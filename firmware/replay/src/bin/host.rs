@@ -1,4 +1,4 @@
-//! The flight on the host: what the emulated one has to give, to the bit.
+//! The flight on the host: the bit-exact reference for the emulated one.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
