@@ -267,7 +267,7 @@ fn what_has_no_design_is_refused_with_the_reason() {
     assert!(error.contains("no stabilising solution"), "{error}");
     let stuck = zero_order_hold(&stuck, 0.1, 0.0).unwrap();
     let error = told(discrete_lqr(&stuck, &q, &r).map(drop));
-    assert!(error.contains("no input moves it"), "{error}");
+    assert!(error.contains("no input controls it"), "{error}");
 }
 
 /// A model in degrees once was designed for as if its numbers were radians.

@@ -116,7 +116,7 @@ fn what_cannot_be_designed_or_flown_is_refused_with_the_reason() {
     let discrete = shipped
         .replace("time_domain = \"continuous\"", "time_domain = \"discrete\"\nperiod_s = 0.03");
     for (model, expected) in [
-        (write("no_pedal.toml", &no_pedal), "no input moves it"),
+        (write("no_pedal.toml", &no_pedal), "no input controls it"),
         (write("discrete.toml", &discrete), "the model is discrete, expected a continuous model"),
         (write("broken.toml", "name = 3"), "broken.toml:1"),
         (dir.join("nowhere.toml"), "nowhere.toml"),

@@ -61,7 +61,7 @@ fn a_model_of_which_little_is_known_is_warned_of() {
     let [dir, model, weights] = written("little_known", &identified("400.0", "0.0", SLOPE));
     let out = ["--weights", text(&weights), "--out", text(&dir), "--no-report"];
     let words = succeeds(&[&["design", text(&model)][..], &out].concat());
-    let warning = "vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in a mode";
+    let warning = "vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in at least one";
     assert!(words.contains(warning), "{words}");
     let found = &summary(&dir)["sampled"];
     assert!(found["within_proven"].as_u64() <= found["stable"].as_u64(), "{found}");

@@ -1,4 +1,4 @@
-//! What a design asks of the matrices it is given.
+//! Checks of the matrices of a design problem.
 
 use nalgebra::DMatrix;
 
@@ -15,7 +15,7 @@ pub(super) fn inverse(
     Ok(inverse)
 }
 
-/// Refuses a matrix of the wrong shape, or with NaN or infinities in it.
+/// Rejects a matrix of the wrong shape, or with NaN or infinities.
 pub(super) fn check(
     matrix: &'static str,
     values: &DMatrix<f64>,
@@ -32,7 +32,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// As [`check`], and refuses what is not symmetric to rounding.
+/// As [`check`], and rejects a matrix that is not symmetric to rounding.
 pub(super) fn check_symmetric(
     matrix: &'static str,
     values: &DMatrix<f64>,
@@ -50,7 +50,7 @@ pub(super) fn check_symmetric(
     Ok(())
 }
 
-/// As [`check_symmetric`], and refuses eigenvalues below zero, or at zero too where `strictly`.
+/// As [`check_symmetric`], and rejects eigenvalues below zero, or also at zero where `strictly`.
 pub(super) fn check_definite(
     matrix: &'static str,
     values: &DMatrix<f64>,

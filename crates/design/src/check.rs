@@ -1,4 +1,4 @@
-//! A hover design with everything that is checked of it before it is flown.
+//! A hover design with all its checks before flight.
 
 use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
@@ -14,80 +14,80 @@ use hovernav::autopilot::{Gains, StickLimits};
 use hovernav::controls::Sticks;
 use hovernav_model::{StateSpace, shipped};
 
-/// A design and everything that was checked of it at the loop's own rate.
+/// A design and its checks at the sample rate of the loop.
 #[derive(Clone, Debug)]
 pub struct CheckedDesign {
-    /// What it is designed for.
+    /// Model of the design.
     pub model: StateSpace,
-    /// What was asked for.
+    /// Settings of the design.
     pub design: HoverDesign,
-    /// What the autopilot flies with.
+    /// Gains of the autopilot.
     pub gains: Gains,
     /// The loop, cut open at the actuators.
     pub closed: Loop,
-    /// How far it is from instability.
+    /// Stability margins of the loop.
     pub margins: Margins,
-    /// The same in every mode that flies, cut at the actuators; `None` where the mode is unstable.
+    /// Margins in every flight mode, cut at the actuators; `None` where the mode is unstable.
     pub modes: Vec<(FlightMode, Option<Margins>)>,
-    /// The lag of the estimator that the design counts, or where it counts none, what it usually is.
+    /// Estimator lag that the design includes, or the typical one where it includes none.
     pub lag: EstimatorLag,
-    /// The weakest margins of each of these modes, dB and °, were the motion known without it, and with it.
+    /// Smallest margins of each flight mode, dB and °, without and with this lag.
     pub by_lag: Vec<[(f64, f64); 2]>,
-    /// And cut at what is measured, holding velocity.
+    /// Margins cut at the measurements, holding velocity.
     pub at_outputs: Option<Margins>,
     /// Handling qualities of phi, theta and psi, holding attitude.
     pub handling: Vec<HandlingQualities>,
-    /// How many models with every derivative off it keeps stable.
+    /// Number of stable models among those with every derivative perturbed.
     pub perturbed: PerturbedStability,
-    /// What it is worth on vehicles drawn from the covariance of the model's parameters, where the model tells.
+    /// Robustness on vehicles drawn from the covariance of the model's parameters, if the model has one.
     pub sampled: Option<SampledRobustness>,
     /// Spectral radius of the closed loop.
     pub spectral_radius: f64,
-    /// What becomes of [`TABLE_6_1`] with the sticks at trim.
+    /// Responses to [`TABLE_6_1`] with the sticks at trim.
     pub open_responses: Vec<DisturbanceResponse>,
-    /// What becomes of it in the loops, were the sticks without stops.
+    /// Responses to it in closed loop, with sticks without stops.
     pub responses: Vec<DisturbanceResponse>,
-    /// What becomes of it within the sticks' travel and rate, by the autopilot's own limits.
+    /// Responses to it with the autopilot's limits on stick travel and rate.
     pub limited: Vec<DisturbanceResponse>,
-    /// What a notch before the estimator costs, where there is one: the margins count it.
+    /// Cost of a notch before the estimator, if there is one; the margins include it.
     pub notch: Option<NotchCost>,
-    /// The gusts that the design is looked at in.
+    /// Gusts of the analysis.
     pub gusts: Gusts,
-    /// What they make of it, where it holds velocity and where it holds a place; none where that is unstable.
+    /// Responses to the gusts when holding velocity and position; without unstable modes.
     pub in_gusts: Vec<(FlightMode, GustResponse)>,
-    /// For the model as the thesis prints it, its own design.
+    /// The thesis's own design, for the model printed there.
     pub printed: Option<CheckedPrintedDesign>,
-    /// What a reader must know, one plain sentence each.
+    /// Warnings for the reader, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// The design that the thesis prints, and what becomes of the disturbances in it.
+/// The design printed in the thesis, and its responses to the disturbances.
 #[derive(Clone, Debug)]
 pub struct CheckedPrintedDesign {
     /// The design.
     pub design: PrintedDesign,
-    /// What becomes of [`TABLE_6_1`] in its loops.
+    /// Responses to [`TABLE_6_1`] in closed loop.
     pub responses: Vec<DisturbanceResponse>,
-    /// Spectral radii of roll and pitch, and of heave, held at the loop's rate.
+    /// Spectral radii of roll and pitch, and of heave, with sticks held at the loop's rate.
     pub spectral_radii: [f64; 2],
 }
 
-/// The margins below which a loop is warned of.
+/// Margins below which a loop causes a warning.
 const LEAST_GAIN_DB: f64 = 6.0;
 const LEAST_PHASE_DEG: f64 = 45.0;
-/// How long a disturbance may take, s.
+/// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
-/// Frequencies at which margins are looked at that are told in passing.
+/// Number of frequencies for approximate margins.
 const QUICK_FREQUENCIES: usize = 600;
 
 impl CheckedDesign {
-    /// How long disturbances are followed, s.
+    /// Length of the simulated responses to disturbances, s.
     pub const FOLLOWED_S: f64 = 20.0;
 
     /// Designs the gains for `model`, closes the loop and checks it.
     ///
     /// # Errors
-    /// [`DesignError`] where the model cannot be designed for.
+    /// [`DesignError`] where no design is possible for the model.
     pub fn new(model: StateSpace, design: HoverDesign) -> Result<Self, DesignError> {
         let gains = design.synthesise(&model)?;
         let closed = design.close(&model, &gains)?;
@@ -150,8 +150,8 @@ impl CheckedDesign {
         ] {
             if late_s > counted_s + 1e-9 {
                 warnings.push(format!(
-                    "the model delays {sticks} by {:.0} ms, of which the design counts {:.0} ms: its margins \
-                     are too good by the rest",
+                    "the model delays {sticks} by {:.0} ms, but the design includes only {:.0} ms: its margins \
+                     are too optimistic",
                     1e3 * (late_s + design.period_s),
                     1e3 * (counted_s + design.period_s)
                 ));
@@ -162,8 +162,8 @@ impl CheckedDesign {
             let phase_deg = all().map(|(_, phase)| phase).fold(f64::INFINITY, f64::min);
             let gain_db = all().map(|(gain, _)| gain).fold(f64::INFINITY, f64::min);
             warnings.push(format!(
-                "the margins count no lag of the estimator: with {:.1} ms of rates, {:.1} ms of attitude and \
-                 {:.1} ms of velocity the weakest are {gain_db:.1} dB and {phase_deg:.1}°",
+                "the margins do not include the estimator lag: with a lag of {:.1} ms in rates, {:.1} ms in attitude \
+                 and {:.1} ms in velocity the smallest are {gain_db:.1} dB and {phase_deg:.1}°",
                 1e3 * lag.rate_s,
                 1e3 * lag.attitude_s,
                 1e3 * lag.velocity_s
@@ -171,15 +171,15 @@ impl CheckedDesign {
         }
         for (mode, margins) in &modes {
             let Some(margins) = margins else {
-                warnings.push(format!("holding {} the loops are unstable", mode.name()));
+                warnings.push(format!("holding {}, the loops are unstable", mode.name()));
                 continue;
             };
             for channel in &margins.channels {
                 let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
                 if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
-                    // Two digits: one that falls short by little would read as what is expected.
+                    // Two decimals: a small deficit would otherwise be rounded to the expected value.
                     warnings.push(format!(
-                        "holding {}, the {} loop has {gain_db:.2} dB and {phase_deg:.2}°, expected at \
+                        "holding {}, the {} loop has margins of {gain_db:.2} dB and {phase_deg:.2}°, expected at \
                          least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
                         mode.name(),
                         channel.name
@@ -191,8 +191,8 @@ impl CheckedDesign {
             && stable < of
         {
             warnings.push(format!(
-                "{} of {of} vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in a \
-                 mode that flies",
+                "{} of {of} vehicles drawn from the covariance of the model\u{2019}s parameters are unstable in at \
+                 least one flight mode",
                 of - stable
             ));
         }
@@ -203,8 +203,8 @@ impl CheckedDesign {
             for (stick, rms) in Sticks::NAMES.into_iter().zip(found.sticks) {
                 if 3.0 * rms > 1.0 {
                     warnings.push(format!(
-                        "holding {} in gusts of {} m/s, {stick} moves by {:.0} % RMS: three times that is more \
-                         than its travel",
+                        "holding {} in gusts of {} m/s, {stick} moves by {:.0} % RMS: three times that exceeds \
+                         its travel",
                         mode.name(),
                         gusts.sigma_mps[0],
                         100.0 * rms
@@ -237,14 +237,13 @@ impl CheckedDesign {
         })
     }
 
-    /// The same, told what the notch costs whose delay the design counts as its
-    /// [`notch_s`](HoverDesign::notch_s).
+    /// The design with the cost of a notch, whose delay the design includes as its [`notch_s`](HoverDesign::notch_s).
     #[must_use]
     pub fn with_notch(mut self, notch: NotchCost) -> Self {
         if notch.delay_s == 0.0 {
             self.warnings.push(format!(
-                "a notch at {} Hz leaves the rotor in: in samples of {} Hz it appears too near to the vehicle\u{2019}s \
-                 own motion",
+                "a notch at {} Hz cannot remove the rotor: sampled at {} Hz its vibration appears too close to the \
+                 vehicle\u{2019}s own motion",
                 notch.config.frequency_hz, notch.imu_hz
             ));
         }
@@ -253,7 +252,7 @@ impl CheckedDesign {
     }
 }
 
-/// What a reader must know of a disturbance without stops, `linear`, and `within` the sticks' limits.
+/// Warnings about a disturbance, from its response without stops, `linear`, and `within` the sticks' limits.
 fn of_limits(linear: &DisturbanceResponse, within: &DisturbanceResponse) -> Vec<String> {
     let DisturbanceResponse { state, size, .. } = linear;
     let [free_s, within_s] = [linear, within].map(|own| own.recovered_s(0.05));
@@ -261,23 +260,23 @@ fn of_limits(linear: &DisturbanceResponse, within: &DisturbanceResponse) -> Vec<
     for (stick, peak) in Sticks::NAMES.into_iter().zip(linear.stick_peaks()) {
         if peak > 1.0 {
             let told = within_s.map_or_else(
-                || "does not come back".to_owned(),
-                |s| format!("is back within 5 % in {s:.1} s"),
+                || "does not recover".to_owned(),
+                |s| format!("recovers to within 5 % in {s:.1} s"),
             );
             let free = free_s.map_or_else(|| "never".to_owned(), |s| format!("in {s:.1} s"));
             sentences.push(format!(
-                "{state} {size} asks for {:.0} % of {stick}: the stick stops at 100 %, and with that it {told}; \
-                 without stops, {free}",
+                "{state} {size} commands {:.0} % of {stick}: limited to 100 % it {told}; \
+                 without stops {free}",
                 100.0 * peak
             ));
         }
     }
     let is_late = |s: Option<f64>| s.is_none_or(|s| s > LONGEST_S);
     if is_late(free_s) {
-        sentences.push(format!("{state} {size} is not back at trim within 8 s"));
+        sentences.push(format!("{state} {size} does not return to trim within 8 s"));
     } else if is_late(within_s) {
         sentences.push(format!(
-            "{state} {size} is not back at trim within 8 s where the sticks have their stops and rates"
+            "{state} {size} does not return to trim within 8 s with limited stick travel and rate"
         ));
     }
     sentences

@@ -1,9 +1,8 @@
-//! Functions of frequency: where they cross zero, and where they are highest.
+//! Zeros and peaks of functions of frequency.
 
 use super::margins::Peak;
 
-/// A function of frequency, with its values at the points of a grid: what is read off it again and again is computed
-/// there once.
+/// A function of frequency with its values at the points of a grid, computed once for repeated evaluation.
 pub(super) struct Curve<'a, T, F> {
     grid: &'a [f64],
     at_grid: Vec<Option<T>>,
@@ -25,7 +24,7 @@ impl<'a, T, F: Fn(f64) -> Option<T>> Curve<'a, T, F> {
         self.at_grid.first()?.as_ref()
     }
 
-    /// Where what is `read` off the values crosses zero between the points of the grid, by bisection.
+    /// Zeros of `read` applied to the values, between the points of the grid, by bisection.
     pub fn zeros(&self, read: impl Fn(&T) -> f64) -> Vec<f64> {
         let is_below = |value: &T| read(value) < 0.0;
         let mut found = Vec::new();
@@ -50,7 +49,7 @@ impl<'a, T, F: Fn(f64) -> Option<T>> Curve<'a, T, F> {
         found
     }
 
-    /// The highest point of what is `read` off the values: that of the grid, refined by golden section between its
+    /// Maximum of `read` applied to the values: that of the grid, refined by golden-section search between its
     /// neighbours.
     pub fn peak(&self, read: impl Fn(&T) -> f64) -> Peak {
         let read = |value: Option<&T>| value.map_or(f64::NEG_INFINITY, &read);

@@ -1,4 +1,4 @@
-//! What a sampled loop sees of a continuous model.
+//! Discretisation of continuous models.
 
 use nalgebra::DMatrix;
 
@@ -6,11 +6,10 @@ use super::error::DesignError;
 use hovernav_model::linalg::{beside, exponential, symmetric};
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
-/// The exact discrete model of `model` behind a zero-order hold at `period_s`, its inputs acting
-/// `delay_s` late.
+/// The exact discrete model of `model` behind a zero-order hold at `period_s`, with its inputs delayed by `delay_s`.
 ///
-/// The delay may be any: a whole number of periods, a fraction of one, or both. Inputs that are still
-/// under way become states, named as `lateral_1_ago`, after the model's own.
+/// The delay may be a whole number of periods, a fraction of one, or both. Inputs in transit become states after the
+/// model's own, with names such as `lateral_1_ago`.
 ///
 /// # Errors
 /// [`DesignError::Range`] for a period that is not above zero or a delay below zero, and
@@ -32,7 +31,7 @@ pub fn zero_order_hold(
             states.push(Signal::new(&format!("{}_{ago}_ago", input.name), &input.unit));
         }
     }
-    // Just as a period begins, what acts is what acted before it.
+    // At the start of a period the previous input still acts.
     let at_start = if hold.early_s > 0.0 { hold.early() } else { hold.late() };
     let n = model.states().len();
     let acting = at_start.rows(n, model.inputs().len());
@@ -53,15 +52,15 @@ pub fn zero_order_hold(
     Ok(held)
 }
 
-/// A model, a period in two pieces: first the older input acts, then the newer.
+/// A model over a period in two parts: first the older input acts, then the newer.
 pub(super) struct Hold<'a> {
     model: &'a StateSpace,
     period_s: f64,
-    /// How long the older input acts, s.
+    /// Time for which the older input acts, s.
     pub early_s: f64,
-    /// How old the newer input is, periods.
+    /// Age of the newer input, periods.
     whole: usize,
-    /// How many past inputs must be remembered.
+    /// Number of past inputs to store.
     pub stages: usize,
 }
 
@@ -92,7 +91,7 @@ impl<'a> Hold<'a> {
         (self.model.states().len(), self.model.inputs().len())
     }
 
-    /// Picks state and acting input, n + m, out of the whole state and the new input.
+    /// Selects state and acting input, n + m, from the whole state and the new input.
     fn pick(&self, stage: usize) -> DMatrix<f64> {
         let (n, m) = self.sizes();
         let whole = n + self.stages * m;
@@ -103,17 +102,17 @@ impl<'a> Hold<'a> {
         pick
     }
 
-    /// State and input of the first piece.
+    /// State and input of the first part.
     pub fn early(&self) -> DMatrix<f64> {
         self.pick(self.whole + 1)
     }
 
-    /// State at the start of the period and input of the second piece.
+    /// State at the start of the period and input of the second part.
     fn late(&self) -> DMatrix<f64> {
         self.pick(self.whole)
     }
 
-    /// State at the start of the second piece and its input.
+    /// State at the start of the second part and its input.
     fn late_from_its_start(&self) -> Result<DMatrix<f64>, DesignError> {
         let mut late = self.late();
         if self.early_s > 0.0 {
@@ -156,7 +155,7 @@ impl<'a> Hold<'a> {
     }
 }
 
-/// [Φ Γ], n×(n + m): what becomes of the state and the held input in `time_s`.
+/// [Φ Γ], n×(n + m): transition of the state and the held input over `time_s`.
 fn held(model: &StateSpace, time_s: f64) -> Result<DMatrix<f64>, DesignError> {
     let held = model.linear().held(time_s).ok_or(DesignError::NotFinite { matrix: "AT" })?;
     Ok(beside(&held.a, &held.b))

@@ -1,11 +1,11 @@
-//! The disturbances that a hover must come back from, and how it does.
+//! Disturbances of a hover, and the responses to them.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::error::DesignError;
 
-/// The states that a disturbance moves, in the order of [`DisturbanceResponse::states`]: rates, rad/s,
-/// attitude, rad, velocity, m/s, as in the hover models.
+/// States that a disturbance changes, in the order of [`DisturbanceResponse::states`]: rates, rad/s, attitude, rad,
+/// velocity, m/s, as in the hover models.
 pub const DISTURBED: [&str; 9] = ["p", "q", "r", "phi", "theta", "psi", "u", "v", "w"];
 
 /// The nine disturbances, each alone: state and size in its SI unit.
@@ -24,29 +24,28 @@ pub const TABLE_6_1: [(&str, f64); 9] = [
     ("w", 2.0),
 ];
 
-/// How near to trim counts as back at trim, in the order of [`DISTURBED`]: a twentieth of what
-/// [`TABLE_6_1`] disturbs that state by.
+/// Largest deviations that count as trim, in the order of [`DISTURBED`]: a twentieth of the state's disturbance in
+/// [`TABLE_6_1`].
 pub const SETTLED: [f64; 9] = [0.05, 0.05, 0.05, 0.025, 0.025, 0.015, 0.1, 0.1, 0.1];
 
-/// What becomes of one disturbance.
+/// Response to one disturbance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DisturbanceResponse {
     /// The disturbed state.
     pub state: String,
-    /// By how much, in its SI unit.
+    /// Size of the disturbance, in the state's SI unit.
     pub size: f64,
     /// Time since the disturbance, s.
     pub time_s: Vec<f64>,
     /// Deviations from trim at those times, in the order of [`DISTURBED`].
     pub states: Vec<[f64; 9]>,
-    /// Lateral, longitudinal, collective, pedal about trim, −1…1 is their range; limited only where whoever made
-    /// this says so.
+    /// Lateral, longitudinal, collective, pedal about trim; full travel is −1…1. Unlimited unless the function that
+    /// computed the response documents limits.
     pub sticks: Vec<[f64; 4]>,
 }
 
 impl DisturbanceResponse {
-    /// Since when every state is back at trim within [`SETTLED`], s; `None` where it was not by the
-    /// end.
+    /// Time from which every state stays within [`SETTLED`] of trim, s; `None` where it does not by the end.
     #[must_use]
     pub fn settled_s(&self) -> Option<f64> {
         let is_away = |states: &[f64; 9]| {
@@ -59,8 +58,8 @@ impl DisturbanceResponse {
         }
     }
 
-    /// Since when the disturbed state itself is within `share` of what it was disturbed by, s; `None`
-    /// where it was not by the end.
+    /// Time from which the disturbed state itself stays within `share` of its disturbance, s; `None` where it does not
+    /// by the end.
     #[must_use]
     pub fn recovered_s(&self, share: f64) -> Option<f64> {
         let row = DISTURBED.iter().position(|name| *name == self.state)?;
@@ -71,7 +70,7 @@ impl DisturbanceResponse {
         }
     }
 
-    /// Largest deviation of the disturbed state from `time_s` on, in its SI unit; infinite where it is no number.
+    /// Largest deviation of the disturbed state from `time_s` on, in its SI unit; infinite for NaN.
     #[must_use]
     pub fn largest_from(&self, time_s: f64) -> f64 {
         let Some(row) = DISTURBED.iter().position(|name| *name == self.state) else { return 0.0 };
@@ -94,7 +93,7 @@ impl DisturbanceResponse {
     }
 }
 
-/// What is no number is beyond everything.
+/// A NaN counts as outside.
 fn is_beyond(value: f64, band: f64) -> bool {
     value.is_nan() || value.abs() > band
 }
@@ -109,7 +108,7 @@ fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
     most
 }
 
-/// Which of [`DISTURBED`] a disturbance moves, and its response before any of its moments was looked at.
+/// Index of the disturbed state in [`DISTURBED`], and an empty response with its times.
 pub(super) fn followed(
     (state, size): (&str, f64),
     duration_s: f64,
@@ -136,19 +135,19 @@ pub(super) fn followed(
     Ok((row, response))
 }
 
-/// A linear system left to itself, and what is read off its state.
+/// A linear system without external inputs, and its outputs.
 pub(super) struct FreeResponse<'a> {
-    /// From one row to the next.
+    /// Transition from one row to the next.
     pub step: &'a DMatrix<f64>,
     pub interval_s: f64,
-    /// Where the states of [`DISTURBED`] stand.
+    /// Indices of the states of [`DISTURBED`].
     pub states: [usize; 9],
-    /// Sticks, −1…1, from the state, 4×n.
+    /// Sticks, −1…1, as a function of the state, 4×n.
     pub sticks: &'a DMatrix<f64>,
 }
 
 impl FreeResponse<'_> {
-    /// From `size` in `state`, all else at trim.
+    /// Response from `size` in `state`, with all else at trim.
     pub fn respond(
         &self,
         state: &str,

@@ -1,9 +1,8 @@
-//! Sums of products in twice the working precision: what lets a residual be known far below the
-//! rounding of the numbers it is made of.
+//! Sums of products in twice the working precision, for residuals far below the rounding of their terms.
 
 use nalgebra::DMatrix;
 
-/// A sum held as two numbers that do not overlap.
+/// A sum stored as two numbers that do not overlap.
 ///
 /// # Source
 /// Ogita, Rump and Oishi, *Accurate sum and dot product*, 2005.
@@ -28,14 +27,14 @@ impl Sum {
     }
 }
 
-/// A matrix of which each number is the sum of two.
+/// A matrix whose elements are stored as two numbers each.
 pub(super) struct DoubleDouble {
     pub high: DMatrix<f64>,
     low: DMatrix<f64>,
 }
 
 impl DoubleDouble {
-    /// A matrix that is known to working precision alone.
+    /// A matrix known to working precision only.
     pub fn of(high: DMatrix<f64>) -> Self {
         let low = DMatrix::zeros(high.nrows(), high.ncols());
         Self { high, low }
@@ -58,7 +57,7 @@ impl DoubleDouble {
         Self { high, low }
     }
 
-    /// This plus `sign` times `left`ᵀ times `right`, where `left` is known to working precision.
+    /// This plus `sign` times `left`ᵀ times `right`, with `left` in working precision.
     pub fn plus_product(&self, sign: f64, left: &DMatrix<f64>, right: &Self) -> Self {
         Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
             let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };

@@ -1,46 +1,46 @@
-//! Why a design is refused.
+//! Errors of designs.
 
 use std::path::PathBuf;
 
 use hovernav_model::ModelError;
 use hovernav_toml::TomlError;
 
-/// Why a design could not be made.
+/// Reasons why a design is impossible.
 #[derive(Debug, thiserror::Error)]
 pub enum DesignError {
-    /// The model is refused.
+    /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A matrix has another shape than the rest of the problem asks for.
+    /// The shape of a matrix does not match the rest of the problem.
     #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
     Shape {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
         /// Rows found.
         rows: usize,
         /// Columns found.
         columns: usize,
-        /// Rows asked for.
+        /// Rows expected.
         expected_rows: usize,
-        /// Columns asked for.
+        /// Columns expected.
         expected_columns: usize,
     },
-    /// A matrix holds NaN or an infinity.
+    /// A matrix contains NaN or an infinity.
     #[error("{matrix}: found NaN or an infinity, expected finite numbers")]
     NotFinite {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
     },
     /// A weight or covariance is not symmetric.
     #[error("{matrix}: found a matrix that is not symmetric, expected a symmetric one")]
     NotSymmetric {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
     },
-    /// A weight or covariance is not as definite as it must be.
+    /// A weight or covariance is not sufficiently definite.
     #[error("{matrix}: found the eigenvalue {eigenvalue}, expected none {bound}")]
     NotDefinite {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
         /// Its lowest eigenvalue.
         eigenvalue: f64,
@@ -50,12 +50,12 @@ pub enum DesignError {
     /// A matrix that must be inverted is singular.
     #[error("{matrix} is singular")]
     Singular {
-        /// Which matrix.
+        /// The matrix.
         matrix: &'static str,
     },
-    /// A mode that does not die away cannot be reached by the inputs.
+    /// A mode that does not decay is not controllable.
     #[error(
-        "the mode {re} {im:+}i does not die away and no input moves it (the matrix [λI - A, B] has \
+        "the mode {re} {im:+}i does not decay and no input controls it (the matrix [λI - A, B] has \
          a singular value of {singular_value}), expected a model that can be stabilised"
     )]
     NotStabilisable {
@@ -66,13 +66,13 @@ pub enum DesignError {
         /// Smallest singular value of the pencil there.
         singular_value: f64,
     },
-    /// The Riccati equation has no solution that stabilises.
+    /// The Riccati equation has no stabilising solution.
     #[error("no stabilising solution: {reason}")]
     NoStabilisingSolution {
-        /// Why, as far as it is known.
+        /// The reason, if known.
         reason: &'static str,
     },
-    /// The closed loop whose margins are asked for is not stable.
+    /// The margins of an unstable closed loop were requested.
     #[error("the closed loop has the unstable mode {re} {im:+}i, expected a stable loop")]
     UnstableLoop {
         /// Real part of the mode.
@@ -83,14 +83,14 @@ pub enum DesignError {
     /// A number is out of its range.
     #[error("{name}: found {}, expected {expected}", written(*value))]
     Range {
-        /// Which.
+        /// The quantity.
         name: &'static str,
-        /// What was found.
+        /// Value found.
         value: f64,
-        /// What was expected.
+        /// Value expected.
         expected: &'static str,
     },
-    /// An input counts in a unit that no stick has.
+    /// The unit of an input is not one of a stick.
     #[error("input {input}: found the unit {unit}, expected \"stick\" (-1 to 1) or \"percent\"")]
     InputUnit {
         /// The input.
@@ -98,30 +98,30 @@ pub enum DesignError {
         /// Its unit.
         unit: String,
     },
-    /// A state counts in a unit that the equations of a design do not: its numbers would be taken for others.
+    /// The unit of a state differs from that of the design's equations: its values would be misinterpreted.
     #[error("state {state}: found the unit {unit}, expected {expected}")]
     StateUnit {
         /// The state.
         state: String,
         /// Its unit.
         unit: String,
-        /// What was expected.
+        /// Unit expected.
         expected: &'static str,
     },
-    /// A file of weights has something that nothing reads: one weight more than there is to weigh.
-    #[error("{}: found {place}, counted from 0, which is one too many, expected nothing there", path.display())]
+    /// A file of weights contains one weight too many.
+    #[error("{}: found {place}, counted from 0, expected one weight fewer", path.display())]
     Surplus {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// Position of the surplus weight.
         place: String,
     },
-    /// A file of weights cannot be read, or does not spell a design.
+    /// A file of weights cannot be read, or is not a design.
     #[error(transparent)]
     Toml(#[from] TomlError),
 }
 
-/// A number as a reader would write it: not 300 digits of it.
+/// A number in short notation: a large one without its 300 digits.
 fn written(value: f64) -> String {
     if value.is_finite() && value.abs() >= 1e6 { format!("{value:e}") } else { value.to_string() }
 }

@@ -1,4 +1,4 @@
-//! Handling qualities of an attitude that is held: what a gust does to it, and how it follows a command.
+//! Handling qualities of an attitude loop: disturbance rejection and response to commands.
 
 use std::f64::consts::PI;
 
@@ -7,8 +7,7 @@ use super::margins::Loop;
 use super::response::logarithmic_frequencies;
 use hovernav_model::TimeDomain;
 
-/// How well a loop holds one of its outputs against disturbances, and how fast that follows what is asked of
-/// it.
+/// Disturbance rejection and command bandwidth of one output of a loop.
 ///
 /// # Source
 /// Tischler, Berger, Ivler and others, *Practical Methods for Aircraft and Rotorcraft Flight Control Design*
@@ -17,28 +16,29 @@ use hovernav_model::TimeDomain;
 pub struct HandlingQualities {
     /// The output: phi, theta or psi.
     pub output: String,
-    /// Disturbance rejection bandwidth, rad/s: where the sensitivity first rises through −3 dB; `None` where
-    /// slow disturbances are not held down, or none ever passes.
+    /// Disturbance rejection bandwidth, rad/s: the frequency at which the sensitivity first rises through −3 dB. `None`
+    /// where slow disturbances are not rejected, or where it never rises so far.
     pub rejection_bandwidth_radps: Option<f64>,
-    /// Disturbance rejection peak, dB: the sensitivity's highest.
+    /// Disturbance rejection peak, dB: the maximum of the sensitivity.
     pub rejection_peak_db: f64,
-    /// Bandwidth by phase, rad/s: where the answer to a command is 135° late; `None` where it never is.
+    /// Bandwidth by phase, rad/s: the frequency at which the response to a command lags by 135°; `None` where it never
+    /// does.
     pub bandwidth_radps: Option<f64>,
-    /// Phase delay, s: how fast the phase falls beyond 180°; `None` where it does not get there in half.
+    /// Phase delay, s: slope of the phase beyond 180°. `None` where the phase does not reach 180° in the lower half of
+    /// the frequency range.
     pub phase_delay_s: Option<f64>,
 }
 
-/// Lowest frequency looked at, rad/s, and how many there are.
+/// Lowest frequency, rad/s, and the number of frequencies.
 const LOWEST_RADPS: f64 = 0.02;
 const FREQUENCIES: usize = 800;
-/// The highest of a continuous loop, rad/s.
+/// Highest frequency of a continuous loop, rad/s.
 const HIGHEST_RADPS: f64 = 300.0;
 
 impl HandlingQualities {
-    /// Those of `output` of a loop that is cut at its outputs, all others closed.
+    /// Handling qualities of `output` of a loop cut at its outputs, with all others closed.
     ///
-    /// A command enters where the output is measured, so that the answer to it is what the sensitivity
-    /// leaves of one.
+    /// A command enters at the measurement of the output, so the response to it is one minus the sensitivity.
     ///
     /// # Errors
     /// [`DesignError::Model`] where the loop has no such output.
@@ -78,7 +78,7 @@ impl HandlingQualities {
     }
 }
 
-/// Where `points` first go through `level`, either way, between two of them linearly.
+/// First crossing of `level` by `points`, in either direction, with linear interpolation.
 fn crossing(points: &[(f64, f64)], level: f64) -> Option<f64> {
     points.windows(2).find_map(|pair| {
         let [(one, before), (other, after)] = pair else { return None };
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn a_second_order_answer_has_the_bandwidth_of_its_closed_form() {
-        // T = 1/(s² + 2ζs + 1): 135° late at ζ + √(ζ² + 1).
+        // T = 1/(s² + 2ζs + 1) lags by 135° at ζ + √(ζ² + 1).
         let damping = 0.4f64;
         let found = qualities(
             dmatrix![0.0, 1.0; 0.0, -2.0 * damping],

@@ -1,11 +1,10 @@
-//! Design and check of feedback loops, on the ground.
+//! Design and analysis of feedback loops, on the ground.
 //!
-//! [`care`] and [`dare`] solve the Riccati equations without LAPACK; [`lqr`], [`sampled_lqr`] and
-//! [`kalman`] turn them into gains; [`zero_order_hold`] turns a continuous model into what a sampled
-//! loop sees of it. [`reachability`] says whether a model can be controlled, [`bode`],
-//! [`step_response`] and [`root_locus`] how a loop behaves, and [`Loop::margins`] how far it is from
-//! not behaving. [`hover`] makes of these the gains that [`autopilot`](hovernav::autopilot) flies with;
-//! [`thesis`] is the design that they replace.
+//! [`care`] and [`dare`] solve the Riccati equations without LAPACK. [`lqr`], [`sampled_lqr`] and [`kalman`] compute
+//! gains from them. [`zero_order_hold`] discretises a continuous model. [`reachability`] analyses controllability;
+//! [`bode`], [`step_response`] and [`root_locus`] the response of a loop; and [`Loop::margins`] its stability margins.
+//! [`hover`] combines these into the gains of the [`autopilot`](hovernav::autopilot). [`thesis`] is the design printed
+//! by Paw (2005).
 
 mod arguments;
 mod check;

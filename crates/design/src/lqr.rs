@@ -9,10 +9,10 @@ use super::riccati::{care, dare};
 use hovernav_model::linalg::eigenvalues;
 use hovernav_model::{StateSpace, TimeDomain};
 
-/// A state feedback u = −K x with what is known of it.
+/// A state feedback u = −K x with its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regulator {
-    /// The model the gain is for; of a sampled design, the discrete one with the inputs under way.
+    /// The model of the gain; for a sampled design the discrete one, including inputs in transit.
     pub model: StateSpace,
     /// K, one row per input, one column per state of [`model`](Self::model).
     pub gain: DMatrix<f64>,
@@ -20,15 +20,15 @@ pub struct Regulator {
     pub cost: DMatrix<f64>,
     /// Eigenvalues of A − BK.
     pub poles: Vec<Complex<f64>>,
-    /// What is left of the Riccati equation, relative.
+    /// Relative residual of the Riccati equation.
     pub residual: f64,
 }
 
 /// The gain that minimises ∫ xᵀQx + uᵀRu dt for a continuous model.
 ///
 /// # Errors
-/// [`DesignError`]: a discrete model, a Q that is indefinite, an R that is not positive, NaN, shapes
-/// that disagree, a mode that cannot be stabilised.
+/// [`DesignError`]: a discrete model, an indefinite Q, an R that is not positive, NaN, inconsistent shapes, a mode that
+/// cannot be stabilised.
 ///
 /// ```
 /// use hovernav_design::lqr;
@@ -69,11 +69,10 @@ pub fn discrete_lqr(
     Regulator::new(model.clone(), solution.gain, solution.x, solution.residual)
 }
 
-/// The gain at `period_s` that minimises the continuous cost ∫ xᵀQx + uᵀRu dt, between the samples
-/// too, for inputs that are held and act `delay_s` late.
+/// The gain at `period_s` that minimises the continuous cost ∫ xᵀQx + uᵀRu dt, including the motion between samples,
+/// for held inputs with a delay of `delay_s`.
 ///
-/// With a delay the gain also feeds back the inputs still under way; see [`zero_order_hold`] for
-/// their order.
+/// With a delay the gain also feeds back the inputs in transit; see [`zero_order_hold`] for their order.
 ///
 /// # Errors
 /// As [`lqr`] and [`zero_order_hold`].
@@ -116,15 +115,14 @@ impl Regulator {
     }
 }
 
-/// The steady Kalman gain L, n×p, and the covariance P of the state it belongs to.
+/// The steady Kalman gain L, n×p, and the covariance P of the corresponding state.
 ///
-/// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance a step for
-/// a discrete one. `measurement` is p×p likewise. For a continuous model L corrects ẋ̂ by L(y − Cx̂)
-/// and P is that of x̂; for a discrete one L corrects the prediction, and P is that of the prediction.
+/// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance per step for a discrete one.
+/// `measurement` is p×p likewise. For a continuous model L corrects ẋ̂ by L(y − Cx̂) and P is that of x̂; for a
+/// discrete one L corrects the prediction, and P is that of the prediction.
 ///
 /// # Errors
-/// [`DesignError`] as [`lqr`], the roles of inputs and outputs exchanged: a mode is refused that
-/// neither dies away nor shows in the outputs.
+/// [`DesignError`] as [`lqr`], with inputs and outputs exchanged: an undamped mode that is not observable is rejected.
 ///
 /// # Source
 /// Equation (L10) of docs/equations.md.

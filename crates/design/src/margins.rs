@@ -1,4 +1,4 @@
-//! How far a loop is from instability.
+//! Stability margins of a loop.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -12,12 +12,12 @@ use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
-/// A loop with negative feedback, cut open: L from what is sent into the cut to minus what comes
-/// back, as many outputs as inputs.
+/// A loop with negative feedback, cut open: L from the signal into the cut to minus the returning signal, with as many
+/// outputs as inputs.
 #[derive(Clone, Debug)]
 pub struct Loop {
     open: StateSpace,
-    /// The same for many frequencies, from the first that is asked for.
+    /// The loop prepared for many frequencies, at its first use.
     sweep: OnceLock<FrequencySweep>,
 }
 
@@ -27,7 +27,7 @@ impl PartialEq for Loop {
     }
 }
 
-/// A margin and where it lies.
+/// A margin and its frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// The frequency, rad/s.
@@ -36,7 +36,7 @@ pub struct Crossing {
     pub margin: f64,
 }
 
-/// The highest value of something over frequency.
+/// Maximum of a function of frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
     /// The frequency, rad/s.
@@ -45,33 +45,33 @@ pub struct Peak {
     pub value: f64,
 }
 
-/// Margins of one channel, the loop broken there and all other channels closed.
+/// Margins of one channel, with the loop cut there and all other channels closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelMargins {
     /// Name of the channel.
     pub name: String,
-    /// The factor above one by which the gain may grow; none where it may without bound.
+    /// Factor above one by which the gain may increase; `None` for an unlimited increase.
     pub gain_up: Option<Crossing>,
-    /// The factor below one by which the gain may fall; none where it may to zero.
+    /// Factor below one by which the gain may decrease; `None` for a decrease to zero.
     pub gain_down: Option<Crossing>,
-    /// The least phase that may be lost or won, rad; none where the loop's gain never is one.
+    /// Smallest phase change, of either sign, that destabilises the loop, rad; `None` where the loop gain never is one.
     pub phase: Option<Crossing>,
-    /// The least delay that may be added, s.
+    /// Smallest additional delay that destabilises the loop, s.
     pub delay_s: Option<f64>,
-    /// Where the channel's sensitivity first rises through −3 dB: disturbances slower than this are
-    /// held down, rad/s.
+    /// Disturbance rejection bandwidth, rad/s: the frequency at which the channel's sensitivity first rises through −3
+    /// dB. Slower disturbances are attenuated.
     pub disturbance_rejection_bandwidth_radps: Option<f64>,
 }
 
 impl ChannelMargins {
-    /// The smaller of the two gain margins, dB; infinite where there is none to speak of.
+    /// The smaller of the two gain margins, dB; infinite without a gain margin.
     #[must_use]
     pub fn smallest_gain_db(&self) -> f64 {
         let crossings = [self.gain_up, self.gain_down].into_iter().flatten();
         crossings.map(|crossing| crossing.margin_db().abs()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The phase margin, °; infinite where there is none to speak of.
+    /// The phase margin, °; infinite without a phase margin.
     #[must_use]
     pub fn phase_deg(&self) -> f64 {
         self.phase.map_or(f64::INFINITY, |phase| phase.margin.to_degrees())
@@ -79,7 +79,7 @@ impl ChannelMargins {
 }
 
 impl Crossing {
-    /// A factor of gain in dB.
+    /// The gain factor in dB.
     #[must_use]
     pub fn margin_db(&self) -> f64 {
         20.0 * self.margin.log10()
@@ -89,19 +89,19 @@ impl Crossing {
 /// All margins of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margins {
-    /// Channel by channel.
+    /// Margins of each channel.
     pub channels: Vec<ChannelMargins>,
-    /// Disk margin α with all channels perturbed at once: each may change by any (1 + αδ/2)/(1 − αδ/2),
-    /// |δ| < 1, and the loop stays stable. A lower bound of it, by diagonal scaling.
+    /// Disk margin α with simultaneous changes of all channels: each may change by any (1 + αδ/2)/(1 − αδ/2), |δ| < 1,
+    /// and the loop stays stable. A lower bound of it, by diagonal scaling.
     pub disk: Peak,
-    /// Highest singular value of the sensitivity (I + L)⁻¹.
+    /// Maximum singular value of the sensitivity (I + L)⁻¹.
     pub sensitivity: Peak,
-    /// Highest singular value of the complementary sensitivity L(I + L)⁻¹.
+    /// Maximum singular value of the complementary sensitivity L(I + L)⁻¹.
     pub complementary: Peak,
 }
 
 impl Margins {
-    /// The factors between which every gain may vary at once, by the disk margin.
+    /// Factors between which all gains may vary simultaneously, by the disk margin.
     #[must_use]
     pub fn disk_gain(&self) -> [f64; 2] {
         let alpha = self.disk.value;
@@ -109,17 +109,17 @@ impl Margins {
         [((2.0 - alpha) / (2.0 + alpha)).max(0.0), highest]
     }
 
-    /// The phase by which every channel may vary at once, rad, by the disk margin.
+    /// Phase by which all channels may vary simultaneously, rad, by the disk margin.
     #[must_use]
     pub fn disk_phase_rad(&self) -> f64 {
         2.0 * (0.5 * self.disk.value).atan()
     }
 }
 
-/// A gain that may change by this factor, 120 dB, may change by any: at rest an integral has no finite gain, and
-/// what comes out there is rounding.
+/// Gain factor, 120 dB, above which a gain margin counts as unlimited. At zero frequency an integral has no finite
+/// gain, and the computed value is rounding.
 const ANY_GAIN: f64 = 1e6;
-/// Points of the first search over frequency.
+/// Number of points of the first search over frequency.
 const GRID: usize = 1500;
 
 /// (I + L)⁻¹ at a frequency.
@@ -155,7 +155,7 @@ impl Loop {
         Self { open, sweep: OnceLock::new() }
     }
 
-    /// The same loop, cut at the plant's outputs: what disturbance rejection is told by.
+    /// The loop cut at the plant's outputs, for disturbance rejection.
     ///
     /// # Errors
     /// As [`Loop::at_plant_input`].
@@ -183,7 +183,7 @@ impl Loop {
         Ok(eigenvalues(&(self.open.a() - self.open.b() * back))?)
     }
 
-    /// Whether every mode of the closed loop dies out.
+    /// Whether every mode of the closed loop decays.
     ///
     /// # Errors
     /// As [`closed_poles`](Self::closed_poles).
@@ -191,7 +191,7 @@ impl Loop {
         Ok(self.closed_poles()?.iter().all(|pole| self.is_damped(pole)))
     }
 
-    /// Whether what has this pole dies out; never of a NaN.
+    /// Whether the mode of this pole decays; false for NaN.
     fn is_damped(&self, pole: &Complex<f64>) -> bool {
         match self.open.time() {
             TimeDomain::Continuous => pole.re < 0.0,
@@ -199,8 +199,7 @@ impl Loop {
         }
     }
 
-    /// The loop as its input `name` sees it: cut there, every other channel closed. One input, one
-    /// output.
+    /// The loop at its input `name`: cut there, with every other channel closed. One input, one output.
     ///
     /// # Errors
     /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Singular`] where
@@ -211,7 +210,7 @@ impl Loop {
         let others: Vec<usize> = (0..open.inputs().len()).filter(|&other| other != own).collect();
         let direct =
             |rows: &[usize], columns: &[usize]| open.d().select_rows(rows).select_columns(columns);
-        // The others' inputs are u = −y, with y their outputs: u = −back x − through u_own.
+        // The inputs of the others are u = −y, with y their outputs: u = −back x − through u_own.
         let around =
             (DMatrix::identity(others.len(), others.len()) + direct(&others, &others)).lu();
         let singular = DesignError::Singular { matrix: "I + D" };
@@ -230,13 +229,13 @@ impl Loop {
         Ok(channel.with_outputs(vec![open.outputs()[own].clone()], c, d)?)
     }
 
-    /// Every margin of the loop.
+    /// All margins of the loop.
     ///
-    /// Searched on a logarithmic grid from a hundredth of the slowest mode to a hundred times the
-    /// fastest, or to the Nyquist frequency of a discrete loop, then refined.
+    /// The search uses a logarithmic grid from a hundredth of the slowest mode to a hundred times the fastest, or to
+    /// the Nyquist frequency of a discrete loop. The results are then refined.
     ///
     /// # Errors
-    /// [`DesignError::UnstableLoop`] where the closed loop is not stable: there is no margin to speak of.
+    /// [`DesignError::UnstableLoop`] where the closed loop is unstable and has no margins.
     ///
     /// # Source
     /// Equation (L14) of docs/equations.md.
@@ -252,15 +251,15 @@ impl Loop {
             .collect();
         let sensitivity = curve.peak(largest_singular_value);
         let complementary = curve.peak(|s| largest_singular_value(&(identity(s) - s)));
-        // S − T over 2, whose structured size is one over the disk margin.
+        // S − T over 2, whose structured singular value is the inverse of the disk margin.
         let half = Complex::new(0.5, 0.0);
         let size = curve.peak(|s| scaled_singular_value(&(s - identity(s) * half)));
         let disk = Peak { frequency_radps: size.frequency_radps, value: 1.0 / size.value };
         Ok(Margins { channels, disk, sensitivity, complementary })
     }
 
-    /// Smallest gain margin, dB, and phase margin, °, over all channels, as `points` frequencies from 0.05
-    /// rad/s to the Nyquist frequency (100 rad/s) tell: quick, and good to a degree.
+    /// Smallest gain margin, dB, and phase margin, °, over all channels, from `points` frequencies between 0.05 rad/s
+    /// and the Nyquist frequency (100 rad/s for a continuous loop). Fast, and accurate to a degree.
     #[must_use]
     pub fn weakest(&self, points: usize) -> (f64, f64) {
         let highest = match self.open.time() {
@@ -274,7 +273,7 @@ impl Loop {
             let value = |s: &DMatrix<Complex<f64>>| s[(channel, channel)].inv() - Complex::ONE;
             for pair in seen.windows(2) {
                 let (before, after) = (value(&pair[0]), value(&pair[1]));
-                // Logarithms of size and the angle from −1, straight from point to point.
+                // Linear interpolation of the logarithm of the magnitude and of the angle from −1.
                 let (low, high) = (before.norm().ln(), after.norm().ln());
                 let (lag, later) = ((-before).arg(), (-after).arg());
                 if (low < 0.0) != (high < 0.0) {
@@ -331,7 +330,7 @@ impl Loop {
         channel: usize,
         curve: &Curve<'_, Sensitivity, impl Fn(f64) -> Option<Sensitivity>>,
     ) -> ChannelMargins {
-        // With the other channels closed, the loop seen at this one is 1/S − 1.
+        // With the other channels closed, the loop at this channel is 1/S − 1.
         let seen = |s: &Sensitivity| s[(channel, channel)].inv() - Complex::ONE;
         let mut margins = ChannelMargins {
             name: self.open.inputs()[channel].name.clone(),
@@ -357,7 +356,7 @@ impl Loop {
                 margins.gain_down = Some(crossing);
             }
         };
-        // Where the loop's value is real by symmetry, it touches the axis without crossing it.
+        // Where the loop is real by symmetry, it touches the axis without crossing it.
         let nyquist = match self.open.time() {
             TimeDomain::Continuous => None,
             TimeDomain::Discrete { period_s } => Some(PI / period_s),
@@ -395,7 +394,7 @@ impl Loop {
     }
 }
 
-/// First `first`, then `second`, closed by name of neither: outputs meet inputs in order.
+/// `first`, then `second`, in series: outputs are connected to inputs by order, not by name.
 fn series(first: &StateSpace, second: &StateSpace) -> Result<StateSpace, DesignError> {
     match first.time() {
         TimeDomain::Continuous => second.require_continuous()?,
@@ -446,11 +445,11 @@ fn largest_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
     matrix.singular_values().iter().copied().fold(0.0, f64::max)
 }
 
-/// Smallest largest singular value of DMD⁻¹ over diagonal D, nearly: an upper bound of the structured
+/// Approximately the smallest of the largest singular values of DMD⁻¹ over diagonal D: an upper bound of the structured
 /// singular value for independent perturbations of the channels.
 ///
 /// # Source
-/// Osborne's scaling, as Safonov 1982 uses it for this.
+/// Osborne's scaling, as used by Safonov 1982.
 fn scaled_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
     let mut scaled = matrix.clone();
     let size = scaled.nrows();

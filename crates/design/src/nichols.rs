@@ -1,4 +1,4 @@
-//! One loop on a Nichols chart: gain over phase, and how near it comes to the point that it must not meet.
+//! A loop on a Nichols chart: gain over phase, and its distance from the critical point.
 
 use nalgebra::Complex;
 
@@ -7,21 +7,20 @@ use super::margins::Peak;
 use super::response::bode;
 use hovernav_model::StateSpace;
 
-/// Margins that a loop must keep both, and each in part: 6 dB and 45°.
+/// Gain and phase margin that a loop must keep in combination: 6 dB and 45°.
 pub const ZONE: (f64, f64) = (6.0, 45.0);
 
 /// A loop on a Nichols chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nichols {
-    /// Phase, °, taken within half a turn of −180°, and gain, dB, at each frequency.
+    /// Phase, °, within half a turn of −180°, and gain, dB, at each frequency.
     pub curve: Vec<(f64, f64)>,
-    /// The disk margin of this loop alone and where it is smallest: twice the least |1 + L|/|1 − L|.
+    /// The smallest disk margin of this loop alone, with its frequency: twice the least |1 + L|/|1 − L|.
     pub disk: Peak,
 }
 
 impl Nichols {
-    /// That of the loop `open` from its one input to its one output, both named `channel`, at
-    /// `frequencies_radps`.
+    /// The chart of the loop `open` from its one input to its one output, both named `channel`, at `frequencies_radps`.
     ///
     /// # Errors
     /// [`DesignError`] where the loop has no such input.
@@ -48,7 +47,7 @@ impl Nichols {
         Ok(Self { curve, disk })
     }
 
-    /// Factors between which the loop's gain may vary by its disk margin, whatever its phase does within
+    /// Factors between which the loop's gain may vary by its disk margin, for any phase within
     /// [`disk_phase_deg`](Self::disk_phase_deg).
     #[must_use]
     pub fn disk_gain(&self) -> [f64; 2] {
@@ -56,14 +55,14 @@ impl Nichols {
         [(1.0 - half) / (1.0 + half), (1.0 + half) / (1.0 - half)]
     }
 
-    /// By how much its phase may vary, °, on the same terms.
+    /// Phase variation, °, under the same condition.
     #[must_use]
     pub fn disk_phase_deg(&self) -> f64 {
         2.0 * (0.5 * self.disk.value).atan().to_degrees()
     }
 
-    /// Whether the loop passes through the zone: an ellipse about −180° and 0 dB with the margins of [`ZONE`]
-    /// for half axes.
+    /// Whether the loop passes through the zone: an ellipse about −180° and 0 dB with the margins of [`ZONE`] as
+    /// semi-axes.
     #[must_use]
     pub fn enters_zone(&self) -> bool {
         let inside = |&(phase_deg, gain_db): &(f64, f64)| {
@@ -111,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_loop_enters_the_zone_where_its_phase_margin_is_small() {
-        // Phase margins of 52° and 18°, never any gain margin.
+        // Phase margins of 52° and 18°, with unlimited gain margin.
         assert!(!loop_of(1.0).enters_zone() && loop_of(10.0).enters_zone());
         assert!(
             loop_of(1.0).curve.iter().all(|(phase_deg, _)| (-180.0..-89.0).contains(phase_deg))

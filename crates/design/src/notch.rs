@@ -1,4 +1,4 @@
-//! What a notch before the estimator costs the loops.
+//! Phase loss of the loops by a notch before the estimator.
 
 use std::f64::consts::PI;
 
@@ -8,24 +8,24 @@ use hovernav::frames::Vector;
 use hovernav::imu::{ImuSample, Motion, Notch, NotchConfig};
 use hovernav::time::Time;
 
-/// A notch on a rotor's harmonics, and the phase that it takes from each loop.
+/// A notch on a rotor's harmonics, and the phase that each loop loses by it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotchCost {
     /// The notch.
     pub config: NotchConfig,
-    /// Rate of the inertial unit that it filters, Hz.
+    /// Sample rate of the filtered inertial unit, Hz.
     pub imu_hz: f64,
-    /// By how much everything slow against the notch is later for it, s; 0 where it leaves the rotor in.
+    /// Delay of motion that is slow compared with the notch, s; 0 for a notch that cannot remove the rotor.
     pub delay_s: f64,
-    /// Of each loop its name, its crossover, rad/s, and the phase that is lost there, rad.
+    /// For each loop its name, its crossover, rad/s, and the phase lost there, rad.
     pub at_crossover: Vec<(String, f64, f64)>,
 }
 
 impl NotchCost {
-    /// What `config` does to samples of a unit of `imu_hz`, for no loops yet.
+    /// Effect of `config` on samples of an inertial unit at `imu_hz`, without loops yet.
     ///
     /// # Errors
-    /// [`DesignError::Range`] for a notch that is none, a rate outside of 5 Hz to 10 kHz.
+    /// [`DesignError::Range`] for an invalid notch, or a rate outside 5 Hz to 10 kHz.
     pub fn new(config: NotchConfig, imu_hz: f64) -> Result<Self, DesignError> {
         if let Some((name, value, expected)) = config.out_of_range() {
             return Err(DesignError::Range { name, value, expected });
@@ -38,7 +38,7 @@ impl NotchCost {
         Ok(Self { config, imu_hz, delay_s, at_crossover: Vec::new() })
     }
 
-    /// The same with the phase that it takes from each loop of `margins`.
+    /// The notch with the phase that each loop of `margins` loses by it.
     #[must_use]
     pub fn on(mut self, margins: &Margins) -> Self {
         let crossings = margins
@@ -55,16 +55,15 @@ impl NotchCost {
     }
 }
 
-/// By how much the notch that flies is late, s, and the phase that it takes from a motion of `radps`, rad: of what
-/// it makes of a sine once it has settled, by least squares.
+/// Delay of the notch, s, and its phase lag at `radps`, rad, from the settled response to a sine by least squares.
 fn answer(config: NotchConfig, imu_hz: f64, radps: f64) -> (f64, f64) {
-    /// Periods looked at, after so many time constants of the notch.
+    /// Number of periods evaluated, and time constants of the notch before them.
     const PERIODS: f64 = 2.0;
     const SETTLING: f64 = 20.0;
     let mut notch = Notch::new(config);
     let settled_s = SETTLING / (PI * config.width_hz);
     let last = ((settled_s + PERIODS * 2.0 * PI / radps) * imu_hz).ceil() as u64;
-    // Of the output with cosine and sine, and of these with each other.
+    // Products of the output with cosine and sine, and of these with each other.
     let (mut onto, mut own) = ([0.0; 2], [0.0; 3]);
     for k in 0..=last {
         let time_s = k as f64 / imu_hz;
@@ -120,7 +119,7 @@ mod tests {
         assert_abs_diff_eq!(found.delay_s, 1.3e-3, epsilon = 1e-4);
         let (_, lag_rad) = answer(found.config, 200.0, 3.0);
         assert_abs_diff_eq!(lag_rad / (3.0 * found.delay_s), 1.0, epsilon = 0.01);
-        // 33 Hz do not see 32 Hz apart from what the vehicle does: it is left in.
+        // At 33 Hz the alias of 32 Hz is not distinguishable from the vehicle's motion: the notch does not remove it.
         assert_eq!(NotchCost::new(NotchConfig::at_hz(32.0), 33.0).unwrap().delay_s, 0.0);
         assert!(NotchCost::new(NotchConfig::at_hz(f64::NAN), 33.0).is_err());
         assert!(NotchCost::new(NotchConfig::at_hz(25.0), 1.0).is_err());

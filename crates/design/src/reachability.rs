@@ -1,4 +1,4 @@
-//! Whether inputs move every state, and whether outputs show it.
+//! Controllability and observability of a model.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -6,35 +6,34 @@ use super::error::DesignError;
 use hovernav_model::linalg::{beside, complex, eigenvalues, exponential, symmetric};
 use hovernav_model::{StateSpace, TimeDomain};
 
-/// How well the inputs reach the states, or, of [`observability`], the outputs show them.
+/// Reachability of the states from the inputs or, from [`observability`], their visibility in the outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reachability {
-    /// Dimension of what can be reached: rank of [B, AB, A²B, …].
+    /// Dimension of the reachable space: rank of [B, AB, A²B, …].
     pub rank: usize,
-    /// How many states there are.
+    /// Number of states.
     pub states: usize,
-    /// Each mode with the smallest singular value of [λI − A, B] there: zero where no input moves it
-    /// (Popov, Belevitch, Hautus).
+    /// Each mode with the smallest singular value of [λI − A, B] there: zero for an uncontrollable mode (Popov,
+    /// Belevitch, Hautus).
     pub modes: Vec<(Complex<f64>, f64)>,
     /// Gramian over the horizon: xᵀW⁻¹x is the least input energy that reaches x from rest.
     pub gramian: DMatrix<f64>,
-    /// Its eigenvalues, falling.
+    /// Eigenvalues of the Gramian in falling order.
     pub gramian_eigenvalues: Vec<f64>,
 }
 
 impl Reachability {
-    /// Whether every state is reached.
+    /// Whether every state is reachable.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.rank == self.states
     }
 }
 
-/// Below this, relative to the matrices, a singular value counts as zero.
+/// Relative size below which a singular value counts as zero.
 const RANK_TOLERANCE: f64 = 1e-11;
 
-/// How well the inputs of `model` reach its states; the Gramian is over `horizon_s`, for unstable
-/// models too.
+/// Reachability of the states of `model` from its inputs. The Gramian is over `horizon_s`, also for unstable models.
 ///
 /// # Errors
 /// [`DesignError::Range`] for a horizon that is not above zero.
@@ -42,7 +41,7 @@ pub fn reachability(model: &StateSpace, horizon_s: f64) -> Result<Reachability, 
     analysed(model.a(), model.b(), model.time(), horizon_s)
 }
 
-/// How well the outputs of `model` show its states: as [`reachability`] of the dual model.
+/// Observability of the states of `model` from its outputs: [`reachability`] of the dual model.
 ///
 /// # Errors
 /// As [`reachability`].
@@ -75,8 +74,8 @@ fn analysed(
     Ok(Reachability { rank, states, modes, gramian, gramian_eigenvalues })
 }
 
-/// Dimension of the space that B, AB, A²B, … span, built block by block in an orthonormal
-/// basis, so that powers of A neither overflow nor vanish.
+/// Dimension of the space of B, AB, A²B, …, built block by block in an orthonormal basis, so that powers of A neither
+/// overflow nor vanish.
 fn rank(a: &DMatrix<f64>, b: &DMatrix<f64>) -> usize {
     let n = a.nrows();
     let mut basis = DMatrix::zeros(n, 0);
@@ -111,7 +110,7 @@ fn pencil_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f6
     pencil.singular_values().iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The first mode that neither dies away nor is moved by an input, with its distance.
+/// The first mode that neither decays nor is controllable, with its distance.
 pub(super) fn unstabilisable_mode(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -125,7 +124,7 @@ pub(super) fn unstabilisable_mode(
         };
         if !dies_away {
             let distance = pencil_distance(a, b, mode);
-            // Eigenvalues themselves are known to about half the digits where they are double.
+            // Double eigenvalues are accurate to about half the digits.
             if distance <= 1e-9 * scale {
                 return Ok(Some((mode, distance)));
             }
@@ -145,7 +144,7 @@ pub(super) fn gramian(
     let spread = b * b.transpose();
     match time {
         TimeDomain::Continuous => {
-            // Doubled up from a short time, for which the exponential is benign.
+            // Doubled from a short time, for which the exponential is well conditioned.
             let mut doublings = 0;
             let mut short_s = horizon_s;
             while short_s * a.norm() > 1.0 && doublings < 60 {

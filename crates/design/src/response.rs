@@ -1,4 +1,4 @@
-//! How a model answers: in frequency, in time, and over a gain.
+//! Responses of a model: in frequency, in time, and over a gain.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::error::DesignError;
 use hovernav_model::linalg::eigenvalues;
 use hovernav_model::{StateSpace, TimeDomain};
 
-/// `count` frequencies from `lowest_radps` to `highest_radps`, even on a logarithmic scale.
+/// `count` frequencies from `lowest_radps` to `highest_radps`, equally spaced on a logarithmic scale.
 #[must_use]
 pub fn logarithmic_frequencies(lowest_radps: f64, highest_radps: f64, count: usize) -> Vec<f64> {
     let ratio = (highest_radps / lowest_radps).ln();
@@ -17,12 +17,12 @@ pub fn logarithmic_frequencies(lowest_radps: f64, highest_radps: f64, count: usi
     (0..count).map(|index| lowest_radps * (ratio * index as f64 / last).exp()).collect()
 }
 
-/// Magnitude, dB, and phase, °, continuous over the frequencies, from one input to one output. A
-/// frequency on a mode has NaN.
+/// Magnitude, dB, and phase, °, continuous over the frequencies, from one input to one output. NaN at the frequency of
+/// a mode.
 ///
 /// # Errors
-/// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown) for an input that the model does not
-/// have, [`DesignError::Range`] for an output number beyond its outputs.
+/// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown) for an input that the model does not have,
+/// [`DesignError::Range`] for an output index beyond its outputs.
 pub fn bode(
     model: &StateSpace,
     input: &str,
@@ -51,7 +51,7 @@ pub fn bode(
     Ok(points.collect())
 }
 
-/// What the outputs do after a unit step of one input from rest.
+/// Outputs after a unit step of one input from rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepResponse {
     /// Times, s, from zero.
@@ -60,12 +60,12 @@ pub struct StepResponse {
     pub outputs: DMatrix<f64>,
 }
 
-/// The answer to a unit step of `input` over `duration_s`: exact at every `interval_s` for a
-/// continuous model, at every period for a discrete one, which takes no other interval.
+/// Response to a unit step of `input` over `duration_s`. It is exact at every `interval_s` for a continuous model and
+/// at every period for a discrete one, for which the interval must equal the period.
 ///
 /// # Errors
-/// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Range`] for times
-/// that are not above zero or come to more than ten million points.
+/// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Range`] for times that are not
+/// above zero or give more than ten million points.
 pub fn step_response(
     model: &StateSpace,
     input: &str,

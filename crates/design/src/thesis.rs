@@ -1,8 +1,8 @@
-//! The design that Paw (2005) prints, as he prints it: continuous gains on a continuous model.
+//! The design printed by Paw (2005): continuous gains for a continuous model.
 //!
-//! It is kept to be reproduced and compared with, not to be flown: held between samples at 33 Hz it is
-//! violently unstable, as [`PrintedDesign::spectral_radii`] shows. What flies is designed at the
-//! loop's own rate by [`HoverDesign`](super::hover::HoverDesign).
+//! For reproduction and comparison only, not for flight. Held between samples at 33 Hz it is violently unstable, see
+//! [`PrintedDesign::spectral_radii`]. [`HoverDesign`](super::hover::HoverDesign) designs at the sample rate of the
+//! loop.
 //!
 //! ```
 //! use hovernav_design::thesis::PrintedDesign;
@@ -26,19 +26,19 @@ use hovernav_model::{StateSpace, hover, shipped};
 /// The gains of Paw (2005), chapter 6, on his model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrintedDesign {
-    /// Roll and pitch: Q = diag(1, 1, 1, 1, 2, 1), and R = diag(0.01, 0.001), which is not printed but
-    /// gives every printed digit of K.
+    /// Roll and pitch: Q = diag(1, 1, 1, 1, 2, 1), and R = diag(0.01, 0.001). R is not printed, but reproduces every
+    /// printed digit of K.
     pub roll_pitch: Regulator,
     /// Yaw with heading: Q = diag(1, 100), R = I.
     pub yaw: Regulator,
-    /// Heave, w by collective.
+    /// Heave, w from collective.
     pub heave: StateSpace,
     /// Proportional, integral and derivative gain on w: (55.1 s² + 661.2 s + 1983.6)/s.
     pub heave_gains: [f64; 3],
     model: StateSpace,
 }
 
-/// Where the states of [`DISTURBED`](super::DISTURBED) stand in the closed loop.
+/// Indices of the states of [`DISTURBED`](super::DISTURBED) in the closed loop.
 const PLACES: [usize; 9] = [0, 1, 7, 2, 3, 8, 4, 5, 6];
 /// p, q, phi, theta, u, v, w, r, psi, and the integral of w.
 const SIZE: usize = 10;
@@ -46,14 +46,14 @@ const W: usize = 6;
 const R: usize = 7;
 const PSI: usize = 8;
 const W_INTEGRAL: usize = 9;
-/// His inputs count percent of stick.
+/// The thesis's inputs are in percent of stick.
 const FULL_STICK: f64 = 100.0;
 
 impl PrintedDesign {
-    /// The design, its two Riccati equations solved anew.
+    /// The design, with its two Riccati equations solved.
     ///
     /// # Errors
-    /// [`DesignError`], none for the model as shipped.
+    /// [`DesignError`]; the shipped model causes none.
     pub fn new() -> Result<Self, DesignError> {
         let model = shipped::thesis();
         let diagonal = |values: &[f64]| DMatrix::from_diagonal(&DVector::from_row_slice(values));
@@ -70,7 +70,7 @@ impl PrintedDesign {
         })
     }
 
-    /// How far the inputs reach and the outputs show the states: roll and pitch, then yaw.
+    /// Reachability and observability of the states: roll and pitch, then yaw.
     ///
     /// # Errors
     /// As [`reachability`].
@@ -86,11 +86,10 @@ impl PrintedDesign {
         [self.heave.a()[(0, 0)], self.heave.b()[(0, 0)]]
     }
 
-    /// The poles of the closed heave loop, 1/s. The derivative acts on the sample it comes from, and is
-    /// solved for.
+    /// The poles of the closed heave loop, 1/s. The derivative acts on its own sample; the equation is solved for it.
     ///
     /// # Errors
-    /// [`DesignError::Model`] where they do not settle.
+    /// [`DesignError::Model`] where the eigenvalue computation does not converge.
     pub fn heave_poles(&self) -> Result<Vec<Complex<f64>>, DesignError> {
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let around = 1.0 + kd * zcol;
@@ -98,9 +97,8 @@ impl PrintedDesign {
         Ok(eigenvalues(&closed)?)
     }
 
-    /// Spectral radius of the roll-and-pitch loop and of the heave loop with these gains, the sticks
-    /// held for `period_s`: above 1, unstable. The derivative of w at a sample follows from the stick
-    /// held until then.
+    /// Spectral radius of the roll-and-pitch loop and of the heave loop with these gains, with sticks held for
+    /// `period_s`; unstable above 1. The derivative of w at a sample follows from the stick held until then.
     ///
     /// # Errors
     /// [`DesignError::Range`] for a period that is not above zero.
@@ -114,7 +112,7 @@ impl PrintedDesign {
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let generator = dmatrix![zw, 0.0, zcol; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0];
         let mut step = exponential(&generator, period_s);
-        // The third state is the stick held: from one sample to the next it is what the gains say.
+        // The third state is the held stick, which the gains determine at each sample.
         let command = -dmatrix![kp + kd * zw, ki, kd * zcol];
         let onto = step.column(2) * &command;
         step.column_mut(2).fill(0.0);
@@ -129,7 +127,7 @@ impl PrintedDesign {
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let mut sticks = DMatrix::zeros(4, SIZE);
         sticks.view_mut((0, 0), (2, 6)).copy_from(&-&self.roll_pitch.gain);
-        // Collective δ = −(Kp w + Ki ∫w + Kd (Zw w + Zcol δ)) + what yaw asks for.
+        // Collective δ = −(Kp w + Ki ∫w + Kd (Zw w + Zcol δ)) + the command of yaw.
         let around = 1.0 + kd * zcol;
         sticks[(2, W)] = -(kp + kd * zw) / around;
         sticks[(2, W_INTEGRAL)] = -ki / around;
@@ -140,7 +138,7 @@ impl PrintedDesign {
         sticks
     }
 
-    /// The whole closed loop, its states p, q, phi, theta, u, v, w, r, psi and the integral of w.
+    /// The whole closed loop, with states p, q, phi, theta, u, v, w, r, psi and the integral of w.
     fn generator(&self, sticks: &DMatrix<f64>) -> DMatrix<f64> {
         let mut a = DMatrix::zeros(SIZE, SIZE);
         a.view_mut((0, 0), (8, 8)).copy_from(self.model.a());
@@ -152,10 +150,10 @@ impl PrintedDesign {
         a
     }
 
-    /// What becomes of `size` in `state` in continuous time, exact at every `interval_s`.
+    /// Response to `size` in `state` in continuous time, exact at every `interval_s`.
     ///
     /// # Errors
-    /// [`DesignError::Range`] for a state that [`DISTURBED`](super::DISTURBED) does not have, or a time that cannot be.
+    /// [`DesignError::Range`] for a state that is not in [`DISTURBED`](super::DISTURBED), or an invalid time.
     pub fn respond(
         &self,
         state: &str,

@@ -1,4 +1,4 @@
-//! The loops as they close, for the margins of each actuator.
+//! The closed loops, for the margins at each actuator.
 
 use nalgebra::DMatrix;
 
@@ -12,25 +12,25 @@ use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav_model::linalg::exponential;
 use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
-/// The measured states, in the order in which the loops take them.
+/// The measured states, in the order of the loops' inputs.
 const MEASURED: [&str; 9] = ["p", "q", "phi", "theta", "u", "v", "w", "r", "psi"];
 
-/// What the autopilot holds.
+/// Quantity that the autopilot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlightMode {
     /// Velocity, heading and climb.
     Velocity,
-    /// A place, by asking for velocity towards it.
+    /// Position, by a commanded velocity towards it.
     Position,
     /// Attitude, heading and climb: without GPS, and in the descent that follows.
     Attitude,
 }
 
 impl FlightMode {
-    /// All of them.
+    /// All modes.
     pub const ALL: [Self; 3] = [Self::Velocity, Self::Position, Self::Attitude];
 
-    /// The name in summaries.
+    /// Name in summaries.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -41,13 +41,13 @@ impl FlightMode {
     }
 }
 
-/// Plant and controller of a mode, from sticks to what is measured and back.
+/// Plant and controller of a mode: from sticks to measurements, and back.
 pub(super) struct Parts {
     pub plant: StateSpace,
     pub controller: StateSpace,
 }
 
-/// Model, servos and one sample of delay under the autopilot in `mode`.
+/// Model, servos and one sample of delay, with the autopilot in `mode`.
 pub(super) fn parts(
     design: &HoverDesign,
     whole: &StateSpace,
@@ -59,7 +59,7 @@ pub(super) fn parts(
     Ok(Parts { plant, controller })
 }
 
-/// What of `whole` moves in `mode`, with the place that is held.
+/// The part of `whole` that moves in `mode`, with the held position.
 pub(super) fn flown(whole: &StateSpace, mode: FlightMode) -> Result<StateSpace, DesignError> {
     match mode {
         FlightMode::Velocity => Ok(whole.clone()),
@@ -72,9 +72,9 @@ pub(super) fn flown(whole: &StateSpace, mode: FlightMode) -> Result<StateSpace, 
     }
 }
 
-/// Model, servos and one sample of delay, seen as late as the estimator is, with the guidance of `mode`.
+/// Model, servos, one sample of delay and the lag of the estimator, with the guidance of `mode`.
 ///
-/// Holding attitude the vehicle drifts as it will: velocity is left out of the plant.
+/// When attitude is held, the vehicle drifts freely: velocity is not part of the plant.
 pub(super) fn plant(
     design: &HoverDesign,
     whole: &StateSpace,
@@ -88,7 +88,7 @@ pub(super) fn servos_s(design: &HoverDesign) -> [f64; 4] {
     [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s]
 }
 
-/// The same as [`plant`] behind servos of these time constants.
+/// As [`plant`], with servos of these time constants.
 pub(super) fn plant_behind(
     design: &HoverDesign,
     servos_s: [f64; 4],
@@ -100,7 +100,7 @@ pub(super) fn plant_behind(
     let flown = flown(whole, mode)?;
     let LinearModel { a: step, b: input, .. } = stepped(&flown, &servos_s, design.period_s)?;
     let moving = step.nrows();
-    // Guidance: a velocity and an acceleration asked for along each axis.
+    // Guidance: a commanded velocity and acceleration for each axis.
     let guided = if mode == FlightMode::Position { 6 } else { 0 };
     let size = moving + 4 + guided;
     let mut a = DMatrix::zeros(size, size);
@@ -127,15 +127,15 @@ pub(super) fn plant_behind(
             let place = whole.states().len() + axis;
             let velocity = moving + 4 + 2 * axis;
             let acceleration = velocity + 1;
-            // Off by x, the velocity wanted is −k x; what is asked for follows it.
+            // For a position error x the target velocity is −k x; the commanded velocity follows it.
             a[(acceleration, place)] = -period_s * rate * rate * gain_per_s;
             a[(acceleration, velocity)] = -period_s * rate * rate;
             a[(acceleration, acceleration)] = 1.0 - 2.0 * rate * period_s;
             a[(velocity, velocity)] = 1.0;
             for state in [place, velocity, acceleration] {
                 a[(velocity, state)] += period_s * a[(acceleration, state)];
-                // The loops see what is off from the velocity, and from the tilt of the acceleration, that
-                // are asked for now.
+                // The loops receive the deviations from the commanded velocity, and from the tilt of the commanded
+                // acceleration.
                 c[(4 + axis, state)] = -a[(velocity, state)];
                 let tilt = a[(acceleration, state)] / STANDARD_GRAVITY_MPS2;
                 match axis {
@@ -151,7 +151,7 @@ pub(super) fn plant_behind(
     late(plant, design.estimator.and(design.notch_s), design.period_s)
 }
 
-/// The autopilot in `mode`, from what is measured to `sticks`.
+/// The autopilot in `mode`, from the measurements to `sticks`.
 pub(super) fn controller(
     design: &HoverDesign,
     sticks: &[Signal],
@@ -175,7 +175,7 @@ pub(super) fn controller(
         let pedal = sticks.row(3) + sticks.row(2) * gains.pedal_per_collective;
         sticks.set_row(3, &pedal);
     }
-    // A loop counts u = −(controller) y.
+    // A loop has the sign convention u = −(controller) y.
     Ok(StateSpace::new("autopilot", time, numbered(a.nrows()), measured(), a, b)?.with_outputs(
         sticks.to_vec(),
         -c,
@@ -191,16 +191,16 @@ fn numbered(count: usize) -> Vec<Signal> {
     (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect()
 }
 
-/// Where loops are cut to see their margins.
+/// Point at which loops are cut for their margins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// Where the commands go to the actuators: lateral, longitudinal, collective, pedal.
+    /// Commands to the actuators: lateral, longitudinal, collective, pedal.
     Actuators,
-    /// At what is measured: p, q, phi, theta, u, v, w, r, psi.
+    /// Measurements: p, q, phi, theta, u, v, w, r, psi.
     Outputs,
 }
 
-/// `whole` with how far it is from its place, in the heading's axes: the integrals of u, v and w.
+/// `whole` with its position error in the axes of the heading: the integrals of u, v and w.
 fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     let n = whole.states().len();
     let mut a = whole.a().clone().resize(n + 3, n + 3, 0.0);
@@ -213,7 +213,7 @@ fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     Ok(StateSpace::new(whole.name(), whole.time(), states, whole.inputs().to_vec(), a, b)?)
 }
 
-/// From `size` in `state`, all else at trim, the loops closed as [`cut_at_actuators`] does.
+/// Response from `size` in `state`, with all else at trim and the loops of [`cut_at_actuators`] closed.
 pub(super) fn respond(
     design: &HoverDesign,
     whole: &StateSpace,
@@ -224,7 +224,7 @@ pub(super) fn respond(
     let Parts { plant, controller } = parts(design, whole, gains, FlightMode::Velocity)?;
     let cut = Loop::at_plant_input(&plant, &controller)?;
     let open = cut.open();
-    // The plant moves only through its servos: nothing passes straight through.
+    // The plant has no direct path: it moves only through its servos.
     let sticks = -open.c();
     let step = open.a() + open.b() * &sticks;
     let states = places(whole, DISTURBED)?;
@@ -233,7 +233,7 @@ pub(super) fn respond(
     response.respond(state, size, duration_s)
 }
 
-/// From `size` in `state`, all else and every stick at trim.
+/// Response from `size` in `state`, with all else and every stick at trim.
 pub(super) fn drift(
     whole: &StateSpace,
     period_s: f64,
@@ -247,7 +247,7 @@ pub(super) fn drift(
     response.respond(state, size, duration_s)
 }
 
-/// Controllers side by side, each with where its first measurement stands.
+/// Controllers in parallel, each with the index of its first measurement.
 fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     let states = parts.iter().map(|(part, _)| part.a.nrows()).sum();
     let sticks = parts.iter().map(|(part, _)| part.c.nrows()).sum();
@@ -270,7 +270,7 @@ fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     all
 }
 
-/// States: hidden, as many as are used, pending, integrals.
+/// States: the used hidden states, pending commands, integrals.
 fn regulator<const Y: usize, const H: usize, const U: usize>(
     gains: &RegulatorGains<Y, H, U>,
     period_s: f64,
@@ -320,7 +320,7 @@ fn regulator<const Y: usize, const H: usize, const U: usize>(
     LinearModel { time: TimeDomain::Discrete { period_s }, a, b, c, d }
 }
 
-/// States: integral, and where there is a derivative, that and the measurement before.
+/// States: the integral, and for a derivative also its filter and the previous measurement.
 fn pid(gains: &PidGains, period_s: f64) -> LinearModel {
     let time = TimeDomain::Discrete { period_s };
     if gains.derivative_s == 0.0 {

@@ -1,4 +1,4 @@
-//! What a hover design weighs.
+//! Weights of a hover design.
 
 use std::path::Path;
 
@@ -7,24 +7,24 @@ use crate::DesignError;
 use hovernav::autopilot::GuidanceConfig;
 use hovernav_model::StateSpace;
 
-/// What the design is to weigh, and what stands between a command and the model.
+/// Weights of the design, and the dynamics between a command and the model.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HoverDesign {
-    /// The loop's period, s.
+    /// Sample period of the loop, s.
     pub period_s: f64,
     /// Time constant of the servos of cyclic and collective, s.
     pub servo_s: f64,
-    /// Time constant of the tail's servo, s.
+    /// Time constant of the tail servo, s.
     pub tail_servo_s: f64,
-    /// How late what the loops are fed is against the motion: none in [`default`](Self::default), as measured in
+    /// Lag of the loops' measurements against the motion: zero in [`default`](Self::default), the measured lag in
     /// [`for_model`](Self::for_model).
     pub estimator: EstimatorLag,
-    /// How much later a notch on the rotor's harmonics makes everything that the loops are fed, s: the delay of
+    /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: that of
     /// [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// How fast integrals follow a limited command, s; that of the heading, where it integrates over more than ten
-    /// times as long, in half that time.
+    /// Time constant with which integrals follow a limited command, s. A heading integral more than ten times as slow
+    /// follows in half its own integration time.
     pub tracking_s: f64,
     /// Roll and pitch with velocity.
     pub roll_pitch: RollPitchWeights,
@@ -34,7 +34,7 @@ pub struct HoverDesign {
     pub yaw: YawWeights,
     /// Heave.
     pub heave: HeavePoles,
-    /// What leads to the place that is held: the loop of position closes by it.
+    /// Guidance towards a held position, which closes the position loop.
     #[serde(skip)]
     pub guidance: GuidanceConfig,
 }
@@ -43,13 +43,13 @@ pub struct HoverDesign {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RollPitchWeights {
-    /// Of p, q, φ, θ, u, v squared, per (rad/s)², rad², (m/s)².
+    /// Weights of p, q, φ, θ, u, v squared, per (rad/s)², rad², (m/s)².
     pub states: [f64; 6],
-    /// Of the integrals of u and v squared, per m².
+    /// Weights of the integrals of u and v squared, per m².
     pub integrals: [f64; 2],
-    /// Of lateral and longitudinal stick squared.
+    /// Weights of lateral and longitudinal stick squared.
     pub sticks: [f64; 2],
-    /// Least rate at which every disturbance shall die out, α, 1/s.
+    /// Smallest decay rate of every disturbance, α, 1/s.
     pub decay_per_s: f64,
 }
 
@@ -57,11 +57,11 @@ pub struct RollPitchWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AttitudeWeights {
-    /// Of p, q, φ, θ squared.
+    /// Weights of p, q, φ, θ squared.
     pub states: [f64; 4],
-    /// Of the integrals of φ and θ squared.
+    /// Weights of the integrals of φ and θ squared.
     pub integrals: [f64; 2],
-    /// Of lateral and longitudinal stick squared.
+    /// Weights of lateral and longitudinal stick squared.
     pub sticks: [f64; 2],
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,
@@ -71,17 +71,17 @@ pub struct AttitudeWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct YawWeights {
-    /// Of r and ψ squared.
+    /// Weights of r and ψ squared.
     pub states: [f64; 2],
-    /// Of the integral of ψ squared.
+    /// Weight of the integral of ψ squared.
     pub integral: f64,
-    /// Of pedal squared.
+    /// Weight of pedal squared.
     pub stick: f64,
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,
 }
 
-/// Where the PID shall put the poles of heave.
+/// Poles of the heave loop, for its PID.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeavePoles {
@@ -89,14 +89,14 @@ pub struct HeavePoles {
     pub frequency_radps: f64,
     /// Damping ratio.
     pub damping: f64,
-    /// Derivative gain as a share of the proportional one, s.
+    /// Derivative gain over proportional gain, s.
     pub derivative_s: f64,
     /// Time constant of the derivative's filter, s.
     pub derivative_filter_s: f64,
 }
 
 impl Default for HoverDesign {
-    /// For a 60-class helicopter at 33 Hz with the servos that `hovernav-sim` gives it.
+    /// For a 60-class helicopter at 33 Hz with the servos of `hovernav-sim`.
     fn default() -> Self {
         Self {
             period_s: 1.0 / 33.0,
@@ -129,16 +129,15 @@ impl Default for HoverDesign {
     }
 }
 
-/// Longest lag that a delay is taken for, s.
+/// Largest lag that replaces a delay, s.
 const MOST_LAG_S: f64 = 0.15;
 
 impl HoverDesign {
-    /// For the model as Paw (2005) prints it, in which every mode is unstable and full stick is a
-    /// hundred times what hover needs: what [`searched`](Self::searched) finds for it. Every mode that
-    /// flies has 45° and 6 dB, every disturbance is gone within 8 s, and nine of ten models with every
-    /// derivative off by up to a fifth stay stable; there is little room for more, and none for the lag of an
-    /// estimator, which this counts none of: with the usual one 35° and 5.7 dB are left, and a search that counts
-    /// it comes to 38° and 7.7 dB.
+    /// Design for the model printed by Paw (2005), in which every mode is unstable and full stick is a hundred times
+    /// the stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, every disturbance
+    /// decays within 8 s, and nine of ten models with every derivative off by up to 20 % stay stable. It does not
+    /// include the lag of an estimator: the usual lag leaves 35° and 5.7 dB, and a search that includes it reaches 38°
+    /// and 7.7 dB.
     #[must_use]
     pub fn thesis() -> Self {
         Self {
@@ -166,10 +165,9 @@ impl HoverDesign {
         }
     }
 
-    /// The design for `model`: the thesis's own weights for its model, the default for any other, which counts the
-    /// lag of the estimator. Where
-    /// the model tells how late its sticks act, delay and lag together, what exceeds the loop's sample
-    /// counts as the lag of their servos, if that is more than the servos' own.
+    /// The design for `model`: the thesis's own weights for its model, the default with the lag of the estimator for
+    /// any other. If the model contains delays and lags of its sticks, their sum beyond the loop's sample replaces the
+    /// servo lag where it is larger.
     #[must_use]
     pub fn for_model(model: &StateSpace) -> Self {
         if model.name() == "thesis-hover" {
@@ -182,8 +180,8 @@ impl HoverDesign {
         design
     }
 
-    /// How late the sticks of `model` act beyond the loop's sample, delay and lag together, s: cyclic and
-    /// collective, and pedal; 0 where the model does not tell.
+    /// Delay and lag of the sticks of `model` beyond the loop's sample, s: cyclic and collective, and pedal; 0 where
+    /// the model contains none.
     pub(crate) fn late_s(&self, model: &StateSpace) -> [f64; 2] {
         let of = |name: String| {
             let found = model.parameters().iter().find(|known| known.name == name);
@@ -196,12 +194,12 @@ impl HoverDesign {
         [late(&["lat", "lon", "col"]), late(&["ped"])]
     }
 
-    /// Reads weights, poles and times from a TOML file; what it leaves out, sections as wholes, is as
-    /// [`for_model`](Self::for_model) has it for `model`, its servos' lags and the estimator's among them.
+    /// Reads weights, poles and times from a TOML file. Missing values, or whole missing sections, are those of
+    /// [`for_model`](Self::for_model) for `model`, including the lags of its servos and of the estimator.
     ///
     /// # Errors
-    /// [`DesignError::Toml`], [`DesignError::Surplus`] for one weight too many, and [`DesignError::Range`] for what no
-    /// design can have: a weight below zero makes the cost indefinite.
+    /// [`DesignError::Toml`], [`DesignError::Surplus`] for one weight too many, and [`DesignError::Range`] for invalid
+    /// values: a weight below zero makes the cost indefinite.
     pub fn read(path: &Path, model: &StateSpace) -> Result<Self, DesignError> {
         let text = hovernav_toml::read_text(path)?;
         let (_, unread): (Self, Vec<String>) = hovernav_toml::parse(&text, path)?;
@@ -247,7 +245,7 @@ impl HoverDesign {
     }
 }
 
-/// Refuses the first of `values` outside `[lowest, highest]`, and NaN.
+/// Rejects the first of `values` outside `[lowest, highest]`, and NaN.
 fn within(
     name: &'static str,
     values: &[f64],
@@ -265,7 +263,7 @@ mod tests {
     use super::*;
     use hovernav_model::{Parameter, shipped};
 
-    /// An empty file once took the servos for prompt whatever the model had found.
+    /// An empty file must not reset the identified servo lags.
     #[test]
     fn what_a_file_leaves_out_is_as_the_model_has_it() {
         let late = Parameter { name: "tau_col".into(), value: 0.09, unit: "s".into() };

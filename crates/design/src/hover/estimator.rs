@@ -1,31 +1,31 @@
-//! How late what the loops are fed is against the motion.
+//! Lag of the loops' measurements against the motion.
 
 use nalgebra::DMatrix;
 
 use crate::DesignError;
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
-/// How late what the loops are fed is against the motion, s: what inertial unit and estimator take.
+/// Lag of the loops' measurements against the motion, s, due to inertial unit and estimator.
 ///
-/// Between fixes the solution follows the inertial samples without a lag of its own, and what fixes correct is fed
-/// in slower than the loops act: neither is a lag at the frequencies where the loops cross over. What is left is
-/// that of the unit's own filter, and of velocity half a sample's integration.
+/// Between fixes the solution follows the inertial samples without a lag of its own. Corrections by fixes are slower
+/// than the loops. Neither is a lag at the crossover frequencies. What counts is the lag of the inertial unit's own
+/// filter, and for velocity the integration over half a sample.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EstimatorLag {
-    /// Of p, q and r.
+    /// Lag of p, q and r.
     pub rate_s: f64,
-    /// Of roll, pitch and heading.
+    /// Lag of roll, pitch and heading.
     pub attitude_s: f64,
-    /// Of velocity.
+    /// Lag of velocity.
     pub velocity_s: f64,
 }
 
 impl EstimatorLag {
-    /// What is fed to the loops is the motion.
+    /// No lag.
     pub const NONE: Self = Self { rate_s: 0.0, attitude_s: 0.0, velocity_s: 0.0 };
 
-    /// The same with `further_s` more in everything.
+    /// The lag plus `further_s` in every measurement.
     #[must_use]
     pub fn and(self, further_s: f64) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl EstimatorLag {
         }
     }
 
-    /// Of p, q, phi, theta, u, v, w, r, psi.
+    /// Lags of p, q, phi, theta, u, v, w, r, psi.
     const fn of_measured(self) -> [f64; 9] {
         let Self { rate_s, attitude_s, velocity_s } = self;
         [
@@ -46,19 +46,19 @@ impl EstimatorLag {
 }
 
 impl Default for EstimatorLag {
-    /// Measured on simulated flights with the thesis's unit, whose filter passes 25 Hz, 6.4 ms: solution against
-    /// truth, 6.4 ms of rates, 7 ms of attitude, 10 ms of vertical velocity (`cargo test -p hovernav-sim --test
-    /// estimator_lag -- --nocapture`). That of horizontal velocity is too small against its error to be told from
-    /// that of the vertical one.
+    /// Measured on simulated flights with the thesis's inertial unit, whose filter passes 25 Hz and lags by 6.4 ms. The
+    /// solution lags the truth by 6.4 ms in rates, 7 ms in attitude and 10 ms in vertical velocity (`cargo test -p
+    /// hovernav-sim --test estimator_lag -- --nocapture`). The lag of horizontal velocity is too small compared with
+    /// its error to be distinguished from that of vertical velocity.
     fn default() -> Self {
         Self { rate_s: 0.0065, attitude_s: 0.007, velocity_s: 0.01 }
     }
 }
 
-/// `plant`, a discrete one whose outputs are what the loops are fed, with each output as late as `lag` says.
+/// `plant`, a discrete model whose outputs are the loops' measurements, with each output delayed by its `lag`.
 ///
-/// Between samples it is taken as straight: exact for what is slow against the sample rate, and its phase within
-/// 1 % below a tenth of it.
+/// Between samples an output is interpolated linearly. This is exact for slow signals, and its phase is accurate to 1 %
+/// below a tenth of the sample rate.
 ///
 /// # Source
 /// Equation (L22) of docs/equations.md.
@@ -123,7 +123,7 @@ mod tests {
             let plant = plant(&design(lag), &whole, FlightMode::Velocity).unwrap();
             plant.linear().frequency_response(radps).unwrap()[(output, input)]
         };
-        // A part of a sample, a whole one, and more than two.
+        // A fraction of a sample, a whole sample, and more than two.
         let lag = EstimatorLag { rate_s: 0.0065, attitude_s: 1.0 / 33.0, velocity_s: 0.07 };
         for (output, input, lag_s) in
             [(0, 0, lag.rate_s), (2, 0, lag.attitude_s), (6, 2, lag.velocity_s)]
@@ -148,7 +148,7 @@ mod tests {
                 design(estimator).close_in(&model, &gains, FlightMode::Velocity, Cut::Actuators);
             closed.unwrap().margins().unwrap().channels
         };
-        // Small, so that the crossover stays where it is. Of heave alone, which no other loop moves along.
+        // Small, so that the crossover does not move. Heave alone, which no other loop affects.
         let [one, other] = [margins(0.0), margins(1e-4)].map(|all| all[2].phase.unwrap());
         let expected = 1e-4 * one.frequency_radps;
         assert!(((one.margin - other.margin) / expected - 1.0).abs() < 0.05, "{one:?} {other:?}");

@@ -1,10 +1,10 @@
-//! The minimum of a function that is known by its values alone.
+//! Minimisation of a function from its values alone.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-/// Numbers from a seed; what `uniform` draws is the same on every machine.
+/// Random numbers from a seed; `uniform` is the same on every machine.
 ///
 /// # Source
 /// Steele, Lea and Flood (2014), *Fast splittable pseudorandom number generators*: SplitMix64. Normal
@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) struct Random(pub u64);
 
 impl Random {
-    /// From 0 to 1, 1 left out.
+    /// Uniform from 0 (included) to 1 (excluded).
     pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = self.0;
@@ -21,25 +21,25 @@ impl Random {
         ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Of mean 0 and variance 1.
+    /// Normal, of mean 0 and variance 1.
     pub fn normal(&mut self) -> f64 {
         (-2.0 * (1.0 - self.uniform()).ln()).sqrt() * (TAU * self.uniform()).cos()
     }
 }
 
-/// What a search found.
+/// Result of a search.
 pub(super) struct Minimum {
     pub at: Vec<f64>,
     pub cost: f64,
-    /// Points looked at.
+    /// Number of points evaluated.
     pub trials: usize,
 }
 
-/// The least `cost` around `start` that at most about `most` points show: the first step is `step` in
-/// each coordinate, and a cost of 0 is the end. Costs of a generation are worked out side by side.
+/// Smallest `cost` found around `start` with about `most` evaluations. The first step is `step` in each coordinate; a
+/// cost of 0 ends the search. The costs of a generation are computed in parallel.
 ///
-/// The distribution that points are drawn from learns the shape of the valley: weights that trade with
-/// each other leave a narrow one, along which steps of one weight at a time go nowhere.
+/// The distribution of the points adapts to the shape of the valley. Weights that compensate each other leave a narrow
+/// valley, in which steps of one weight at a time make no progress.
 ///
 /// # Source
 /// Hansen (2016), *The CMA Evolution Strategy: A Tutorial*, arXiv:1604.00772, with its default numbers.
@@ -59,7 +59,7 @@ pub(super) fn minimise(
     let sum: f64 = (0..parents).map(share).sum();
     let shares: Vec<f64> = (0..parents).map(|rank| share(rank) / sum).collect();
     let effective = 1.0 / shares.iter().map(|share| share * share).sum::<f64>();
-    // How fast each path and the covariance forget.
+    // Forgetting rates of each path and of the covariance.
     let of_path = (4.0 + effective / size) / (size + 4.0 + 2.0 * effective / size);
     let of_step = (effective + 2.0) / (size + effective + 5.0);
     let rank_one = 2.0 / ((size + 1.3).powi(2) + effective);
@@ -114,7 +114,7 @@ pub(super) fn minimise(
     best
 }
 
-/// What `work` makes of all points, in their order, on as many threads as the machine has processors.
+/// Results of `work` for all points, in their order, on as many threads as the machine has processors.
 pub(super) fn side_by_side<P: Sync, R: Send>(
     points: &[P],
     work: impl Fn(&P) -> R + Sync,

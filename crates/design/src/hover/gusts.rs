@@ -1,4 +1,4 @@
-//! What steady gusts make of the loops.
+//! Closed-loop response to stationary gusts.
 
 use nalgebra::DMatrix;
 
@@ -11,41 +11,41 @@ use hovernav::autopilot::Gains;
 use hovernav_model::linalg::Stein;
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
-/// Gusts that do not change their nature: Dryden's, the air going past along the vehicle's x axis.
+/// Stationary Dryden gusts, with the air passing along the vehicle's x axis.
 ///
 /// # Source
-/// MIL-F-8785C, 3.7.2.1, as equation (W4) of docs/equations.md has them.
+/// MIL-F-8785C, 3.7.2.1, in the form of equation (W4) of docs/equations.md.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gusts {
-    /// One-sigma along each horizontal axis and vertically, m/s.
+    /// One sigma along each horizontal axis and vertically, m/s.
     pub sigma_mps: [f64; 2],
-    /// Length scales of the same, m.
+    /// Length scales, horizontal and vertical, m.
     pub length_m: [f64; 2],
-    /// Speed at which they pass, m/s.
+    /// Speed of the passing air, m/s.
     pub passing_mps: f64,
 }
 
 impl Default for Gusts {
-    /// Those that `hovernav-sim` blows unless told otherwise: 1.5 m/s horizontally and 0.8 m/s vertically, of
-    /// 67 and 10 m, in 3 m/s of wind.
+    /// Default gusts of `hovernav-sim`: 1.5 m/s horizontally and 0.8 m/s vertically, with lengths of 67 and 10 m, in 3
+    /// m/s of wind.
     fn default() -> Self {
         Self { sigma_mps: [1.5, 0.8], length_m: [67.0, 10.0], passing_mps: 3.0 }
     }
 }
 
-/// How strongly gusts move a vehicle in its loops: standard deviations about trim.
+/// Response of a vehicle in closed loop to gusts: standard deviations about trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GustResponse {
-    /// Of the states, in the order of [`DISTURBED`]: rad/s, rad, m/s.
+    /// Standard deviations of the states, in the order of [`DISTURBED`]: rad/s, rad, m/s.
     pub states: [f64; 9],
-    /// Of lateral, longitudinal, collective, pedal, full travel to one side is 1.
+    /// Standard deviations of lateral, longitudinal, collective, pedal; full travel to one side is 1.
     pub sticks: [f64; 4],
 }
 
-/// The states that gusts have: along two lags need one, across and vertically two each.
+/// States of the gusts: one along x, two each for the other axes.
 const GUST_STATES: [&str; 5] = ["gust_x", "gust_y1", "gust_y2", "gust_z1", "gust_z2"];
 
-/// Standard deviations at the samples once they no longer change.
+/// Standard deviations at the samples in the steady state.
 ///
 /// # Source
 /// Equation (L21) of docs/equations.md.
@@ -76,7 +76,7 @@ pub(super) fn respond(
         let pole = pole.unwrap_or_default();
         return Err(DesignError::UnstableLoop { re: pole.re, im: pole.im });
     };
-    // What the white noise adds over a sample to the states of vehicle and gusts, which stand first.
+    // Covariance that the white noise adds over a sample to the states of vehicle and gusts, which come first.
     let flown = closed_loop::flown(&blown, mode)?;
     let white = white.resize_vertically(flown.states().len(), 0.0);
     let added = gramian(flown.a(), &white, TimeDomain::Continuous, design.period_s);
@@ -91,10 +91,10 @@ pub(super) fn respond(
     })
 }
 
-/// `whole` with the states of the gusts behind its own, and what white noise of one unit drives, n×3.
+/// `whole` followed by the states of the gusts, and the input matrix of unit white noise, n×3.
 ///
-/// What moves the vehicle is its velocity through the air: a gust enters where velocity does, with the other sign,
-/// but neither heading nor attitude, which follow from rates alone.
+/// The vehicle moves with its velocity through the air. A gust enters like velocity with the opposite sign, but not
+/// into heading and attitude, which follow from rates alone.
 fn in_air(whole: &StateSpace, gusts: &Gusts) -> Result<(StateSpace, DMatrix<f64>), DesignError> {
     let n = whole.states().len();
     let size = n + GUST_STATES.len();
@@ -103,7 +103,7 @@ fn in_air(whole: &StateSpace, gusts: &Gusts) -> Result<(StateSpace, DMatrix<f64>
     let [horizontal_s, vertical_s] = gusts.length_m.map(|length_m| length_m / gusts.passing_mps);
     let [horizontal, vertical] = gusts.sigma_mps;
     let root3 = 3f64.sqrt();
-    // Of unit states: what of the gust along each axis each is.
+    // Gust along each axis from its unit states.
     let across = |sigma: f64| [sigma * root3 / 2f64.sqrt(), sigma * (1.0 - root3) / 2f64.sqrt()];
     let axes = [
         ("u", n, horizontal_s, vec![horizontal]),
@@ -151,7 +151,7 @@ mod tests {
         let own = blown.a().view((first, first), (5, 5)).into_owned();
         let drive = white.rows(first, 5).into_owned();
         let covariance = gramian(&own, &drive, TimeDomain::Continuous, 1000.0);
-        // What the gusts are is read off what they do to a velocity that only drag moves: −Xu times them.
+        // The gusts are computed from their effect on a velocity with drag only: −Xu times the gust.
         let u = blown.state("u").unwrap();
         let x = blown.a()[(u, first)] / -blown.a()[(u, u)];
         assert_abs_diff_eq!(x * x * covariance[(0, 0)], 1.5 * 1.5, epsilon = 1e-6);
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_deviations_are_those_of_a_long_flight() {
-        // The same loops driven step by step by drawn noise: an hour is some 160 lengths of the gusts.
+        // The same loops driven step by step by random noise: an hour is some 160 lengths of the gusts.
         let (model, design) = (shipped::raptor60(), HoverDesign::default());
         let gains = design.synthesise(&model).unwrap();
         let gusts = Gusts { length_m: [12.0, 6.0], ..Gusts::default() };

@@ -1,4 +1,4 @@
-//! Disturbances under an autopilot whose sticks have stops and a fastest speed.
+//! Responses to disturbances with stick stops and rate limits.
 
 use nalgebra::DVector;
 
@@ -11,11 +11,11 @@ use hovernav::autopilot::{ConfigError, Gains, Pid, Regulator, StickLimits};
 use hovernav::controls::Sticks;
 use hovernav_model::StateSpace;
 
-/// From `size` in `state`, all else at trim, holding velocity: the linear plant under the regulators that fly,
-/// which hear what became of their commands.
+/// Response from `size` in `state`, with all else at trim, holding velocity. The linear plant is controlled by the
+/// regulators of the autopilot, which receive the limited commands.
 ///
 /// # Source
-/// Equations (C1) to (C4) and (C9) of docs/equations.md, in the order in which the autopilot steps them.
+/// Equations (C1) to (C4) and (C9) of docs/equations.md, in the order of the autopilot.
 pub(super) fn respond(
     design: &HoverDesign,
     whole: &StateSpace,
@@ -59,16 +59,15 @@ pub(super) fn respond(
     Ok(response)
 }
 
-/// When the disturbance of `linear`, which knows no stops, is within 5 % of its size under sticks that have them,
-/// s from it: infinite where it is not by the end of `linear`; `None` where no stick is asked for more than its
-/// travel.
+/// Time after which the disturbance of `linear`, a response without stops, stays within 5 % of its size with stops, s.
+/// Infinite where it does not by the end of `linear`; `None` where no stick command exceeds its travel.
 pub(super) fn back_with_stops_s(
     design: &HoverDesign,
     model: &StateSpace,
     gains: &Gains,
     linear: &DisturbanceResponse,
 ) -> Result<Option<f64>, DesignError> {
-    // What is no number asks for more than there is.
+    // A NaN counts as a command beyond the travel.
     if linear.stick_peaks().into_iter().all(|peak| peak <= 1.0) {
         return Ok(None);
     }
@@ -113,9 +112,8 @@ mod tests {
 
     #[test]
     fn at_the_stop_heave_moves_as_its_closed_form() {
-        // So weak a collective against so fast a descent is at its stop all the time: with the servo's lag τ,
-        // a sample of delay and a rate that needs one sample, ẇ = Zw w + Zcol δ has a closed form.
-        // Heave alone: nothing else moves w.
+        // So weak a collective is at its stop for the whole of so fast a descent. With the servo's lag τ, a sample of
+        // delay and a rate limit of one sample, ẇ = Zw w + Zcol δ has a closed form. Heave alone: nothing else moves w.
         let coupled = shipped::raptor60();
         let w = coupled.state("w").unwrap();
         let collective = coupled.input("collective").unwrap();
@@ -164,8 +162,8 @@ mod tests {
         assert!(found_s > free_s + 0.1, "{found_s} {free_s}");
     }
 
-    /// An integral of 17 s that followed in half a second was off by 2° for half a minute, on the nonlinear
-    /// helicopter too.
+    /// A heading integral of 17 s that follows in half a second leaves an error of 2° for half a minute, also on the
+    /// nonlinear helicopter.
     #[test]
     fn a_slow_integral_is_not_moved_by_what_the_pedal_could_not_do_for_a_moment() {
         let model = shipped::raptor60();

@@ -1,9 +1,8 @@
 //! Gains of the hover autopilot from a model, at the loop's own sample period.
 //!
-//! The plant of the design is what the loop meets: the model's exact step over one period, behind
-//! servos that lag and one sample of delay. Each regulator minimises Σ e^(2αkT)(yᵀQy + zᵀQᵢz + uᵀRu)
-//! over that plant with integral action z, so that what it promises holds for the digital loop and
-//! not for a continuous one it stands for.
+//! The plant of the design is that of the digital loop: the model's exact step over one period, behind lagging servos
+//! and one sample of delay. Each regulator minimises Σ e^(2αkT)(yᵀQy + zᵀQᵢz + uᵀRu) over that plant with integral
+//! action z. Its properties therefore hold for the digital loop itself.
 //!
 //! ```
 //! use hovernav_design::hover::HoverDesign;

@@ -1,4 +1,4 @@
-//! Models whose derivatives are not what was identified.
+//! Models with perturbed derivatives.
 
 use super::closed_loop::{self, FlightMode};
 use super::config::HoverDesign;
@@ -10,21 +10,21 @@ use hovernav_model::StateSpace;
 
 const SEED: u64 = 20_050_613;
 
-/// Plants, holding velocity, that a candidate is tried on.
+/// Perturbed plants, holding velocity, for the evaluation of a candidate.
 ///
-/// Every derivative off by itself asks for robustness in what is well known and in what is not alike; the
-/// covariance knows which is which, where there is one, but only what the identification knew. A design has to
-/// withstand both: of the two sets the one counts on which it does worse.
+/// Independent perturbations of every derivative demand robustness against errors of well-known and unknown parameters
+/// alike. The covariance distinguishes them, if the model has one, but contains only the information of the
+/// identification. A design has to withstand both: the set with the worse result counts.
 pub(super) struct Perturbed {
-    /// With every derivative off.
+    /// With every derivative perturbed.
     off: Vec<StateSpace>,
-    /// Drawn from the covariance; none where there is none.
+    /// Drawn from the covariance; empty without one.
     drawn: Vec<StateSpace>,
 }
 
 impl Perturbed {
-    /// `of` plants with every derivative off by up to `share`, and where `model` tells how sure its parameters are
-    /// and where they stand, as many drawn from their covariance.
+    /// `of` plants with every derivative changed by up to `share`. If `model` has a covariance and slopes of its
+    /// parameters, also as many drawn from the covariance.
     pub fn new(
         design: &HoverDesign,
         model: &StateSpace,
@@ -35,7 +35,7 @@ impl Perturbed {
         let mut drawn = Vec::new();
         if let Some(uncertainty) = Uncertainty::of(model) {
             let mut random = Random(SEED);
-            // One that is so far off that its motion over a period is no number tells nothing of the weights.
+            // A vehicle whose step is not finite contains no information on the weights.
             let draw = |_| {
                 let vehicle = uncertainty.vehicle(&uncertainty.draw(&mut random)).ok()?;
                 vehicle.plant(design, FlightMode::Velocity).ok()
@@ -45,9 +45,8 @@ impl Perturbed {
         Ok(Self { off, drawn })
     }
 
-    /// The mean of `cost` over a set, of that in which it is highest. One that is drawn costs `most` at most: a
-    /// normal distribution reaches as far as vehicles that nothing can fly, and no weights are worth finding for
-    /// these.
+    /// The larger of the mean `cost` over both sets. A drawn vehicle costs `most` at most: a normal distribution
+    /// includes vehicles that cannot be controlled, and no weights should be adapted to these.
     pub fn worst(
         &self,
         most: f64,
@@ -62,7 +61,7 @@ impl Perturbed {
     }
 }
 
-/// `of` plants, holding velocity, with every derivative off by up to `share`, behind the servos of `design`.
+/// `of` plants, holding velocity, with every derivative changed by up to `share`, behind the servos of `design`.
 pub(super) fn plants_off_by(
     design: &HoverDesign,
     model: &StateSpace,
@@ -77,7 +76,7 @@ pub(super) fn plants_off_by(
     (0..of).map(draw).collect()
 }
 
-/// `model` with every derivative off by up to `share` of it, each for itself; kinematics and gravity stay.
+/// `model` with every derivative changed independently by up to `share`; kinematics and gravity stay.
 fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSpace, DesignError> {
     let is_angle: Vec<bool> = model
         .states()

@@ -1,4 +1,4 @@
-//! The plant of the design: the model with its sticks in one unit, a heading, and its servos.
+//! Plant of the design: the model with its sticks in one unit, a heading, and its servos.
 
 use nalgebra::DMatrix;
 
@@ -7,14 +7,14 @@ use hovernav::controls::Sticks;
 use hovernav_model::hover::unit_of;
 use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
-/// What every hover model has.
+/// States required in every hover model.
 const MEASURED: [&str; 8] = ["p", "q", "phi", "theta", "u", "v", "w", "r"];
 const STICKS: [&str; 4] = Sticks::NAMES;
-/// Flapping and bar.
+/// States of flapping and bar.
 const ROTOR: [&str; 4] = ["a", "b", "c", "d"];
 
-/// `model` with every stick scaled to −1…1, in the order lateral, longitudinal, collective, pedal, and
-/// with a heading if it has none.
+/// `model` with every stick scaled to −1…1, in the order lateral, longitudinal, collective, pedal, and with a heading
+/// added if it has none.
 pub(super) fn normalised(model: &StateSpace) -> Result<StateSpace, DesignError> {
     model.require_continuous()?;
     for name in MEASURED {
@@ -54,12 +54,12 @@ pub(super) fn normalised(model: &StateSpace) -> Result<StateSpace, DesignError> 
     Ok(StateSpace::new(model.name(), TimeDomain::Continuous, states, inputs, a, b)?)
 }
 
-/// The states of flapping and bar that `plant` has.
+/// Flapping and bar states of `plant`.
 pub(super) fn rotor_states(plant: &StateSpace) -> Vec<&str> {
     named(plant, |name| ROTOR.contains(&name))
 }
 
-/// The states of `plant` that are neither measured nor the rotor's.
+/// States of `plant` that are neither measured nor part of the rotor.
 pub(super) fn other_states(plant: &StateSpace) -> Vec<&str> {
     named(plant, |name| name != "psi" && !MEASURED.contains(&name) && !ROTOR.contains(&name))
 }
@@ -68,7 +68,7 @@ fn named(plant: &StateSpace, keep: impl Fn(&str) -> bool) -> Vec<&str> {
     plant.states().iter().map(|state| state.name.as_str()).filter(|name| keep(name)).collect()
 }
 
-/// Where the states `names` of `plant` stand.
+/// Indices of the states `names` of `plant`.
 pub(super) fn places<const N: usize>(
     plant: &StateSpace,
     names: [&str; N],
@@ -80,8 +80,8 @@ pub(super) fn places<const N: usize>(
     Ok(places)
 }
 
-/// The exact step over `period_s` of `plant` behind first-order servos, commands held, n + m states and
-/// m inputs: states are the plant's, then the positions of the servos.
+/// The exact step over `period_s` of `plant` behind first-order servos with held commands, n + m states and m inputs.
+/// The states are those of the plant, then the positions of the servos.
 pub(super) fn stepped(
     plant: &StateSpace,
     servos_s: &[f64],

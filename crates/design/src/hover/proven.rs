@@ -1,5 +1,5 @@
-//! How far all parameters of a loop may be off together before it can be unstable: an upper bound of the
-//! structured singular value.
+//! Simultaneous parameter errors for which a loop is certainly stable, from an upper bound of the structured singular
+//! value.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -8,28 +8,28 @@ use crate::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, symmetric};
 use hovernav_model::{FrequencySweep, LinearModel, TimeDomain};
 
-/// Frequencies that are looked at before the highest is refined, and the first of them, rad/s.
+/// Number of frequencies before the maximum is refined, and the first of them, rad/s.
 const FREQUENCIES: usize = 240;
 const FIRST_RADPS: f64 = 0.01;
-/// So often the scaling is improved, and less where that gains less than this share.
+/// Largest number of improvements of the scaling, and the smallest relative gain to continue.
 const IMPROVED: usize = 60;
 const CONVERGED: f64 = 1e-4;
-/// What keeps the scaling definite, as a share of its size.
+/// Addition that keeps the scaling definite, relative to its size.
 const DEFINITE: f64 = 1e-8;
 
-/// How far the parameters may be off.
+/// Guaranteed stability region of the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProvenRadius {
-    /// Radius of the ellipsoid of parameters, in one-sigmas, within which every loop is stable; infinite where
-    /// nothing can make it unstable.
+    /// Radius of the ellipsoid of parameters, in sigma, within which every loop is stable; infinite where no parameter
+    /// affects stability.
     pub sigmas: f64,
-    /// Where the bound is reached, rad/s.
+    /// Frequency of the bound, rad/s.
     pub frequency_radps: f64,
 }
 
-/// A stable loop x⁺ = (M + Σ ξₖ Mₖ) x of which ξ is not known.
+/// A stable loop x⁺ = (M + Σ ξₖ Mₖ) x with unknown ξ.
 pub(super) struct UncertainLoop {
-    /// From what the parameters add to the rows that they move to the columns that they move them by.
+    /// From the rows to which the parameters add to the columns by which they do.
     answer: FrequencySweep,
     /// vec X to vec Σ MₖᵀX Mₖ, rows and columns of Mₖ as above.
     moved: DMatrix<f64>,
@@ -37,7 +37,7 @@ pub(super) struct UncertainLoop {
 }
 
 impl UncertainLoop {
-    /// The loop whose `step` moves by `moves` for each ξₖ; `None` where nothing moves it.
+    /// The loop whose `step` changes by `moves` for each ξₖ; `None` where nothing changes it.
     pub fn new(step: &DMatrix<f64>, moves: &[DMatrix<f64>], period_s: f64) -> Option<Self> {
         let n = step.nrows();
         let is_moved = |entries: &dyn Fn(&DMatrix<f64>) -> f64| {
@@ -49,8 +49,7 @@ impl UncertainLoop {
         if rows.is_empty() {
             return None;
         }
-        // Each row in the unit in which it is moved by about one: units are no part of the bound, only of its
-        // rounding.
+        // Each row is scaled so that its change is about one: units do not affect the bound, only its rounding.
         let size = |row: usize| moves.iter().map(|own| own.row(row).norm_squared()).sum::<f64>();
         let units: Vec<f64> = rows.iter().map(|&row| size(row).sqrt()).collect();
         let mut into = DMatrix::zeros(n, rows.len());
@@ -75,12 +74,12 @@ impl UncertainLoop {
         Some(Self { answer: answer.sweep(), moved, period_s })
     }
 
-    /// The radius of the ball of ξ, real or complex, in which the loop stays stable.
+    /// Radius of the ball of ξ, real or complex, in which the loop stays stable.
     ///
-    /// At a frequency, T(z) from the rows to the columns, the loop loses its stability where I − Σ ξₖ MₖT is
-    /// singular. For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest eigenvalue of
-    /// X^-½ Φ(X) X^-½, Φ(X) = Σ (MₖT)* X MₖT; the least of these over all X is the spectral radius of Φ, which is
-    /// a positive map. Iterations of Φ lead there, and every X on the way gives a bound.
+    /// With T(z) from the rows to the columns at a frequency, the loop becomes unstable where I − Σ ξₖ MₖT is singular.
+    /// For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest eigenvalue of X^-½ Φ(X) X^-½, with
+    /// Φ(X) = Σ (MₖT)* X MₖT. The smallest of these over all X is the spectral radius of Φ, which is a positive map.
+    /// Iterations of Φ converge to it, and every intermediate X gives a bound.
     ///
     /// # Source
     /// Full D scaling of one block ξᵀ ⊗ I: Packard and Doyle (1993), *The complex structured singular value*,
@@ -100,7 +99,7 @@ impl UncertainLoop {
         ProvenRadius { sigmas: 1.0 / gain.max(0.0), frequency_radps }
     }
 
-    /// The bound at a frequency: one over the radius.
+    /// The bound at a frequency: the inverse of the radius.
     fn gain(&self, frequency_radps: f64) -> Option<f64> {
         let answer = self.answer.at(frequency_radps)?;
         let rows = answer.ncols();
@@ -148,7 +147,7 @@ fn relative_size(y: &DMatrix<Complex<f64>>, x: &DMatrix<Complex<f64>>) -> Option
     Some(largest_eigenvalue(&whole))
 }
 
-/// That of a Hermitian matrix, by the symmetric one of twice its size.
+/// Largest eigenvalue of a Hermitian matrix, from the symmetric matrix of twice its size.
 fn largest_eigenvalue(matrix: &DMatrix<Complex<f64>>) -> f64 {
     let n = matrix.nrows();
     let real = DMatrix::from_fn(2 * n, 2 * n, |row, column| {
@@ -178,9 +177,9 @@ mod tests {
         };
         // 0.5 + 0.1 ξ reaches 1 at 5 sigmas.
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1]]), 5.0);
-        // Two parameters together reach it in √2 of the way.
+        // Two parameters together reach it at 1/√2 of the distance.
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1], dmatrix![0.1]]), 5.0 / 2f64.sqrt());
-        // Two that have nothing to do with each other: the nearer counts.
+        // Two independent parameters: the nearer one counts.
         let apart = [dmatrix![0.1, 0.0; 0.0, 0.0], dmatrix![0.0, 0.0; 0.0, 0.1]];
         near(sigmas(&dmatrix![0.5, 0.0; 0.0, 0.8], &apart), 2.0);
         // (z − 0.5)² = ξ, in units that differ by a thousand.
@@ -192,7 +191,7 @@ mod tests {
 
     #[test]
     fn what_cannot_make_a_loop_unstable_has_no_radius() {
-        // Only what the second state makes of the first, which nothing feeds back.
+        // Only the effect of the second state on the first, without feedback.
         let found = sigmas(&dmatrix![0.5, 0.0; 0.0, 0.5], &[dmatrix![0.0, 0.1; 0.0, 0.0]]);
         assert!(found > 1e3, "{found}");
         assert!(UncertainLoop::new(&dmatrix![0.5], &[dmatrix![0.0]], 0.03).is_none());

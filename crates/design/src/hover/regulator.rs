@@ -8,12 +8,12 @@ use crate::{DesignError, dare};
 use hovernav::autopilot::RegulatorGains;
 use hovernav_model::{LinearModel, StateSpace};
 
-/// What a regulator minimises.
+/// Weights that a regulator minimises.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weights<'a> {
-    /// Of the measured states, which stand first.
+    /// Weights of the measured states, which come first.
     pub states: &'a [f64],
-    /// Which measured states are integrated.
+    /// Indices of the integrated measured states.
     pub integrated: &'a [usize],
     pub integrals: &'a [f64],
     pub sticks: &'a [f64],

@@ -1,4 +1,4 @@
-//! What a design must have, searched for where the weights that were found do not give it.
+//! Minimum requirements of a design, and a search for weights that meet them.
 
 use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
@@ -10,20 +10,20 @@ use crate::{DesignError, Loop, TABLE_6_1};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
-/// What is asked of a design.
+/// Requirements of a design.
 struct Requirements {
-    /// Seconds within which a disturbance is over: of φ, θ, p, q, u and v, of heading and yaw rate, of w.
+    /// Recovery time of a disturbance, s: of φ, θ, p, q, u and v; of heading and yaw rate; of w.
     back_s: [f64; 3],
-    /// Share of its size within which it is over.
+    /// Part of its size within which a disturbance counts as recovered.
     band: f64,
     /// Margins of every loop, dB and °.
     gain_db: f64,
     phase_deg: f64,
-    /// Slowest decay on a model whose derivatives are off, 1/s.
+    /// Slowest decay of a model with perturbed derivatives, 1/s.
     decay_per_s: f64,
 }
 
-/// What every design must have.
+/// Requirements of every design.
 const REQUIRED: Requirements = Requirements {
     back_s: [8.0, 1.0, 2.0],
     band: 0.02,
@@ -31,7 +31,7 @@ const REQUIRED: Requirements = Requirements {
     phase_deg: 45.0,
     decay_per_s: 0.0,
 };
-/// What is aimed at for it: a little more, for the search sees few frequencies and few models.
+/// Targets of the search, slightly stricter because it uses few frequencies and few models.
 const AIMED: Requirements = Requirements {
     back_s: [7.9, 0.97, 1.95],
     band: 0.019,
@@ -39,36 +39,36 @@ const AIMED: Requirements = Requirements {
     phase_deg: 45.8,
     decay_per_s: 0.01,
 };
-/// Frequencies at which margins are looked at.
+/// Number of frequencies for margins.
 const FREQUENCIES: usize = 90;
-/// Share by which every derivative may be off.
+/// Largest relative change of every derivative.
 const OFF: f64 = 0.2;
-/// Models that a candidate is tried on, and seed of their draw.
+/// Number of models for the evaluation of a candidate, and seed of their draw.
 const PERTURBED: usize = 48;
 const SEED: u64 = 20_050_612;
-/// Mean growth of those that grow, 1/s, that is not searched on for: some one in twenty of them.
+/// Acceptable mean growth of the unstable models, 1/s: about one unstable model in twenty.
 const FEW_PER_S: f64 = 0.01;
-/// Growth, 1/s, as which that of a vehicle drawn from a covariance counts at most: one in twenty that grow so or
-/// faster are few.
+/// Largest counted growth of a vehicle drawn from a covariance, 1/s: one in twenty that grow at least this fast is
+/// acceptable.
 const GROWN_PER_S: f64 = 20.0 * FEW_PER_S;
-/// Designs to try.
+/// Number of designs to try.
 const TRIALS: usize = 2400;
 /// First step, of the logarithms of the weights.
 const STEP: f64 = 0.8;
 
-/// A design with other weights of roll and pitch than the one that lacks what is required.
+/// A design with other roll and pitch weights than one that violates requirements.
 pub(super) struct Alternative {
     pub design: HoverDesign,
-    /// By how much the requirements are violated, by the design there was and by this one.
+    /// Violation of the requirements, by the original design and by this one.
     pub violation: [f64; 2],
-    /// Designs tried.
+    /// Number of designs tried.
     pub trials: usize,
 }
 
-/// Searches for what is required where `design` lacks some of it; `None` where it has all of it.
+/// Searches for a design that meets the requirements; `None` where `design` meets all of them.
 ///
 /// # Errors
-/// [`DesignError`] where `design` is none for `model`.
+/// [`DesignError`] where `design` is impossible for `model`.
 pub(super) fn alternative(
     design: &HoverDesign,
     model: &StateSpace,
@@ -83,8 +83,8 @@ pub(super) fn alternative(
     if now <= 0.0 {
         return Ok(None);
     }
-    // Weights that are fast in velocity and lean on where the zeros are lie in a valley of their own; from even
-    // ones the way leads to what withstands, too.
+    // Weights that are fast in velocity and depend on the position of the zeros are in a separate valley. The search
+    // starts at uniform weights, from which it also reaches robust designs.
     let even = HoverDesign { roll_pitch: HoverDesign::default().roll_pitch, ..design.clone() };
     let cost = |point: &[f64]| {
         let aimed = violation(&with_logarithms(&even, point), model, &perturbed, &AIMED);
@@ -96,20 +96,20 @@ pub(super) fn alternative(
     Ok(Some(Alternative { design: other, violation, trials: found.trials }))
 }
 
-/// A number where it is positive, else none; what is no number lacks everything.
+/// The value where it is positive, else 0; infinite for NaN.
 fn positive(value: f64) -> f64 {
     if value.is_nan() { f64::INFINITY } else { value.max(0.0) }
 }
 
-/// The logarithms of what is searched. The last stick's weight stays: all of them times a number are the same
-/// regulator.
+/// Logarithms of the search variables. The last stick's weight is fixed, because a common factor of all weights does
+/// not change the regulator.
 fn logarithms(design: &HoverDesign) -> Vec<f64> {
     let weights = &design.roll_pitch;
     let of_states = weights.states.iter().chain(&weights.integrals).chain(&weights.sticks[..1]);
     of_states.chain([&weights.decay_per_s]).map(|weight| weight.ln()).collect()
 }
 
-/// `design` with what is searched.
+/// `design` with these search variables.
 fn with_logarithms(design: &HoverDesign, point: &[f64]) -> HoverDesign {
     const LARGEST: f64 = 16.0;
     const FASTEST_DECAY_PER_S: f64 = 0.6;
@@ -124,12 +124,11 @@ fn with_logarithms(design: &HoverDesign, point: &[f64]) -> HoverDesign {
     next
 }
 
-/// By how much a design violates what is asked of it.
+/// Violation of the requirements by a design.
 struct Violation {
-    /// By what disturbances are out of their band when they are to be back, and by margins where velocity is
-    /// known.
+    /// Violation by disturbances that are outside their band at the recovery time, and by margins with known velocity.
     nominal: f64,
-    /// By how much the modes of perturbed models grow faster than they should, 1/s, on average.
+    /// Mean excess of the growth of modes of perturbed models over the limit, 1/s.
     growth_per_s: f64,
 }
 
@@ -187,7 +186,7 @@ fn violation(
     Ok(Violation { nominal, growth_per_s })
 }
 
-/// The autopilot of a design at its rate.
+/// The autopilot of a design at its sample rate.
 struct Flown {
     controller: StateSpace,
     period_s: f64,
@@ -204,20 +203,20 @@ impl Flown {
         Ok(Self { controller, period_s: design.period_s })
     }
 
-    /// How fast the slowest mode of `plant` grows under it, 1/s, to some hundredths.
+    /// Growth rate of the slowest mode of `plant` under it, 1/s, to some hundredths.
     fn growth_per_s(&self, plant: &StateSpace) -> Result<f64, DesignError> {
         let closed = Loop::at_plant_input(plant, &self.controller)?;
         Ok(growth_per_s(&closed, self.period_s))
     }
 }
 
-/// How fast the slowest mode of a `closed` loop grows, 1/s, to some hundredths; infinite where that is no number.
+/// Growth rate of the slowest mode of a `closed` loop, 1/s, to some hundredths; infinite where it is not finite.
 pub(super) fn growth_per_s(closed: &Loop, period_s: f64) -> f64 {
-    /// After 2 to the power of this many samples only the slowest mode is left.
+    /// After 2 to this power samples only the slowest mode remains.
     const SQUARINGS: i32 = 14;
     let open = closed.open();
     let mut step = open.a() - open.b() * open.c();
-    // The step is what is left of it times the exponential of this.
+    // The original step is the current one times the exponential of this.
     let mut logarithm = 0.0;
     for _ in 0..SQUARINGS {
         let size = step.amax();
@@ -235,20 +234,20 @@ pub(super) fn growth_per_s(closed: &Loop, period_s: f64) -> f64 {
     (logarithm + size.ln()) / (2f64.powi(SQUARINGS) * period_s)
 }
 
-/// How many of some models whose derivatives are off a design keeps stable.
+/// Number of models with perturbed derivatives that a design keeps stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PerturbedStability {
-    /// Share by which every derivative of them is off, at most.
+    /// Largest relative change of every derivative.
     pub off: f64,
-    /// Models that stay stable, holding velocity.
+    /// Number of models that stay stable, holding velocity.
     pub stable: usize,
-    /// Models tried.
+    /// Number of models tried.
     pub of: usize,
 }
 
 impl PerturbedStability {
-    /// How many of 500 models `gains` keep stable whose every derivative is off by up to a fifth, each for
-    /// itself; what is kinematics or gravity stays. None of them is one that the search saw.
+    /// Number of stable models with `gains` among 500 whose derivatives change independently by up to 20 %; kinematics
+    /// and gravity stay. The search uses other models.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.

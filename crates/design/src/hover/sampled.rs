@@ -1,4 +1,4 @@
-//! How many of the vehicles that a model may stand for a design keeps stable, and with which margins.
+//! Robustness of a design on vehicles drawn from the uncertainty of its model: stability and margins.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,52 +13,51 @@ use crate::{DesignError, Loop};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
-/// Frequencies at which the margins of a vehicle are looked at.
+/// Number of frequencies for the margins of a vehicle.
 const FREQUENCIES: usize = 90;
 const SEED: u64 = 20_050_614;
 
-/// What a design is worth on vehicles drawn from the covariance of its model's parameters.
+/// Robustness of a design on vehicles drawn from the covariance of its model's parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledRobustness {
-    /// Vehicles drawn.
+    /// Number of vehicles drawn.
     pub of: usize,
-    /// Of them stable in every mode that flies.
+    /// Number of vehicles that are stable in every flight mode.
     pub stable: usize,
-    /// Directions in which the parameters are not known: as many as parameters that are not each other's image.
+    /// Number of uncertain directions: the number of linearly independent parameters.
     pub directions: usize,
-    /// Of the vehicles drawn those that lie within the radius that is proven in every mode.
+    /// Number of vehicles within the radius of proven stability in every mode.
     pub within_proven: usize,
-    /// Mode by mode.
+    /// Results for each mode.
     pub modes: Vec<SampledMode>,
 }
 
-/// The same in one mode.
+/// Robustness in one mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledMode {
     /// The mode.
     pub mode: FlightMode,
-    /// Vehicles that are stable in it.
+    /// Number of vehicles that are stable in it.
     pub stable: usize,
-    /// The weakest gain margin, dB, and phase margin, °, of any loop that one vehicle in twenty has less than;
-    /// one that is unstable has none.
+    /// Fifth percentile over the vehicles of the smallest gain margin, dB, and phase margin, °, of any loop. An
+    /// unstable vehicle counts as without margin.
     pub twentieth: (f64, f64),
-    /// And the least of all.
+    /// Smallest margins of all vehicles.
     pub worst: (f64, f64),
-    /// How far all parameters may be off together, whichever way, with the loops sure to stay stable; `None`
-    /// where the loops are unstable as designed, or one sigma is so much that nothing can be said.
+    /// Simultaneous parameter errors for which the loops are certainly stable. `None` where the nominal loops are
+    /// unstable, or one sigma is too large for a result.
     pub proven: Option<ProvenRadius>,
 }
 
 impl SampledRobustness {
-    /// Vehicles drawn.
+    /// Number of vehicles drawn.
     pub const OF: usize = 500;
 
-    /// That of `gains` on 500 vehicles that the covariance of `model` allows; `None` where the model does not tell
-    /// how sure its parameters are and where they stand in its matrices. None of the vehicles is one that the
-    /// search saw.
+    /// Robustness of `gains` on 500 vehicles drawn from the covariance of `model`. `None` where the model lacks the
+    /// covariance or the slopes of its parameters. The search uses other vehicles.
     ///
-    /// Parameters are normal, correlated as they were identified, and move the matrices along their slopes. What
-    /// the delay and lag of a stick are off by counts as a longer or shorter lag of its servo.
+    /// Parameters are normal, with the correlations of the identification, and change the matrices along their slopes.
+    /// An error of a stick's delay and lag changes the lag of its servo.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.
@@ -108,7 +107,7 @@ impl SampledRobustness {
     }
 }
 
-/// The autopilot in one mode, and the vehicles that it may fly.
+/// The autopilot in one mode, and the drawn vehicles.
 struct Flown<'a> {
     design: &'a HoverDesign,
     uncertainty: &'a Uncertainty<'a>,
@@ -122,17 +121,16 @@ impl Flown<'_> {
         Loop::at_plant_input(&plant, &self.controller)
     }
 
-    /// Margins of the vehicle, dB and °; `None` where it is unstable, or so far off that its motion over a period
-    /// is no number.
+    /// Smallest margins of the vehicle, dB and °; `None` where it is unstable or its step is not finite.
     fn weakest(&self, sigmas: &DVector<f64>) -> Option<(f64, f64)> {
         let closed = self.closed(sigmas).ok()?;
         let growth = growth_per_s(&closed, self.design.period_s);
-        // Written so that what is no number is not stable.
+        // The comparison treats a NaN as unstable.
         if growth < 0.0 { Some(closed.weakest(FREQUENCIES)) } else { None }
     }
 
-    /// How the loop moves with each direction is that between one sigma to either side; nothing is proven where
-    /// that is no number.
+    /// The slope of the loop along each direction is the difference between plus and minus one sigma. `None` where it
+    /// is not finite.
     fn proven(&self) -> Result<Option<ProvenRadius>, DesignError> {
         let step = |sigmas: &DVector<f64>| -> Result<DMatrix<f64>, DesignError> {
             let closed = self.closed(sigmas)?;
@@ -178,7 +176,7 @@ mod tests {
         assert_eq!(of(&shipped::raptor60()), None);
     }
 
-    /// The bound is one: nothing within it is unstable, and not far from it something is.
+    /// The bound is valid: no vehicle within it is unstable, and it is not too conservative.
     #[test]
     fn no_vehicle_within_the_proven_radius_is_unstable_and_some_are_not_far_from_it() {
         let (model, design) = (known_to(0.3), HoverDesign::default());
@@ -190,7 +188,7 @@ mod tests {
         let flown = Flown { design: &design, uncertainty: &uncertainty, controller, mode };
         let radius = flown.proven().unwrap().unwrap().sigmas;
         let mut random = Random(2);
-        // From the middle outwards along as many directions: how far until it is lost, in radii.
+        // From the nominal model outwards along random directions: the distance at which stability is lost, in radii.
         let lost_at = |direction: DVector<f64>| {
             let direction = direction.normalize();
             (1..60).map(|step| 0.1 * f64::from(step)).find(|radii| {

@@ -1,4 +1,4 @@
-//! Weights found, not given: a bounded, seeded search for what a user asks of a loop.
+//! Bounded, seeded search for the weights that meet a user's requirements on a loop.
 
 use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
@@ -11,19 +11,19 @@ use crate::{DISTURBED, DesignError, Loop as ClosedLoop, TABLE_6_1};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
-/// What a search is to reach.
+/// Requirements of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// Time within which each disturbance of table 6.1 is within 2 % of its size, s: of φ, θ, p, q, u
-    /// and v, of heading and yaw rate, of w.
+    /// Time within which each disturbance of table 6.1 decays to 2 % of its size, s: of φ, θ, p, q, u and v; of heading
+    /// and yaw rate; of w.
     pub settled_s: [f64; 3],
-    /// Margin of every loop at its actuator, °.
+    /// Phase margin of every loop at its actuator, °.
     pub phase_deg: f64,
-    /// And dB.
+    /// Gain margin of every loop, dB.
     pub gain_db: f64,
-    /// Share by which every derivative may be off.
+    /// Largest relative change of every derivative.
     pub off: f64,
-    /// Designs to try.
+    /// Number of designs to try.
     pub trials: usize,
 }
 
@@ -34,35 +34,38 @@ impl Default for Wanted {
     }
 }
 
-/// What a search came to.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
     /// The best design found.
     pub design: HoverDesign,
-    /// What it falls short by, 0 where it has all that is wanted; and that of the start.
+    /// Shortfall of the best design and of the initial one; 0 meets all requirements.
     pub shortfall: [f64; 2],
-    /// Designs tried.
+    /// Number of designs tried.
     pub trials: usize,
 }
 
-/// Perturbed models that a candidate is tried on.
+/// Number of perturbed models for the evaluation of a candidate.
 const PERTURBED: usize = 24;
-/// Frequencies at which a candidate's margins are looked at.
+/// Number of frequencies for a candidate's margins.
 const FREQUENCIES: usize = 90;
 const SEED: u64 = 20_050_611;
 
 impl HoverDesign {
-    /// Searches the weights of this design for `wanted` on `model`: the same start, the same result.
+    /// Searches the weights of this design for `wanted` on `model`. The same start gives the same result.
     ///
-    /// One weight or a few are moved at a time by a random factor; what falls short by less is kept, and
-    /// the factor widens or narrows with success. Settling, settling with stops where a stick reaches one, margins
-    /// in every mode that flies, sticks within their travel and stability with every derivative off are one sum of shortfalls; where the model tells
-    /// what its identification leaves open, stability on vehicles drawn from that too, of the two the worse. Where the best of
-    /// these lacks 45° and 6 dB, the table's times or nine of ten models off by a fifth, a second search goes on
-    /// for these alone, over the weights of roll and pitch; what it finds is taken where it lacks less of them.
+    /// Each trial multiplies one or a few weights by random factors. A smaller shortfall is kept, and the range of the
+    /// factors widens or narrows with success. The shortfall is a sum over settling, settling with stops where a stick
+    /// reaches one, margins in every flight mode, sticks within their travel, and stability with perturbed derivatives.
+    /// If the model contains its uncertainty, stability is also evaluated on vehicles drawn from it, and the worse of
+    /// the two counts.
+    ///
+    /// If the best design lacks 45° and 6 dB, the times of the table, or stability of nine in ten models perturbed by
+    /// 20 %, a second search follows. It varies the weights of roll and pitch for these requirements alone; its result
+    /// is selected where it violates them less.
     ///
     /// # Errors
-    /// [`DesignError`] where the model cannot be designed for at the start.
+    /// [`DesignError`] where the initial design is impossible for the model.
     ///
     /// # Source
     /// The step rule is Rechenberg's one-fifth rule: Schwefel, *Evolution and Optimum Seeking* (1995).
@@ -81,19 +84,19 @@ impl HoverDesign {
         };
         let start = evaluated(self.clone());
         let at_start = start.shortfall();
-        // An integral overshoots as far as it was off: it is over before the disturbance has to be, or so
-        // slow that its tail is within the band. Between the two lies a ridge that no step crosses.
+        // An integral overshoots in proportion to its initial error. It has to settle before the disturbance has to, or
+        // so slowly that its tail stays within the band. Between the two is a ridge that no step crosses.
         let mut slow = self.clone();
         slow.yaw.integral = SLOW * slow.yaw.states[1];
         let mut trials = 0;
         let mut climb = |mut best: Evaluated, most: usize, order: &[Loop]| {
-            // A step length for each loop.
+            // One step length per loop.
             let (mut steps, first) = ([0.8; 4], trials);
             while trials - first < most && best.shortfall() > 0.0 {
                 trials += 1;
                 let mut next = best.design.clone();
-                // The loops hardly move each other: each trial is one loop's own, so that what is gained on
-                // one is not lost with a bad draw on another.
+                // The loops are nearly independent. Each trial changes one loop only, so that an improvement of one is
+                // not lost by a bad draw in another.
                 let turn = order[trials % order.len()];
                 let at =
                     if turn == Loop::Attitude && best.attitude <= 0.0 { Loop::Yaw } else { turn };
@@ -140,10 +143,10 @@ impl HoverDesign {
     }
 }
 
-/// A design and what it falls short of.
+/// A design and its shortfall.
 struct Evaluated {
     design: HoverDesign,
-    /// Where velocity is known, and where it is not.
+    /// Shortfall with known velocity, and without.
     flight: f64,
     attitude: f64,
 }
@@ -153,8 +156,8 @@ impl Evaluated {
         self.flight + self.attitude
     }
 
-    /// This or the `other`, whichever violates less of what is required, and where both violate as much the
-    /// one that falls short by less. `violation` is that of this one and that of the other.
+    /// The design, of this and the `other`, that violates the requirements less; for equal violations the one with the
+    /// smaller shortfall. `violation` contains that of this design and that of the other.
     fn or(self, other: Self, violation: [f64; 2]) -> Self {
         let [own, of_other] = violation;
         let is_better = (of_other, other.shortfall()) < (own, self.shortfall());
@@ -162,13 +165,13 @@ impl Evaluated {
     }
 }
 
-/// Weight of the heading's integral over the heading's where it is slow, 1/s²: seventeen seconds.
+/// Weight of a slow heading integral over that of the heading, 1/s²: seventeen seconds.
 const SLOW: f64 = 1.0 / 300.0;
 
-/// What the search moves, and between which bounds.
+/// A search variable with its limits.
 type BoundedWeight<'a> = (&'a mut f64, [f64; 2]);
 
-/// A loop that is searched by itself.
+/// A loop that is searched separately.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Loop {
     RollPitch,
@@ -177,11 +180,11 @@ enum Loop {
     Attitude,
 }
 
-/// Whose turn it is.
+/// Order in which the loops are searched.
 const ORDER: [Loop; 6] =
     [Loop::RollPitch, Loop::Yaw, Loop::RollPitch, Loop::Attitude, Loop::Yaw, Loop::Heave];
 
-/// The weights of one loop.
+/// Weights of one loop.
 fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
     const WEIGHT: [f64; 2] = [1e-5, 1e6];
     const DECAY: [f64; 2] = [1e-3, 0.6];
@@ -213,8 +216,8 @@ fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
     weights
 }
 
-/// What `design` falls short of `wanted` by where velocity is known, or anything not below `least` where
-/// that is sure.
+/// Shortfall of `design` from `wanted` with known velocity. The evaluation stops early once the shortfall is at least
+/// `least`.
 fn in_flight(
     design: &HoverDesign,
     model: &StateSpace,
@@ -238,7 +241,7 @@ fn in_flight(
         debug_assert!(DISTURBED.contains(&state));
         let settled_s = response.recovered_s(0.02).unwrap_or(5.0 * wanted.settled_s[0]);
         short += 4.0 * (settled_s / allowed_s - 1.0).clamp(0.0, 5.0);
-        // Travel there is; a pedal asked for three times its travel is a loop that does not know itself.
+        // A pedal command of three times its travel means a loop whose design ignores its limits.
         let asked = response.stick_peaks().into_iter().fold(0.0, f64::max);
         short += 0.05 * (asked - 1.0).clamp(0.0, 5.0);
         if let Some(back_s) = back_with_stops_s(design, model, &gains, &response)? {
@@ -263,7 +266,7 @@ fn in_flight(
     Ok(short + 6.0 * lost)
 }
 
-/// What it falls short by where velocity is not known.
+/// Shortfall without velocity.
 fn in_attitude(
     design: &HoverDesign,
     model: &StateSpace,
@@ -280,7 +283,7 @@ fn margins_short(
     mode: FlightMode,
     wanted: &Wanted,
 ) -> Result<f64, DesignError> {
-    /// What is wanted most: a little more than 6 dB and 45°.
+    /// Minimum margins with the highest weight: slightly more than 6 dB and 45°.
     const LEAST: (f64, f64) = (6.3, 46.0);
     if !is_stable(design, model, gains, mode)? {
         return Ok(10.0);
@@ -302,7 +305,7 @@ fn is_stable(
     Ok(dies_out(&design.close_in(model, gains, mode, Cut::Actuators)?))
 }
 
-/// Whether every disturbance has died out after 2¹⁴ samples.
+/// Whether every disturbance has decayed after 2¹⁴ samples.
 fn dies_out(closed: &ClosedLoop) -> bool {
     let open = closed.open();
     let mut step = open.a() - open.b() * open.c();
@@ -331,7 +334,7 @@ mod tests {
             let [first, second] = [evaluated(shortfalls[0], 0.01), evaluated(shortfalls[1], 0.02)];
             first.or(second, violation).design.servo_s
         };
-        // The second lacks as much and asks sticks for more.
+        // The second violates as much and has the larger shortfall.
         assert_eq!(taken([0.3, 0.3], [1.0, 2.0]), 0.01);
         assert_eq!(taken([0.3, 0.3], [2.0, 1.0]), 0.02);
         assert_eq!(taken([0.3, 0.1], [1.0, 2.0]), 0.02);

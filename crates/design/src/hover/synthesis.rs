@@ -1,4 +1,4 @@
-//! Gains from a model, and the loops that they close.
+//! Gains for a model, and the resulting closed loops.
 
 use super::closed_loop::{self, Cut, FlightMode, Parts};
 use super::config::{HeavePoles, HoverDesign};
@@ -10,22 +10,22 @@ use crate::{DesignError, DisturbanceResponse, Loop};
 use hovernav::autopilot::{Gains, PidGains, RegulatorGains, StickLimits};
 use hovernav_model::StateSpace;
 
-/// Slowest that integrals follow a limited command, s.
+/// Slowest tracking of a limited command by integrals, s.
 const SLOWEST_TRACKING_S: f64 = 1e3;
-/// So many tracking times an integral takes that is slow.
+/// Ratio of integration time to tracking time above which an integral is slow.
 const SLOW_INTEGRAL: f64 = 10.0;
 
 impl HoverDesign {
-    /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs
-    /// lateral, longitudinal, collective, pedal, in any order; a, b, c, d, flapping and bar, and one
-    /// more of the yaw gyro may be there.
+    /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs lateral,
+    /// longitudinal, collective, pedal, in any order. Optional states are a, b, c, d (flapping and bar) and one of the
+    /// yaw gyro.
     ///
     /// # Errors
     /// [`DesignError`].
     ///
     /// # Source
-    /// That a slow integral of yaw follows a limited pedal in half the time in which it integrates: Åström and
-    /// Hägglund, *Advanced PID Control* (2006), section 3.5, between the times of derivative and integral.
+    /// The tracking time of a slow yaw integral is half its integration time: Åström and Hägglund, *Advanced PID
+    /// Control* (2006), section 3.5, between the derivative and the integral time.
     pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
         self.check()?;
         let whole = normalised(model)?;
@@ -70,8 +70,8 @@ impl HoverDesign {
                 decay_per_s: weights.decay_per_s,
             },
         )?;
-        // A slow one would take what a limited pedal could not do for a moment, and let it out as slowly as it
-        // integrates; a fast one lets it out in time, and has to follow lest it wind up.
+        // A slow integral would absorb a short saturation of the pedal and release it as slowly as it integrates. A
+        // fast one releases it in time, and must track the limited command to avoid windup.
         let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
         let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
         if integral_s > SLOW_INTEGRAL * self.tracking_s {
@@ -88,9 +88,9 @@ impl HoverDesign {
         })
     }
 
-    /// The loops closed around `model` by `gains`, as the autopilot closes them when it holds
-    /// velocity and heading: model, servos and delay under the four loops, cut where the commands go
-    /// to the actuators lateral, longitudinal, collective, pedal.
+    /// The loops closed around `model` by `gains`, as by the autopilot when it holds velocity and heading. Model,
+    /// servos and delay are controlled by the four loops, which are cut at the commands to the actuators lateral,
+    /// longitudinal, collective, pedal.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -98,7 +98,7 @@ impl HoverDesign {
         self.close_in(model, gains, FlightMode::Velocity, Cut::Actuators)
     }
 
-    /// The same in any `mode` that flies, the loops cut where `cut` says.
+    /// The loops closed in any flight `mode`, cut at `cut`.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -118,9 +118,8 @@ impl HoverDesign {
         }
     }
 
-    /// What becomes of `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and by how much in its
-    /// SI unit, in the loops that [`close`](Self::close) closes: at every sample, without the limits of
-    /// the servos.
+    /// Closed-loop response to `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and its size in SI units, in
+    /// the loops of [`close`](Self::close). It is computed at every sample, without the limits of the servos.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -135,8 +134,8 @@ impl HoverDesign {
         closed_loop::respond(self, &normalised(model)?, gains, disturbance, duration_s)
     }
 
-    /// The same within the `limits` of the sticks: no stick beyond its stops, none faster than it may, and
-    /// integrals that follow what became of their commands, as the autopilot flies. Trim is in the middle.
+    /// The response with the `limits` of the sticks on travel and rate, and with integrals that track the limited
+    /// commands, as in the autopilot. Trim is in the middle of the travel.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -152,12 +151,12 @@ impl HoverDesign {
         limited::respond(self, &normalised(model)?, gains, disturbance, duration_s, limits)
     }
 
-    /// How strongly velocities, attitude, rates and sticks are moved in steady `gusts`, the loops closed as they
-    /// are in `mode`.
+    /// Standard deviations of velocities, attitude, rates and sticks in stationary `gusts`, with the loops closed as in
+    /// `mode`.
     ///
     /// # Errors
-    /// [`DesignError::UnstableLoop`] where the mode is not stable, [`DesignError::Range`] for gusts that are none,
-    /// and [`DesignError`].
+    /// [`DesignError::UnstableLoop`] where the mode is unstable, [`DesignError::Range`] for invalid gusts, and other
+    /// [`DesignError`]s.
     pub fn in_gusts(
         &self,
         model: &StateSpace,
@@ -169,8 +168,7 @@ impl HoverDesign {
         gusts::respond(self, &normalised(model)?, gains, mode, gusts)
     }
 
-    /// What becomes of `disturbance` with every stick left at trim, as [`respond`](Self::respond)
-    /// tells it.
+    /// Response to `disturbance` with every stick at trim, in the form of [`respond`](Self::respond).
     ///
     /// # Errors
     /// [`DesignError`].
@@ -193,7 +191,7 @@ impl HoverDesign {
         let found = part.states().len() - Y + U;
         if found > H {
             return Err(DesignError::Shape {
-                matrix: "states that nothing measures",
+                matrix: "the number of unmeasured states",
                 rows: found - U,
                 columns: 1,
                 expected_rows: H - U,
@@ -211,7 +209,7 @@ impl HoverDesign {
         let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;
         let proportional = (2.0 * damping * frequency_radps + zw) / zcol;
         if !proportional.is_finite() {
-            return Err(DesignError::Singular { matrix: "Zcol, what collective does to w," });
+            return Err(DesignError::Singular { matrix: "Zcol, the effect of collective on w," });
         }
         Ok(PidGains {
             proportional,

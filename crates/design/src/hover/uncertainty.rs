@@ -1,4 +1,4 @@
-//! What the identification of a model leaves open.
+//! Uncertainty of an identified model.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,24 +9,24 @@ use super::plant::normalised;
 use crate::DesignError;
 use hovernav_model::StateSpace;
 
-/// The sticks as delays and lags are named after them, in the order of the controls.
+/// Abbreviations of the sticks in the names of delays and lags, in the order of the controls.
 const STICKS: [&str; 4] = ["lat", "lon", "col", "ped"];
-/// Shortest that a servo's lag becomes where the delay of its stick is less than was found, s.
+/// Smallest lag of a servo when the delay of its stick is smaller than identified, s.
 const SHORTEST_S: f64 = 1e-3;
-/// Share of the largest variance, as a correlation, below which a direction is rounding.
+/// Variance of a direction below which it is rounding, relative to the largest, as a correlation.
 const ROUNDING: f64 = 1e-12;
 
-/// The vehicles that a model may stand for: its parameters, off along the axes of their covariance.
+/// Vehicles consistent with a model: its parameters change along the principal axes of their covariance.
 pub(super) struct Uncertainty<'a> {
     model: &'a StateSpace,
-    /// By how much each parameter is off at one sigma of each direction, parameters × directions: times its
-    /// transpose it is the covariance.
+    /// Change of each parameter for one sigma along each direction, parameters × directions. The product with its
+    /// transpose is the covariance.
     axes: DMatrix<f64>,
 }
 
 impl<'a> Uncertainty<'a> {
-    /// That of `model`; `None` where it does not tell how sure its parameters are and where they stand in its
-    /// matrices. What moves neither these nor a stick's delay or lag is left out.
+    /// Uncertainty of `model`; `None` where the model lacks the covariance or the slopes of its parameters. Parameters
+    /// that affect neither the matrices nor a stick's delay or lag are omitted.
     pub fn of(model: &'a StateSpace) -> Option<Self> {
         let covariance = model.covariance().filter(|_| !model.slopes().is_empty())?;
         let parameters = model.parameters();
@@ -61,12 +61,12 @@ impl<'a> Uncertainty<'a> {
         (!directions.is_empty()).then_some(Self { model, axes })
     }
 
-    /// How many directions there are: as many as parameters that are not each other's image.
+    /// Number of directions: the number of linearly independent parameters.
     pub fn directions(&self) -> usize {
         self.axes.ncols()
     }
 
-    /// A vehicle by chance, as by how many sigmas it is off along each direction.
+    /// A random vehicle, as the number of sigmas along each direction.
     ///
     /// # Source
     /// Equation (L23) of docs/equations.md.
@@ -74,7 +74,7 @@ impl<'a> Uncertainty<'a> {
         DVector::from_fn(self.directions(), |_, _| random.normal())
     }
 
-    /// The vehicle that is off by `sigmas` along the directions.
+    /// The vehicle that differs from the model by `sigmas` along the directions.
     pub fn vehicle(&self, sigmas: &DVector<f64>) -> Result<Vehicle, DesignError> {
         let off = &self.axes * sigmas;
         let parameters = self.model.parameters();
@@ -88,16 +88,17 @@ impl<'a> Uncertainty<'a> {
     }
 }
 
-/// A vehicle that is not quite the model.
+/// A vehicle that differs from its model.
 pub(super) struct Vehicle {
-    /// As [`normalised`] has it.
+    /// The vehicle in the form of [`normalised`].
     whole: StateSpace,
-    /// By how much each stick is later than the model has it, s.
+    /// Additional delay of each stick compared with the model, s.
     later_s: [f64; 4],
 }
 
 impl Vehicle {
-    /// What the autopilot in `mode` meets of it: what a stick is later counts as a longer lag of its servo.
+    /// The vehicle's plant for the autopilot in `mode`; an additional delay of a stick counts as a longer lag of its
+    /// servo.
     pub fn plant(&self, design: &HoverDesign, mode: FlightMode) -> Result<StateSpace, DesignError> {
         let mut servos_s = closed_loop::servos_s(design);
         for (servo_s, later_s) in servos_s.iter_mut().zip(self.later_s) {
@@ -113,8 +114,8 @@ pub(super) mod tests {
     use approx::assert_abs_diff_eq;
     use hovernav_model::{Parameter, Slope, shipped};
 
-    /// The 60-class helicopter whose damping, control and delays are known to `share`, one sigma; the two of roll
-    /// go together.
+    /// The 60-class helicopter whose damping, control derivatives and delays have the relative one-sigma `share`; the
+    /// two of roll are correlated.
     pub(in super::super) fn known_to(share: f64) -> StateSpace {
         let model = shipped::raptor60();
         let entries = [
@@ -160,7 +161,7 @@ pub(super) mod tests {
     fn vehicles_are_drawn_as_the_covariance_has_them() {
         let model = known_to(0.1);
         let uncertainty = Uncertainty::of(&model).unwrap();
-        // The gust's time moves nothing.
+        // The time constant of the gusts affects no entry.
         assert_eq!(uncertainty.directions(), 9);
         let mut random = Random(1);
         let drawn: Vec<DVector<f64>> =
@@ -182,7 +183,7 @@ pub(super) mod tests {
     fn a_later_stick_is_a_slower_servo() {
         let model = known_to(0.1);
         let uncertainty = Uncertainty::of(&model).unwrap();
-        // Whatever the directions are, some multiple of them moves the pedal's delay.
+        // A combination of the directions changes the pedal's delay.
         let off = uncertainty.axes.row(8).transpose();
         let vehicle = uncertainty.vehicle(&off).unwrap();
         let later_s = (&uncertainty.axes * &off)[8];

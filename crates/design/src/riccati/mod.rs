@@ -1,8 +1,7 @@
 //! The algebraic Riccati equations of optimal control.
 //!
-//! A structure-preserving iteration gives a start, Newton's rule finishes it. Its residual is worked
-//! out in twice the working precision, so the result is right to rounding wherever the equation
-//! itself is not singular to rounding.
+//! A structure-preserving iteration gives a start, and Newton's method refines it. The residual is computed in twice
+//! the working precision. The result is therefore accurate to rounding unless the equation itself is nearly singular.
 
 mod newton;
 mod sign;
@@ -18,24 +17,22 @@ use hovernav_model::linalg::{dare_by_doubling, invert, symmetric};
 use newton::Equation;
 use sign::sign_solution;
 
-/// A start for Newton's rule is good enough to this share of its largest element.
+/// Relative accuracy of a start that is sufficient for Newton's method, in its largest element.
 const START_TOLERANCE: f64 = 1e-10;
 
 /// Solves AᵀX + XA − XBR⁻¹BᵀX + Q = 0 for the X that makes A − BK stable, K = R⁻¹BᵀX.
 ///
-/// `a` is n×n, `b` n×m, `q` n×n symmetric (it may be indefinite: the equation does not mind), `r` m×m
-/// symmetric and invertible.
+/// `a` is n×n, `b` n×m, `q` n×n symmetric (it may be indefinite), `r` m×m symmetric and invertible.
 ///
 /// The start is the sign of the balanced Hamiltonian matrix, with determinantal scaling.
 ///
 /// # Errors
-/// [`DesignError`] for shapes that disagree, NaN, weights that are not symmetric, a singular `r`, a
-/// mode that no input can stabilise, and where no stabilising solution exists.
+/// [`DesignError`] for inconsistent shapes, NaN, weights that are not symmetric, a singular `r`, a mode that no input
+/// can stabilise, and where no stabilising solution exists.
 ///
 /// # Source
-/// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968
-/// for Newton's rule.
-/// Equation (L1) of docs/equations.md.
+/// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968 for Newton's
+/// method. Equation (L1) of docs/equations.md.
 pub fn care(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -50,7 +47,7 @@ pub fn care(
     let equation = Equation { a, b, q, r, s: &s, discrete: false, r_inverse: Some(r_inverse) };
     let start = sign_solution(a, &symmetric(&g), q);
     let solution = start.and_then(|x| equation.refined(x)).or_else(|| {
-        // Any stabilising gain will do for Newton's rule to start from.
+        // Newton's method can start from any stabilising gain.
         let x = sign_solution(a, &(b * b.transpose()), &DMatrix::identity(n, n))?;
         equation.descended(b.tr_mul(&x))
     });
@@ -60,20 +57,17 @@ pub fn care(
 /// Solves X = AᵀXA − (AᵀXB + S)(R + BᵀXB)⁻¹(BᵀXA + Sᵀ) + Q for the X that makes A − BK stable,
 /// K = (R + BᵀXB)⁻¹(BᵀXA + Sᵀ).
 ///
-/// Shapes as in [`care`], `s` n×m, zero where none is given. `r` may be singular as long as R + BᵀXB
-/// is not.
+/// Shapes as in [`care`], `s` n×m, zero if omitted. `r` may be singular if R + BᵀXB is not.
 ///
-/// The start is the structured doubling algorithm; where R is singular to rounding, Newton's rule
-/// from the gain of a regular problem, and where the cost is too indefinite for that doubling about a
-/// multiple of the identity.
+/// The start is the structured doubling algorithm. Where R is singular to rounding, it is Newton's method from the gain
+/// of a regular problem. Where the cost is too indefinite for that, it is doubling about a multiple of the identity.
 ///
 /// # Errors
 /// As [`care`].
 ///
 /// # Source
-/// Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic discrete-time algebraic
-/// Riccati equations*, 2004; Hewer 1971 for Newton's rule.
-/// Equation (L2) of docs/equations.md.
+/// Chu, Fan, Lin and Wang, *Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations*,
+/// 2004; Hewer 1971 for Newton's method. Equation (L2) of docs/equations.md.
 pub fn dare(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -104,7 +98,7 @@ pub fn dare(
     solution.ok_or_else(|| equation.reason())
 }
 
-/// The solution by structured doubling; `None` where R is singular to rounding or it does not converge.
+/// The solution by structured doubling; `None` where R is singular to rounding or the iteration does not converge.
 fn doubled(equation: &Equation<'_>) -> Option<DMatrix<f64>> {
     let Equation { a, b, q, r, s, .. } = equation;
     let r_inverse = well_inverted(r)?;
@@ -115,11 +109,11 @@ fn doubled(equation: &Equation<'_>) -> Option<DMatrix<f64>> {
     dare_by_doubling(own, g, symmetric(&cost), START_TOLERANCE)
 }
 
-/// Multiples of |R| over |B|², or of 1 where R is zero, that [`doubled_about`] is tried with.
+/// Multiples of |R| over |B|², or of 1 where R is zero, tried by [`doubled_about`].
 const SHIFTS: [f64; 4] = [1.0, -1.0, 7.0, -7.0];
 
-/// The solution as X₀ + Y with X₀ a multiple of the identity: Y solves an equation of the same kind, whose
-/// R + BᵀX₀B is regular though R is not.
+/// The solution as X₀ + Y with X₀ a multiple of the identity. Y solves an equation of the same kind with R + BᵀX₀B,
+/// which is regular even if R is not.
 ///
 /// # Source
 /// Equation (L18) of docs/equations.md.
@@ -150,7 +144,7 @@ fn check_problem(
     check("S", s, n, m)
 }
 
-/// The inverse of a matrix that has one to at least a few digits.
+/// The inverse of a matrix, if it is accurate to at least a few digits.
 fn well_inverted(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let mut inverse = r.clone();
     invert(&mut inverse)?;

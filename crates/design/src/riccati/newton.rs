@@ -1,4 +1,4 @@
-//! Newton's rule on a Riccati equation, its residual in twice the working precision.
+//! Newton's method for a Riccati equation, with its residual in twice the working precision.
 
 use nalgebra::DMatrix;
 
@@ -10,7 +10,7 @@ use crate::reachability::unstabilisable_mode;
 use hovernav_model::TimeDomain;
 use hovernav_model::linalg::{Stein, eigenvalues, invert, symmetric};
 
-/// A problem, continuous or discrete, with what Newton's rule asks of it.
+/// A continuous or discrete problem, with auxiliary matrices for Newton's method.
 pub(super) struct Equation<'a> {
     pub a: &'a DMatrix<f64>,
     pub b: &'a DMatrix<f64>,
@@ -21,7 +21,7 @@ pub(super) struct Equation<'a> {
     pub r_inverse: Option<DMatrix<f64>>,
 }
 
-/// A point on the way to the solution.
+/// An intermediate solution.
 struct Iterate {
     x: DMatrix<f64>,
     gain: DMatrix<f64>,
@@ -31,11 +31,11 @@ struct Iterate {
 }
 
 const MOST_STEPS: usize = 60;
-/// A solution with more than this left of its equation is none.
+/// Largest relative residual of a valid solution.
 const LARGEST_RESIDUAL: f64 = 1e-7;
 
 impl Equation<'_> {
-    /// The gain that X asks for.
+    /// The gain that corresponds to X.
     pub fn gain(&self, x: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         match &self.r_inverse {
             Some(r_inverse) => Some(r_inverse * self.b.tr_mul(x)),
@@ -48,7 +48,7 @@ impl Equation<'_> {
         }
     }
 
-    /// Q + KᵀRK − SK − KᵀSᵀ: the cost of a gain over one step or instant.
+    /// Q + KᵀRK − SK − KᵀSᵀ: the cost of a gain per step or per unit time.
     fn cost(&self, gain: &DoubleDouble) -> DoubleDouble {
         let (m, n) = gain.high.shape();
         let weighted = DoubleDouble::zeros(m, n).plus_product(1.0, self.r, gain);
@@ -60,10 +60,10 @@ impl Equation<'_> {
         cost.plus(-1.0, &across).plus(-1.0, &across.transpose())
     }
 
-    /// X with its gain and what it leaves of the equation.
+    /// X with its gain and residual.
     ///
-    /// Written around the gain, the residual feels an error of the gain only in second order: that
-    /// makes doubled precision in the rest worth having.
+    /// Written in terms of the gain, the residual depends on an error of the gain only to second order. The rest
+    /// therefore profits from doubled precision.
     fn iterate(&self, x: DMatrix<f64>) -> Option<Iterate> {
         let gain = self.gain(&x)?;
         let (m, n) = gain.shape();
@@ -96,12 +96,12 @@ impl Equation<'_> {
         }
     }
 
-    /// Newton's rule from a start that is nearly there, as long as it gains.
+    /// Newton's method from an approximate solution, as long as it improves.
     pub fn refined(&self, start: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut best = self.iterate(start)?;
         for _ in 0..MOST_STEPS {
             let correction = self.correction(&best)?;
-            // Once the correction is this small, its square is below rounding.
+            // For a correction this small, its square is below rounding.
             let small = correction.norm() <= 1e-12 * best.x.norm();
             let next = self.iterate(&best.x + &correction);
             match next {
@@ -115,10 +115,9 @@ impl Equation<'_> {
         self.finished(best)
     }
 
-    /// Newton's rule from a gain that stabilises, all the way.
+    /// Newton's method from a stabilising gain, until convergence.
     ///
-    /// Where no stabilising solution exists it creeps towards one on the border of stability; that is
-    /// no solution.
+    /// Where no stabilising solution exists, it converges slowly to one on the border of stability, which is rejected.
     pub fn descended(&self, mut gain: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut before: Option<DMatrix<f64>> = None;
         for _ in 0..MOST_STEPS {
@@ -136,7 +135,7 @@ impl Equation<'_> {
         None
     }
 
-    /// Whether the closed loop is stable by more than rounding and slow convergence can feign.
+    /// Whether the closed loop is stable by more than rounding and slow convergence could simulate.
     pub fn is_inside(&self, gain: &DMatrix<f64>) -> bool {
         let closed = self.a - self.b * gain;
         let border = if self.discrete { 1.0 - 1e-8 } else { -1e-8 * closed.norm() };
@@ -157,7 +156,7 @@ impl Equation<'_> {
         (residual <= LARGEST_RESIDUAL).then_some(RiccatiSolution { x, gain, residual })
     }
 
-    /// Why there is no solution.
+    /// Reason for the missing solution.
     pub fn reason(&self) -> DesignError {
         let time = match self.discrete {
             true => TimeDomain::Discrete { period_s: 1.0 },
@@ -168,8 +167,8 @@ impl Equation<'_> {
                 DesignError::NotStabilisable { re: mode.re, im: mode.im, singular_value }
             }
             Ok(None) => DesignError::NoStabilisingSolution {
-                reason: "the closed loop would keep a mode on the border of stability: one that the \
-                         weights do not see, or weights that are too indefinite",
+                reason: "the closed loop would keep a mode on the border of stability: the weights do not \
+                     include it, or they are too indefinite",
             },
             Err(error) => error,
         }

@@ -1,11 +1,10 @@
-//! The sign of a matrix: where the continuous equations start.
+//! Sign function of a matrix, the start of the continuous equations.
 
 use nalgebra::DMatrix;
 
 use hovernav_model::linalg::{invert, symmetric};
 
-/// One step of the iteration for the sign of a matrix, given its inverse; gives how far it moved,
-/// relative.
+/// One step of the iteration for the sign of a matrix, given its inverse. Returns the relative change.
 fn sign_step(matrix: &mut DMatrix<f64>, inverse: &DMatrix<f64>, scale: f64) -> f64 {
     let (mut moved, mut size) = (0.0, 0.0);
     let (own, other) = (0.5 * scale, 0.5 / scale);
@@ -18,7 +17,7 @@ fn sign_step(matrix: &mut DMatrix<f64>, inverse: &DMatrix<f64>, scale: f64) -> f
     (moved / size).sqrt()
 }
 
-/// Enough for the matrix sign of anything whose modes are apart from the axis in double precision.
+/// Sufficient for the matrix sign of any matrix whose modes are distinct from the imaginary axis in double precision.
 const MOST_STEPS: usize = 100;
 
 /// The solution of AᵀE + EA + Q = 0 by the sign iteration; `None` unless A is stable.
@@ -40,7 +39,7 @@ pub(super) fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64
         inverse.tr_mul_to(&half, &mut turned);
         q.zip_apply(&turned, |q, turned| *q = 0.5 * (scale * *q + turned / scale));
         change = sign_step(&mut a, &inverse, scale);
-        // Convergence is quadratic: the next step would move by the square of this.
+        // Convergence is quadratic: the next step would change it by the square of this.
         if change < 1e-8 || !change.is_finite() {
             break;
         }
@@ -75,7 +74,7 @@ pub(super) fn sign_solution(
         if !change.is_finite() {
             return None;
         }
-        // Convergence is quadratic: the next step would move by the square of this.
+        // Convergence is quadratic: the next step would change it by the square of this.
         if change < 1e-8 {
             break;
         }
@@ -96,7 +95,7 @@ pub(super) fn sign_solution(
     unscaled.iter().all(|value| value.is_finite()).then(|| symmetric(&unscaled))
 }
 
-/// A Hamiltonian matrix of even size throughout, and how to go back: X = weight·x/(state·state).
+/// A Hamiltonian matrix balanced in size, and the scaling back: X = weight·x/(state·state).
 struct Balanced {
     a: DMatrix<f64>,
     g: DMatrix<f64>,
@@ -105,7 +104,7 @@ struct Balanced {
     states: Vec<f64>,
 }
 
-/// Scales weights and states by powers of two, which keep the structure and cost no rounding.
+/// Scales weights and states by powers of two, which preserves the structure without rounding.
 ///
 /// # Source
 /// Benner, *Symplectic balancing of Hamiltonian matrices*, 2001.
@@ -153,7 +152,7 @@ fn balanced(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Balanced {
     Balanced { a, g, q, weight, states }
 }
 
-/// Makes G and Q of like size, and gives the factor between.
+/// Scales G and Q to similar size and returns the factor.
 fn even(g: &mut DMatrix<f64>, q: &mut DMatrix<f64>) -> f64 {
     let (g_size, q_size) = (g.norm(), q.norm());
     if g_size == 0.0 || q_size == 0.0 {

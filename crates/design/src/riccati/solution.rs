@@ -1,4 +1,4 @@
-//! What a Riccati solver gives.
+//! Result of a Riccati solver.
 
 use nalgebra::DMatrix;
 
@@ -9,6 +9,6 @@ pub struct RiccatiSolution {
     pub x: DMatrix<f64>,
     /// The gain K, m×n, of u = −K x.
     pub gain: DMatrix<f64>,
-    /// What is left of the equation, relative to the size of its terms.
+    /// Residual of the equation, relative to the size of its terms.
     pub residual: f64,
 }
