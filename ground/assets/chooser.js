@@ -1,4 +1,4 @@
-// Choosing a channel by searching for it; asking for a line of text; short messages.
+// Channel search, input of one line of text, and short messages.
 
 import { channels, element, now, told } from "./station.js";
 
@@ -48,7 +48,7 @@ search.onkeydown = (event) => {
   }
 };
 
-/** Lets a channel be chosen; `done` is called with its name. */
+/** Opens the channel search; calls `done` with the name of the chosen channel. */
 export function choose(done) {
   chosen = done;
   search.value = "";
@@ -61,7 +61,7 @@ export function choose(done) {
 const asker = document.getElementById("asker");
 const reply = document.getElementById("reply");
 
-/** Asks for a line of text; `done` is called with it. */
+/** Asks for a line of text and calls `done` with it. */
 export function question(text, given, done) {
   document.getElementById("question").textContent = text;
   reply.value = given;
@@ -74,7 +74,7 @@ export function question(text, given, done) {
 const toast = document.getElementById("toast");
 let fading = 0;
 
-/** Says something for a while. */
+/** Shows a message for 6 s. */
 export function say(text) {
   toast.textContent = text;
   toast.hidden = false;

@@ -1,4 +1,4 @@
-// Attitude, heading and track, drawn on canvases.
+// Attitude, heading and track on canvases.
 
 import { now, told, write } from "./station.js";
 import { range, seriesOf } from "./plots.js";
@@ -6,7 +6,7 @@ import { range, seriesOf } from "./plots.js";
 const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const radians = (degrees) => degrees * Math.PI / 180;
 
-/** The context of a canvas, its size in CSS pixels, cleared. */
+/** The context of a canvas, cleared, with its size in CSS pixels. */
 function fresh(canvas) {
   const ratio = devicePixelRatio || 1;
   canvas.dataset.width ??= canvas.width;
@@ -116,7 +116,7 @@ export function heading(canvas) {
 
 const METRES = 111_195;
 
-/** The values of a series at the times of another: each thins out what it is sent by itself. */
+/** The values of a series at the times of another. Both are thinned independently, so their times differ. */
 function paired(times, [own, values]) {
   let k = 0;
   return times.map((t) => {
@@ -125,7 +125,7 @@ function paired(times, [own, values]) {
   });
 }
 
-/** The horizontal way of the window that the plots show, north up, on a grid. */
+/** The horizontal track in the time window of the plots, north up, on a grid. */
 export function track(canvas) {
   const sheet = fresh(canvas);
   const [times, latitudes] = seriesOf("lat_deg");
@@ -196,7 +196,7 @@ function stroke(context, points) {
 export function angles(node) {
   const of = (name) => told(name, now.get(name));
   const [roll, pitch, yaw] = ["roll_deg", "pitch_deg", "yaw_deg"].map(of);
-  // Vehicles of other makers tell their altitude above sea level only.
+  // Other vehicles report only their altitude above sea level.
   const height = known(now.get("height_m")) || !known(now.get("altitude_m")) ? `height ${of("height_m")} m` : `altitude ${of("altitude_m")} m`;
   write(node, `roll ${roll}°  pitch ${pitch}°  heading ${yaw}°  ${height}`);
 }

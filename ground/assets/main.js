@@ -1,4 +1,4 @@
-// The page: views, buttons, keys, and the layout that is kept.
+// The page: views, buttons, keys, and the stored layout.
 
 import { ask, clock, connect, element, now, on, time, write } from "./station.js";
 import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, seriesOf, setMarkers, shift, stay, watch, zoom } from "./plots.js";
@@ -23,7 +23,7 @@ let pans = false;
 
 function keep() {
   const plots = boards.plots.lists;
-  try { localStorage.setItem("layout", JSON.stringify({ plots, window: axis.window, theme, tab })); } catch { /* The page works without. */ }
+  try { localStorage.setItem("layout", JSON.stringify({ plots, window: axis.window, theme, tab })); } catch { /* The page works without storage. */ }
 }
 
 const pick = (plot) => choose((name) => plot.choose([name]));
@@ -61,16 +61,16 @@ function turnDrag() {
   write(byId("tool"), pans ? "Drag: pan" : "Drag: zoom");
 }
 function addPlot() {
-  if (boards.plots.plots.length >= MOST) return say(`${MOST} plots are shown, no more than that fit`);
+  if (boards.plots.plots.length >= MOST) return say(`${MOST} plots are the maximum`);
   choose((name) => boards.plots.add([name]));
 }
 function record() {
   if (recording) return ask({ do: "stop" });
   const stamp = new Date().toISOString().slice(0, 19).replace("T", " ").replaceAll(":", "-");
-  question("Record under the name", `flight ${stamp}`, (name) => ask({ do: "record", name: name.trim() }));
+  question("Name of the record", `flight ${stamp}`, (name) => ask({ do: "record", name: name.trim() }));
 }
 function mark() {
-  if (!records.opened()) question("Mark this moment", "", (note) => ask({ do: "mark", note: note.trim() || "mark" }));
+  if (!records.opened()) question("Text of the marker", "", (note) => ask({ do: "mark", note: note.trim() || "mark" }));
 }
 function exportCsv() {
   const names = (boards[tab] ?? boards.plots).lists.flat();
@@ -151,7 +151,7 @@ on("state", (state) => {
   if (name !== source) {
     source = name;
     markers = [];
-    // The whole of a record first, then whatever is looked for.
+    // Show the whole record first.
     if (state.record && state.what.span) {
       if (tab === "records") show("plots");
       stay(...state.what.span);

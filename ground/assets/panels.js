@@ -17,7 +17,7 @@ function lamp(node, light, name, why) {
 }
 
 export let flows = true;
-/** What the vehicle said of who flies, and when. */
+/** The vehicle's messages about the flight mode, with their times. */
 let reasons = [];
 
 on("state", (state) => {
@@ -50,20 +50,20 @@ on("state", (state) => {
 on("lost", (why) => {
   lamp(byId("link"), "bad", "no connection to the station", "");
   byId("alarms").dataset.text = "lost";
-  byId("alarms").replaceChildren(element("span", "", why ? `The ground station refuses this page: ${why}` : "The ground station does not answer: nothing on this page is new"));
+  byId("alarms").replaceChildren(element("span", "", why ? `The ground station refuses this page: ${why}` : "The ground station does not answer: all values on this page are old"));
 });
 
 function linkLamp(link, record) {
-  if (record) return lamp(byId("link"), "care", `record ${record.name}${record.is_cut ? " (cut off)" : ""}`, "");
+  if (record) return lamp(byId("link"), "care", `record ${record.name}${record.is_cut ? " (truncated)" : ""}`, "");
   if (link.name === "no link") return lamp(byId("link"), "unknown", "no vehicle: records only", "");
   const silent = !known(link.age_s) || link.age_s > 1;
   const light = silent ? (link.wanted ? "bad" : "care") : link.lost + link.late > 0.02 * link.frames + 5 ? "care" : "good";
   const counts = `${link.lost} lost, ${link.damaged} damaged, ${link.late} late`;
   const words = silent
-    ? !link.wanted ? "vehicle paused" : known(link.age_s) ? `no frame for ${link.age_s.toFixed(1)} s` : `nothing heard (${link.port || link.name})`
+    ? !link.wanted ? "vehicle paused" : known(link.age_s) ? `no frame for ${link.age_s.toFixed(1)} s` : `no telemetry (${link.port || link.name})`
     : `${link.rate_hz.toFixed(0)} Hz · ${(link.bytes_per_s / 1000).toFixed(1)} kB/s · ${counts}`;
   lamp(byId("link"), light, words, "");
-  byId("link").title = `${link.name}, ${link.protocol ?? "nothing yet"}: ${link.frames} frames, ${counts}, silent ${link.outages} times, last frame ${known(link.age_s) ? link.age_s.toFixed(2) : "–"} s ago`;
+  byId("link").title = `${link.name}, ${link.protocol ?? "protocol unknown"}: ${link.frames} frames, ${counts}, silent ${link.outages} times, last frame ${known(link.age_s) ? link.age_s.toFixed(2) : "–"} s ago`;
 }
 
 function alarms({ link, what, record }) {
@@ -103,15 +103,15 @@ function control({ control: state, since, span }, at) {
   write(byId("mode-why"), reasons.findLast((one) => one.time_s <= at)?.text ?? "");
   items(byId("states"), state.states, "");
   const none = state.mode === null;
-  const closed = state.states.some((one) => one.includes("until it has been opened"));
-  write(byId("ready"), none ? "not told" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
+  const closed = state.states.some((one) => one.includes("until it is opened"));
+  write(byId("ready"), none ? "not reported" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
   byId("ready").className = `large ${none ? "unknown" : state.refusals.length ? "bad" : closed ? "care" : "good"}`;
   items(byId("refusals"), state.refusals, "");
 }
 
 const STICKS = ["lateral", "longitudinal", "collective", "pedal"];
 
-/** Sticks and set-points; as often as ticks come. */
+/** Updates sticks and set-points; called with the ticks. */
 export function hover() {
   const place = byId("sticks");
   STICKS.forEach((stick, k) => {

@@ -1,16 +1,16 @@
-// Linked plots over time: one window or one zoom for all, one cursor, and the data behind them.
+// Linked plots over time, with a common time window, a common cursor, and their data.
 
 import { ask, channels, clock, element, now, on, time, told, write } from "./station.js";
 
 const HEIGHT = 190;
-/** Plots on a board. */
+/** Largest number of plots on a board. */
 export const MOST = 12;
 const SIGMAS = 3;
 /** The time axis of all plots. */
 export const axis = { window: 60, follows: true, from: 0, to: 0 };
-/** Times and values of each channel that is looked at. */
+/** Times and values of each watched channel. */
 const data = new Map();
-/** Lists of plots, of which one is shown. */
+/** All boards; one of them is shown. */
 const boards = [];
 let shown = null;
 let pans = false;
@@ -28,7 +28,7 @@ export function dragPans(value) { pans = value; }
 export function redraw() { dirty = true; }
 export const seriesOf = (name) => data.get(name) ?? [[], []];
 
-/** Everything that the shown plots need; latitude and longitude are the track's. */
+/** The channels of the shown plots, plus latitude and longitude for the track. */
 function wanted() {
   const names = new Set(["lat_deg", "lon_deg"]);
   for (const plot of shown?.plots ?? []) {
@@ -54,7 +54,7 @@ export function watch() {
 }
 export function forget() { watched = ""; }
 
-/** Asks for what the plots show. */
+/** Requests the data of the shown plots. */
 let pending = 0;
 export function look() {
   clearTimeout(pending);
@@ -101,7 +101,7 @@ on("tick", (tick) => {
   }
 });
 
-/** Where the plots stay from now on; seconds since the start of 1970. */
+/** Fixes the time range of the plots, s since the start of 1970. */
 export function stay(from, to) {
   const middle = 0.5 * (from + to);
   const span = Math.min(Math.max(to - from, 0.05), 6 * 3600);
@@ -219,7 +219,7 @@ class Plot {
     this.band = band;
     this.gestures(this.chart.over);
   }
-  /** From the least to the greatest value, with some room. */
+  /** The range of the values, with a margin. */
   span(low, high) {
     if (this.y) return this.y;
     if (low === null || high === null) return [-1, 1];
@@ -295,7 +295,7 @@ class Plot {
     }
     ctx.restore();
   }
-  /** Wheel, pan and pinch. */
+  /** Wheel, pan and pinch gestures. */
   gestures(over) {
     const touches = new Map();
     let last = null;
@@ -328,7 +328,7 @@ class Plot {
       if (!touches.has(event.pointerId)) return;
       touches.set(event.pointerId, event.clientX);
       const measured = measure();
-      // A finger that goes up or down scrolls the page.
+      // A vertical swipe scrolls the page.
       pulled ||= touches.size > 1 || Math.abs(measured.middle - last.middle) > 8;
       if (!pulled) return;
       const [from, to] = range();
@@ -352,7 +352,7 @@ export function rebuild() {
 }
 addEventListener("resize", () => { dirty = true; });
 
-/** Frames drawn in the last second, for whoever wants to know. */
+/** Times of the frames drawn in the last second; the tests read their number. */
 const drawn = [];
 function draw(at) {
   if (shown && (dirty || axis.follows && clock.t !== null && performance.now() - clock.received < 200)) {

@@ -1,4 +1,4 @@
-// Records: listed, opened, played, exported, evaluated.
+// Records: list, open, play, export, evaluate.
 
 import { address, ask, element, on, time, write } from "./station.js";
 import { follow, range } from "./plots.js";
@@ -48,7 +48,7 @@ on("records", (records) => {
     const look = element("button", "first", "Open");
     look.onclick = () => open(one.name);
     const evaluate = element("button", "", "Estimate and identify");
-    evaluate.onclick = () => { ask({ do: "evaluate", name: one.name }); say(`Estimating and identifying from ${one.name}`); };
+    evaluate.onclick = () => { ask({ do: "evaluate", name: one.name }); say(`Running estimate and identify on ${one.name}`); };
     const size = one.bytes > 2e6 ? `${(one.bytes / 1e6).toFixed(1)} MB` : `${(one.bytes / 1e3).toFixed(0)} kB`;
     return element("tr", "", element("td", "", one.name), element("td", "", new Date(1000 * one.modified_s).toLocaleString()), element("td", "", size), element("td", "tools", look, evaluate));
   }));

@@ -1,6 +1,6 @@
-// The conversation with the station: requests out, ticks, views and states in.
+// The connection to the station: requests out, ticks, views and states in.
 
-/** The token of the page's address; one that is added to an open page counts from the next try on. */
+/** The token in the page's address. A token that is added while the page is open is used from the next attempt on. */
 let token = sessionStorage.getItem("token") ?? "";
 function takeToken() {
   token = new URLSearchParams(location.hash.slice(1)).get("token") ?? token;
@@ -9,7 +9,7 @@ function takeToken() {
 takeToken();
 addEventListener("hashchange", takeToken);
 
-/** The address of something the station serves, with the token. */
+/** The address of a resource of the station, with the token. */
 export function address(path, fields = {}) {
   const query = new URLSearchParams(fields);
   if (token) query.set("token", token);
@@ -17,7 +17,7 @@ export function address(path, fields = {}) {
   return text ? `${path}?${text}` : path;
 }
 
-/** Whoever wants to hear of something: `on("tick", …)`. */
+/** Listeners by message type: `on("tick", …)`. */
 const listeners = new Map();
 export function on(what, listener) {
   if (!listeners.has(what)) listeners.set(what, []);
@@ -27,7 +27,7 @@ function tell(what, value) {
   for (const listener of listeners.get(what) ?? []) listener(value);
 }
 
-/** What is known of each channel, and the newest value of each. */
+/** The description and the newest value of each channel. */
 export const channels = new Map();
 export const now = new Map();
 export const clock = { t: null, received: 0, delay: 0 };
@@ -40,7 +40,7 @@ export function ask(request) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
 }
 
-/** Why the station does not talk, where it says so; a browser does not tell why a socket was refused. */
+/** The station's reason for a refusal. A browser does not report why a socket was refused. */
 async function refusal() {
   try {
     const answer = await fetch(address("/socket"));
@@ -83,7 +83,7 @@ export function connect() {
   };
 }
 
-/** A value with the digits that mean anything. */
+/** A value with its significant decimals. */
 export function told(name, value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
   return value.toFixed(channels.get(name)?.digits ?? 2);
@@ -91,7 +91,7 @@ export function told(name, value) {
 
 export const time = (t) => new Date(1000 * t).toLocaleTimeString([], { hour12: false });
 
-/** Sets a node's text where it is another: a page that writes the same again lays out again. */
+/** Sets the text of a node if it differs; setting the same text would cause a new layout. */
 export function write(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }

@@ -1,28 +1,28 @@
-//! The channels: what can be looked at, with units and ranges.
+//! The channels of telemetry, with units and ranges.
 
 /// A channel: one number over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel {
-    /// Its name in records, files and requests; it ends with the unit.
+    /// Name in records, files and requests; it ends with the unit.
     pub name: &'static str,
-    /// What it is, for people.
+    /// Label for users.
     pub label: &'static str,
-    /// Its unit; empty of plain numbers.
+    /// Unit; empty for plain numbers.
     pub unit: &'static str,
-    /// What it belongs to.
+    /// Group of channels.
     pub group: &'static str,
-    /// Digits behind the point that mean anything.
+    /// Number of significant decimals.
     pub digits: u8,
-    /// The least and the greatest number that can be: what lies outside is not believed.
+    /// Smallest and largest possible value. Values outside are rejected.
     pub range: (f64, f64),
-    /// Below the first or above the second there is an alarm.
+    /// Alarm below the first or above the second value.
     pub alarm: (f64, f64),
-    /// The channel that is its one-sigma.
+    /// The channel with its one-sigma.
     pub sigma: Option<Id>,
 }
 
 impl Channel {
-    /// `value` if it can be, to the digits that mean anything; else NaN.
+    /// `value` rounded to the significant decimals; NaN if it is impossible or missing.
     #[must_use]
     pub fn plausible(&self, value: Option<f64>) -> f64 {
         let scale = 10f64.powi(i32::from(self.digits));
@@ -34,7 +34,7 @@ impl Channel {
         }
     }
 
-    /// Whether `value` is beyond what it should be.
+    /// Whether `value` is outside the alarm limits.
     #[must_use]
     pub fn alarms(&self, value: f64) -> bool {
         value < self.alarm.0 || value > self.alarm.1
@@ -46,13 +46,13 @@ const NEVER: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 macro_rules! channels {
     ($($group:literal { $($id:ident $name:literal $label:literal $unit:literal $digits:literal
         $low:literal $high:literal $(alarm $below:literal $above:literal)? $(sigma $sigma:ident)?;)* })*) => {
-        /// The number of a channel: its place in [`CHANNELS`].
+        /// The number of a channel: its index in [`CHANNELS`].
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[allow(missing_docs, reason = "`CHANNELS` says what each is")]
+        #[allow(missing_docs, reason = "`CHANNELS` describes each channel")]
         #[repr(u16)]
         pub enum Id { $($($id,)*)* }
 
-        /// Every channel, in the order of [`Id`].
+        /// All channels, in the order of [`Id`].
         pub const CHANNELS: &[Channel] = &[$($(Channel {
             name: $name, label: $label, unit: $unit, group: $group, digits: $digits,
             range: ($low as f64, $high as f64),
@@ -160,7 +160,7 @@ channels! {
         GpsVelE "gps_vel_e_mps" "GPS VelE" "m/s" 2 -400 400;
         GpsVelN "gps_vel_n_mps" "GPS VelN" "m/s" 2 -400 400;
         GpsVelU "gps_vel_u_mps" "GPS VelU" "m/s" 2 -400 400;
-        GpsFix "gps_fix" "Kind of fix" "" 0 0 8;
+        GpsFix "gps_fix" "Fix type" "" 0 0 8;
         Satellites "satellites" "Satellites" "" 0 0 100 alarm 5 100;
         GpsAge "gps_age_s" "Age of the fix" "s" 1 0 1000 alarm 0 3;
         Hdop "hdop" "Horizontal dilution" "" 1 0 100 alarm 0 4;
@@ -169,40 +169,40 @@ channels! {
     "Innovations" {
         InnovationPosition "innovation_position" "GPS position" "σ" 2 0 100 alarm 0 5;
         InnovationVelocity "innovation_velocity" "GPS velocity" "σ" 2 0 100 alarm 0 5;
-        InnovationAttitude "innovation_attitude" "Unit's roll and pitch" "σ" 2 0 100 alarm 0 5;
+        InnovationAttitude "innovation_attitude" "IMU roll and pitch" "σ" 2 0 100 alarm 0 5;
         InnovationHeading "innovation_heading" "Heading" "σ" 2 0 100 alarm 0 5;
         InnovationBaro "innovation_baro" "Barometric height" "σ" 2 0 100 alarm 0 5;
-        Rejected "rejected_updates" "Updates refused" "" 0 0 65535;
+        Rejected "rejected_updates" "Updates rejected" "" 0 0 65535;
     }
     "Set-points" {
-        AskedVelE "asked_vel_e_mps" "Asked for VelE" "m/s" 2 -400 400;
-        AskedVelN "asked_vel_n_mps" "Asked for VelN" "m/s" 2 -400 400;
-        AskedVelU "asked_vel_u_mps" "Asked for VelU" "m/s" 2 -400 400;
-        AskedHeading "asked_heading_deg" "Asked for heading" "°" 2 -180 180;
-        FenceShare "fence_pct" "Way to the fence" "%" 1 -100 1000 alarm -100 80;
+        AskedVelE "asked_vel_e_mps" "Commanded VelE" "m/s" 2 -400 400;
+        AskedVelN "asked_vel_n_mps" "Commanded VelN" "m/s" 2 -400 400;
+        AskedVelU "asked_vel_u_mps" "Commanded VelU" "m/s" 2 -400 400;
+        AskedHeading "asked_heading_deg" "Commanded heading" "°" 2 -180 180;
+        FenceShare "fence_pct" "Distance to the fence, share" "%" 1 -100 1000 alarm -100 80;
     }
     "Loop" {
         Period "loop_period_ms" "Period" "ms" 2 0 655 alarm 0 45;
-        Work "loop_work_ms" "Work of a cycle" "ms" 2 0 655 alarm 0 25;
-        LongestWork "loop_longest_work_ms" "Longest work" "ms" 2 0 655;
-        Overruns "loop_overruns" "Cycles late" "" 0 0 65535;
+        Work "loop_work_ms" "Computing time" "ms" 2 0 655 alarm 0 25;
+        LongestWork "loop_longest_work_ms" "Longest computing time" "ms" 2 0 655;
+        Overruns "loop_overruns" "Late cycles" "" 0 0 65535;
         LostImu "lost_imu_packets" "Inertial packets lost" "" 0 0 65535;
         LostGps "lost_gps_messages" "GPS messages lost" "" 0 0 65535;
-        LostPulses "lost_pilot_pulses" "Pilot's pulses lost" "" 0 0 65535;
+        LostPulses "lost_pilot_pulses" "Pilot pulses lost" "" 0 0 65535;
         LostFrames "lost_telemetry_frames" "Telemetry frames dropped" "" 0 0 65535;
     }
     "State" {
-        SystemMode "system_mode" "Who flies" "" 0 0 255;
-        AutopilotMode "autopilot_mode" "Autopilot's mode" "" 0 0 255;
-        Status "status_bits" "What works, bits" "" 0 0 65535;
+        SystemMode "system_mode" "System mode" "" 0 0 255;
+        AutopilotMode "autopilot_mode" "Autopilot mode" "" 0 0 255;
+        Status "status_bits" "Status, bits" "" 0 0 65535;
         Control "control_bits" "Flight control, bits" "" 0 0 255;
-        FailedChecks "failed_checks_bits" "Checks that fail, bits" "" 0 0 65535;
-        StatusKnown "status_known_bits" "What of that is told, bits" "" 0 0 65535;
-        ArmingChecks "arming_checks" "Checks before arming pass" "" 0 0 1;
-        BaseMode "mav_base_mode" "MAVLink's mode, bits" "" 0 0 255;
-        CustomMode "mav_custom_mode" "MAVLink's mode of the vehicle's own" "" 0 0 4294967295.0;
-        Autopilot "mav_autopilot" "MAVLink's kind of autopilot" "" 0 0 255;
-        VehicleKind "mav_type" "MAVLink's kind of vehicle" "" 0 0 255;
+        FailedChecks "failed_checks_bits" "Failed checks, bits" "" 0 0 65535;
+        StatusKnown "status_known_bits" "Reported status, bits" "" 0 0 65535;
+        ArmingChecks "arming_checks" "Pre-arm checks pass" "" 0 0 1;
+        BaseMode "mav_base_mode" "MAVLink base mode, bits" "" 0 0 255;
+        CustomMode "mav_custom_mode" "MAVLink custom mode" "" 0 0 4294967295.0;
+        Autopilot "mav_autopilot" "MAVLink autopilot type" "" 0 0 255;
+        VehicleKind "mav_type" "MAVLink vehicle type" "" 0 0 255;
     }
     "Other vehicles" {
         Radio1 "radio_1_ms" "Radio channel 1" "ms" 4 0 4;
@@ -227,23 +227,23 @@ channels! {
 }
 
 impl Id {
-    /// How many channels there are.
+    /// Number of channels.
     pub const COUNT: usize = CHANNELS.len();
 
-    /// What it is.
+    /// The description of the channel.
     #[must_use]
     pub const fn channel(self) -> &'static Channel {
         &CHANNELS[self as usize]
     }
 
-    /// The channel of a name.
+    /// The channel with a name.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         let place = CHANNELS.iter().position(|channel| channel.name == name)?;
         IDS.get(place).copied()
     }
 
-    /// All of them.
+    /// All channels.
     pub fn all() -> impl Iterator<Item = Self> {
         IDS.iter().copied()
     }

@@ -1,41 +1,41 @@
-//! From the vehicle's time to the ground's, and how late a frame is.
+//! Conversion of the vehicle's time to ground time, and the delay of each frame.
 
-/// A frame later than this after the fastest is late, s.
+/// Delay relative to the fastest frame, s, above which a frame is late.
 const LATE_S: f64 = 0.2;
-/// A vehicle's time that runs ahead of the ground's by more than this has been set, s.
+/// Lead of the vehicle's time, s, above which the vehicle's clock was set.
 const AHEAD_S: f64 = 0.5;
-/// One that stays behind by more than this too: no link holds a frame back for so long.
+/// Lag of the vehicle's time, s, above which the vehicle's clock was set: no link delays a frame that long.
 const BEHIND_S: f64 = 10.0;
-/// Two crystals differ by less than this.
+/// Largest relative drift of the two clocks.
 const DRIFT: f64 = 2e-4;
 
-/// The vehicle's clock as seen from the ground.
+/// The vehicle's clock relative to ground time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VehicleClock {
-    /// The ground's time less the vehicle's, s, when they were compared first.
+    /// Ground time minus vehicle time, s, at the first comparison.
     offset_s: Option<f64>,
-    /// The least difference lately: that of a frame with no delay of its own.
+    /// Smallest recent difference, s: that of a frame without delay.
     least_s: f64,
     last_arrival_s: f64,
-    /// Times that the clock was set.
+    /// Number of times the vehicle's clock was set.
     pub jumps: u64,
 }
 
-/// When a frame was true, and how late it came.
+/// The time of a frame, and its delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// On the ground's clock, s.
+    /// Ground time, s.
     pub time_s: f64,
-    /// More than the fastest frame took, s.
+    /// Delay relative to the fastest frame, s.
     pub delay_s: f64,
-    /// Whether that is late.
+    /// Whether the frame is late.
     pub is_late: bool,
-    /// Whether the vehicle's clock was set since the frame before.
+    /// Whether the vehicle's clock was set since the previous frame.
     pub jumped: bool,
 }
 
 impl VehicleClock {
-    /// Places a frame of the vehicle's time `vehicle_s` that arrived at `arrival_s`.
+    /// Converts the vehicle time `vehicle_s` of a frame that arrived at ground time `arrival_s`.
     pub fn place(&mut self, vehicle_s: f64, arrival_s: f64) -> Placed {
         let difference_s = arrival_s - vehicle_s;
         let known = self.offset_s.filter(|offset_s| {
@@ -50,7 +50,7 @@ impl VehicleClock {
             self.offset_s = Some(difference_s);
             difference_s
         });
-        // The least may be of long ago, and the clocks have run apart since.
+        // The smallest difference may be old; it grows with the drift of the clocks.
         let since_s = (arrival_s - self.last_arrival_s).max(0.0);
         self.least_s = difference_s.min(self.least_s + DRIFT * since_s);
         self.last_arrival_s = arrival_s;

@@ -1,4 +1,4 @@
-//! A stretch of some channels as CSV, piece by piece: no table is in memory as a whole.
+//! A time range of some channels as CSV, written in pieces: the whole table is never in memory.
 
 use std::fmt::{self, Write as _};
 
@@ -6,27 +6,28 @@ use crate::channel::{CHANNELS, Id};
 use crate::series::Point;
 use crate::store::Store;
 
-/// A piece ends with the row that makes it longer than this, bytes.
+/// Size of a piece, bytes; the piece ends after the row that exceeds it.
 const PIECE: usize = 64 * 1024;
 
-/// A table, as far as it has been written. Its first column is `t_s`, seconds since the start of 1970,
-/// then one for each channel; an empty field is a value that did not come at that moment, or is not known.
+/// A partly written table. The first column is `t_s`, seconds since the start of 1970, followed by one column per
+/// channel. An empty field means no value at that time, or an unknown value.
 #[derive(Clone, Debug)]
 pub struct Table {
     channels: Vec<Id>,
-    /// Of each channel, up to when its values were gone when the table was begun, s; none before the head.
+    /// Per channel, the time up to which values were already dropped when the table was begun, s; empty before the
+    /// header.
     gone_s: Vec<f64>,
-    /// The moment up to which it is written, s; `None` before the head.
+    /// Time of the last written row, s; `None` before the header.
     written_s: Option<f64>,
     is_whole: bool,
     from_s: f64,
     to_s: f64,
 }
 
-/// Values that were to be written were gone before that. It reads as the remark that the table ends with.
+/// Values were dropped from the store before they were written. The message is also the last line of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrokenOff {
-    /// The moment up to which the table is whole, s.
+    /// Time up to which the table is complete, s.
     pub whole_to_s: f64,
 }
 
@@ -35,23 +36,22 @@ impl fmt::Display for BrokenOff {
         let Self { whole_to_s } = self;
         write!(
             f,
-            "broken off after {whole_to_s:.6} s: taken so slowly that the values after it were gone"
+            "broken off after {whole_to_s:.6} s: the download was too slow, later values were dropped"
         )
     }
 }
 
 impl Table {
-    /// Of these channels from one moment to another, both included.
+    /// A table of `channels` from `from_s` to `to_s`, both inclusive.
     #[must_use]
     pub const fn new(channels: Vec<Id>, from_s: f64, to_s: f64) -> Self {
         Self { channels, gone_s: Vec::new(), written_s: None, is_whole: false, from_s, to_s }
     }
 
-    /// The next rows, of the same store each time; `None` after the last.
+    /// The next rows. The store must be the same each time. `None` after the last row.
     ///
     /// # Errors
-    /// [`BrokenOff`] where the store had values when the table was begun that are to be in these rows
-    /// and has them no longer.
+    /// [`BrokenOff`] if the store has dropped values of these rows since the table was begun.
     pub fn piece(&mut self, store: &Store) -> Result<Option<String>, BrokenOff> {
         if self.is_whole {
             return Ok(None);
@@ -83,7 +83,7 @@ impl Table {
                 break;
             }
             written_s = time_s;
-            // Milliseconds are not enough to tell two frames of a burst apart, microseconds are.
+            // Frames of a burst differ by less than a millisecond, but by more than a microsecond.
             let _ = write!(text, "{time_s:.6}");
             for points in &mut left {
                 text.push(',');
@@ -150,7 +150,7 @@ mod tests {
             }
         };
         fly(&mut store, 0..30_000);
-        // What was gone before it was begun is not missed, nor what came after the stretch.
+        // Values dropped before the table was begun are not missing, nor are values after its end.
         let mut short = Table::new(vec![Id::Roll, Id::Satellites], 20_000.0, 20_100.0);
         let mut slow = Table::new(vec![Id::Roll, Id::Satellites], 0.0, 1e9);
         assert!(short.piece(&store).unwrap().unwrap().ends_with("\n20100.000000,20100,9\n"));

@@ -1,4 +1,4 @@
-//! From the bytes of the link to values and texts, whichever protocol they are in.
+//! Decodes the bytes of the link to values and texts, in either protocol.
 
 use hovernav::telemetry::frame::{self, Message};
 use hovernav::telemetry::{Severity, Text};
@@ -7,52 +7,52 @@ use crate::frames::{self, Rigging, Values};
 use crate::mavlink::{self, Said};
 use crate::store::TextLevel;
 
-/// What is spoken on a link.
+/// The protocol of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Protocol {
-    /// This project's packed frames.
+    /// The packed telemetry frames of hovernav.
     Frames,
     /// MAVLink, 1 or 2.
     Mavlink,
 }
 
-/// What arrived.
+/// A decoded item.
 pub enum Arrived {
-    /// Values, and the vehicle's time, s, where it was told.
+    /// Values, with the vehicle's time, s, if the message contains it.
     Values(Option<f64>, Values),
     /// A text.
     Text(TextLevel, String),
 }
 
-/// What became of the stream.
+/// Counts of the stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Bytes.
     pub bytes: u64,
     /// Whole frames.
     pub frames: u64,
-    /// Frames that were damaged.
+    /// Damaged frames.
     pub damaged: u64,
-    /// Frames that the numbers show to be missing, the damaged among them.
+    /// Frames missing in the sequence, including damaged frames.
     pub lost: u64,
 }
 
-/// A decoder that finds out by itself which protocol is spoken, unless it was told.
+/// A decoder that detects the protocol, unless it is given.
 pub struct Decoder {
     rigging: Rigging,
     protocol: Option<Protocol>,
     frames: frame::Decoder,
     mavlink: mavlink::Decoder,
-    /// The beginning of a text that goes on.
+    /// The first pieces of an incomplete text.
     text: String,
     bytes: u64,
 }
 
-/// A text of more pieces than this many bytes is cut.
+/// Length, bytes, after which further pieces of a text are dropped.
 const LONGEST_TEXT: usize = 512;
 
 impl Decoder {
-    /// For a vehicle rigged like this; `protocol` where it is known.
+    /// A decoder for a vehicle with this rigging; `protocol` if it is known.
     #[must_use]
     pub fn new(rigging: Rigging, protocol: Option<Protocol>) -> Self {
         Self {
@@ -65,13 +65,13 @@ impl Decoder {
         }
     }
 
-    /// What is spoken, once that is known.
+    /// The protocol, once it is known.
     #[must_use]
     pub const fn protocol(&self) -> Option<Protocol> {
         self.protocol
     }
 
-    /// What became of the stream.
+    /// The counts of the stream.
     #[must_use]
     pub fn counts(&self) -> Counts {
         let of_frames = self.frames.counts();
@@ -86,7 +86,7 @@ impl Decoder {
         Counts { bytes: self.bytes, frames, damaged, lost }
     }
 
-    /// Takes bytes; `arrived` hears what they hold.
+    /// Decodes bytes and calls `arrived` for each item.
     pub fn receive(&mut self, bytes: &[u8], mut arrived: impl FnMut(Arrived)) {
         self.bytes += bytes.len() as u64;
         if self.protocol != Some(Protocol::Mavlink) {

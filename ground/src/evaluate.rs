@@ -1,4 +1,4 @@
-//! After landing: a record as a dataset, and what `hovernav estimate` and `hovernav identify` make of it.
+//! After landing: converts a record to a dataset and runs `hovernav estimate` and `hovernav identify` on it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -18,31 +18,31 @@ use crate::channel::Id;
 use crate::record::{self, RecordError};
 use crate::store::Store;
 
-/// The longest error that is shown, bytes.
+/// Longest error message shown, bytes.
 const LONGEST: usize = 600;
 
-/// How the evaluation of a record goes.
+/// The progress of an evaluation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Job {
-    /// The record.
+    /// Name of the record.
     pub record: String,
-    /// What is being done, or was; an error begins with the name of its verb.
+    /// The current or last step. An error starts with the name of the subcommand.
     pub words: String,
-    /// Whether it goes on.
+    /// Whether the evaluation is running.
     pub runs: bool,
-    /// The pages that are ready: title, and path below `/results/`.
+    /// The finished pages: title, and path below `/results/`.
     pub pages: Vec<(String, String)>,
-    /// What went wrong.
+    /// Errors.
     pub faults: Vec<String>,
 }
 
-/// The last evaluation, for all to look at.
+/// The last evaluation, for all clients.
 pub type SharedJob = Arc<Mutex<Option<Job>>>;
 
-/// The flight in a record as a dataset: the inertial samples, fixes and sticks that telemetry carried.
+/// The flight in a record as a dataset: the inertial samples, fixes and sticks in the telemetry.
 ///
-/// Angular rates are those less the bias that the vehicle's estimator knew, and attitudes that
-/// estimator's, from true north. `manifest` says how the sensors are mounted.
+/// The vehicle's estimator has already subtracted its bias from the angular rates. The attitude is that of the
+/// estimator, relative to true north. `manifest` defines the mounting of the sensors.
 #[must_use]
 pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
     let (from_s, _) = store.span().unwrap_or_default();
@@ -58,7 +58,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
     for (time_s, _) in store.series(Id::RateP).between(f64::NEG_INFINITY, f64::INFINITY) {
         let rates = three([Id::RateP, Id::RateQ, Id::RateR], time_s, 1f64.to_radians());
         let forces = three([Id::AccelX, Id::AccelY, Id::AccelZ], time_s, STANDARD_GRAVITY_MPS2);
-        // A cycle of the loop without a sample of its own repeats the one before.
+        // A cycle without a new sample repeats the previous one.
         let measured =
             rates.zip(forces).filter(|measured| before.replace(*measured) != Some(*measured));
         if let Some((angular_rate_radps, specific_force_mps2)) = measured {
@@ -76,7 +76,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
         if sticks.iter().all(|stick| stick.is_finite()) {
             dataset.controls.push((time(time_s), sticks.map(|stick| stick.clamp(-1.0, 1.0))));
         }
-        // A fix is new where it is younger than the time since the one before.
+        // A fix is new if it arrived after the previous one.
         let arrival_s = time_s - at(Id::GpsAge, time_s);
         if arrival_s > fix_before + 0.15
             && let Some(fix) = fix(store, time_s, time(arrival_s - manifest.gps.latency_s))
@@ -106,23 +106,23 @@ fn fix(store: &Store, time_s: f64, valid: Time) -> Option<Fix> {
     fix.is_finite().then_some(fix)
 }
 
-/// What an evaluation needs.
+/// The input of an evaluation.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
-    /// The command `hovernav`.
+    /// The executable `hovernav`.
     pub command: PathBuf,
-    /// The record's name and file.
+    /// The record's name.
     pub name: String,
     /// The record's file.
     pub record: PathBuf,
-    /// Where results go.
+    /// Directory of the results.
     pub results: PathBuf,
-    /// How the sensors are mounted.
+    /// Mounting of the sensors.
     pub manifest: Manifest,
 }
 
 impl Evaluation {
-    /// Runs it in a thread of its own, unless one runs already; whether it began.
+    /// Starts the evaluation in its own thread, unless one is running. Returns whether it started.
     pub fn spawn(self, job: &SharedJob) -> bool {
         let mut slot = job.lock().unwrap_or_else(PoisonError::into_inner);
         if slot.as_ref().is_some_and(|job| job.runs) {
@@ -146,13 +146,13 @@ impl Evaluation {
             Err(why) => {
                 return tell(&|job| {
                     job.faults.push(why.clone());
-                    job.words = "the record cannot be evaluated".into();
+                    job.words = "cannot evaluate the record".into();
                     job.runs = false;
                 });
             }
         };
         for verb in ["estimate", "identify"] {
-            tell(&|job| job.words = format!("{verb} runs"));
+            tell(&|job| job.words = format!("running {verb}"));
             let out = self.results.join(verb);
             let outcome = self.verb(verb, &log, &out);
             tell(&|job| match &outcome {
@@ -169,7 +169,7 @@ impl Evaluation {
         });
     }
 
-    /// What to evaluate: a flight computer's record itself, or a ground station's as a dataset.
+    /// The log to evaluate: the file itself for a flight computer's record, or a dataset for a ground station's record.
     fn log(&self) -> Result<PathBuf, String> {
         let store = match record::read(&self.record) {
             Ok((store, _)) => store,
@@ -179,7 +179,7 @@ impl Evaluation {
         let manifest = Manifest { name: self.name.clone(), ..self.manifest.clone() };
         let dataset = dataset(&store, &manifest);
         if dataset.imu.is_empty() {
-            return Err("found no inertial samples in the record, expected some".into());
+            return Err("found no inertial samples in the record, expected at least one".into());
         }
         let place = self.results.join("dataset");
         dataset.write(&place, &[]).map_err(|error| error.to_string())?;

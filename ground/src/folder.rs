@@ -1,4 +1,4 @@
-//! The folder of the records, and the names that lead nowhere else.
+//! The directory of the records, and safe record names.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,64 +6,64 @@ use std::time::UNIX_EPOCH;
 
 use serde::Serialize;
 
-/// The longest name, bytes.
+/// Longest name, bytes.
 const LONGEST: usize = 64;
-/// Records that are listed, the newest first.
+/// Largest number of listed records, newest first.
 const LISTED: usize = 500;
-/// The names that Windows keeps for devices.
+/// Reserved device names of Windows.
 const DEVICES: [&str; 6] = ["con", "prn", "aux", "nul", "com", "lpt"];
 
-/// A name that no record can have.
+/// An invalid name for a record.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "found the name \"{found}\", expected 1 to {LONGEST} letters, digits, `-`, `_`, `.` or spaces, a letter or digit first"
+    "found the name \"{found}\", expected 1 to {LONGEST} letters, digits, `-`, `_`, `.` or spaces, starting with a letter or digit"
 )]
 pub struct NameError {
     found: String,
 }
 
-/// A record in the folder.
+/// A record in the directory.
 #[derive(Clone, Debug, Serialize)]
 pub struct Listed {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its size.
+    /// Size, bytes.
     pub bytes: u64,
-    /// When it was last written to, seconds since the start of 1970.
+    /// Time of the last change, seconds since the start of 1970.
     pub modified_s: f64,
 }
 
-/// The folder.
+/// The directory.
 #[derive(Clone, Debug)]
 pub struct Folder {
     root: PathBuf,
 }
 
 impl Folder {
-    /// The folder at `root`, made where it is missing.
+    /// Opens the directory at `root`, and creates it if it is missing.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// If the directory cannot be created.
     pub fn open(root: &Path) -> io::Result<Self> {
         std::fs::create_dir_all(root)?;
         Ok(Self { root: root.to_path_buf() })
     }
 
-    /// Where it is.
+    /// Path of the directory.
     #[must_use]
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// The file of a record's name.
+    /// The file of a record with this name.
     ///
     /// # Errors
-    /// A name that could lead elsewhere, or be taken for something else.
+    /// [`NameError`] for a name that could point outside the directory or have a special meaning.
     pub fn record(&self, name: &str) -> Result<PathBuf, NameError> {
         Ok(self.root.join(format!("{}.mcap", checked(name)?)))
     }
 
-    /// The directory of what was made of a record.
+    /// The directory for the results of a record.
     ///
     /// # Errors
     /// As [`Folder::record`].
@@ -71,10 +71,10 @@ impl Folder {
         Ok(self.root.join(format!("{}.results", checked(name)?)))
     }
 
-    /// The records, the newest first.
+    /// The records, newest first.
     ///
     /// # Errors
-    /// The folder cannot be read.
+    /// If the directory cannot be read.
     pub fn list(&self) -> io::Result<Vec<Listed>> {
         let mut listed = Vec::new();
         for entry in std::fs::read_dir(&self.root)? {

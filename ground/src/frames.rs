@@ -1,4 +1,4 @@
-//! Our own telemetry frames as channels.
+//! Hovernav's own telemetry frames as channel values.
 
 use hovernav::autopilot::Mode;
 use hovernav::controls::{Channels, Sticks};
@@ -9,23 +9,23 @@ use hovernav::telemetry::{Snapshot, StatusFlags, Supplement};
 
 use crate::channel::Id;
 
-/// What the pulses mean: how widths become stick fractions.
+/// The rigging: conversion of pulse widths to stick fractions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rigging {
     /// Trim, range and direction of each channel.
     pub channels: Channels<ChannelConfig>,
-    /// How the servos carry the swashplate.
+    /// Geometry of the swashplate servos.
     pub swashplate: Swashplate,
 }
 
 impl Rigging {
-    /// The pilot's sticks, fractions about trim.
+    /// The pilot's sticks, as fractions about trim.
     #[must_use]
     pub fn pilot(&self, widths_ms: &Channels<Option<f64>>) -> Option<Sticks> {
         self.swashplate.pilot_sticks(&self.channels, widths_ms)
     }
 
-    /// The sticks that put the servos where they are.
+    /// The stick positions that correspond to the servo positions.
     #[must_use]
     pub fn flown(&self, widths_ms: &Channels<Option<f64>>) -> Option<Sticks> {
         let mixed = Swashplate { pilot_is_mixed: true, ..self.swashplate };
@@ -33,7 +33,7 @@ impl Rigging {
     }
 }
 
-/// Values as they are sent, `None` of what is not known.
+/// Channel values as sent; `None` if unknown.
 pub type Values = Vec<(Id, Option<f64>)>;
 
 fn three<F>(values: &mut Values, ids: [Id; 3], vector: Option<Vector<F>>, scale: f64) {
@@ -43,7 +43,7 @@ fn three<F>(values: &mut Values, ids: [Id; 3], vector: Option<Vector<F>>, scale:
     }
 }
 
-/// The same in the order north, east, down of the vector, for channels east, north, up.
+/// Stores a north-east-down vector in the channels east, north, up.
 fn east_north_up<F>(values: &mut Values, ids: [Id; 3], vector: Option<Vector<F>>) {
     let turned = vector.map(|vector| {
         let [north, east, down] = vector.to_array();
@@ -66,7 +66,7 @@ fn sticks(values: &mut Values, ids: [Id; 4], sticks: Option<Sticks>) {
     }
 }
 
-/// What a snapshot says.
+/// The channel values of a snapshot.
 #[must_use]
 pub fn of_snapshot(snapshot: &Snapshot, rigging: &Rigging) -> Values {
     use Id::*;
@@ -151,7 +151,7 @@ pub fn of_snapshot(snapshot: &Snapshot, rigging: &Rigging) -> Values {
     values
 }
 
-/// What a supplement says.
+/// The channel values of a supplement.
 #[must_use]
 pub fn of_supplement(supplement: &Supplement) -> Values {
     use Id::*;

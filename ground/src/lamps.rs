@@ -1,4 +1,4 @@
-//! What works and what does not, with the reason in words.
+//! The status of each part of the vehicle, with the reason in words.
 
 use hovernav::autopilot::{Check, Mode};
 use hovernav::telemetry::{ControlFlags, StatusFlags};
@@ -7,28 +7,28 @@ use serde::Serialize;
 use crate::channel::{CHANNELS, Id};
 use crate::mavlink::modes;
 
-/// How it is.
+/// The state of a lamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Light {
-    /// As it should be.
+    /// Normal.
     Good,
-    /// Less well.
+    /// Degraded.
     Care,
-    /// Something is lost.
+    /// Failed or lost.
     Bad,
-    /// Nothing is known of it.
+    /// Unknown.
     Unknown,
 }
 
 /// One lamp.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lamp {
-    /// What of.
+    /// Name of the part.
     pub name: &'static str,
-    /// How it is.
+    /// State.
     pub light: Light,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
@@ -36,17 +36,17 @@ fn lamp(name: &'static str, light: Light, why: impl Into<String>) -> Lamp {
     Lamp { name, light, why: why.into() }
 }
 
-/// A number in words, `?` where it is not known.
+/// A number with its unit; `?` if unknown.
 fn said(value: f64, digits: usize, unit: &str) -> String {
     if value.is_nan() { "?".into() } else { format!("{value:.digits$} {unit}") }
 }
 
-/// What of the vehicle works, and what of that is known.
+/// The status flags, and the flags that the vehicle reports.
 fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     let bits = |id| Some(value(id)).filter(|bits| !bits.is_nan()).map(|bits| bits as u16);
     match (bits(Id::Status), bits(Id::StatusKnown)) {
         (None, _) => (StatusFlags::default(), StatusFlags::default()),
-        // Records of before there was another vehicle than ours.
+        // Old records contain only the status of hovernav vehicles, which report all flags.
         (Some(status), None) => (StatusFlags::from_bits(status), StatusFlags::ALL),
         (Some(status), Some(known)) => {
             (StatusFlags::from_bits(status), StatusFlags::from_bits(known))
@@ -54,12 +54,12 @@ fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     }
 }
 
-/// The lamps, of values by channel, NaN of what is not known.
+/// The lamps for channel values; `value` returns NaN for unknown channels.
 #[must_use]
 pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     let (status, known) = statuses(&value);
     let is_heard = known != StatusFlags::default() || !value(Id::BaseMode).is_nan();
-    let silent = if is_heard { "not told" } else { "nothing heard" };
+    let silent = if is_heard { "not reported" } else { "no telemetry" };
     let mut lamps = Vec::new();
     let mut light = |name, known: bool, light, why: String| {
         let unknown = || lamp(name, Light::Unknown, silent);
@@ -71,7 +71,7 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     if let Some((is_armed, why)) = arming(&value, status, known) {
         light("arming", true, or(is_armed, Light::Care), why.into());
     }
-    let why = either(status.imu, "samples come", "no samples that are believed");
+    let why = either(status.imu, "samples arrive", "no valid samples");
     light("inertial unit", known.imu, or(status.imu, Light::Bad), why);
     let fix = value(Id::GpsFix);
     let kinds =
@@ -89,13 +89,13 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
         let (limit, unit) = (CHANNELS[id as usize].alarm.1, CHANNELS[id as usize].unit);
         let size = value(id);
         let why = match (size.is_nan(), good) {
-            (true, true) => "its estimator says so".to_owned(),
+            (true, true) => "reported by its estimator".to_owned(),
             (true, false) => "no estimate".to_owned(),
             (false, true) => format!("one-sigma {}", said(size, 2, unit)),
             _ if size > limit => {
                 format!("one-sigma {}, at most {limit} {unit}", said(size, 2, unit))
             }
-            _ => format!("not to be flown by, one-sigma {}", said(size, 2, unit)),
+            _ => format!("not usable for flight, one-sigma {}", said(size, 2, unit)),
         };
         light(name, known, or(good, otherwise), why);
     };
@@ -113,13 +113,13 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
     };
     let is_good = status.pilot_signal && !is_lost;
     light("pilot", known.pilot_signal, or(is_good, Light::Bad), why.into());
-    let why = either(status.servos, "take what they are sent", "do not take what they are sent");
+    let why = either(status.servos, "accept commands", "do not accept commands");
     light("servos", known.servos, or(status.servos, Light::Bad), why);
     let why = either(status.recorder, "the flight is being recorded", "the flight is not recorded");
-    light("record aboard", known.recorder, or(status.recorder, Light::Care), why);
+    light("onboard record", known.recorder, or(status.recorder, Light::Care), why);
     let overruns = said(value(Id::Overruns), 0, "");
     let longest = said(value(Id::LongestWork), 1, "ms");
-    let why = format!("late cycles: {}, the longest work {longest}", overruns.trim());
+    let why = format!("late cycles: {}, longest computing time {longest}", overruns.trim());
     light("loop", known.on_time, or(status.on_time, Light::Care), why);
     let fence = value(Id::FenceShare);
     if !fence.is_nan() {
@@ -130,12 +130,12 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
         } else {
             Light::Good
         };
-        lamps.push(lamp("fence", light, format!("{fence:.0} % of the way to it")));
+        lamps.push(lamp("fence", light, format!("{fence:.0} % of the distance to it")));
     }
     lamps
 }
 
-/// Whether the vehicle is armed, and in words; `None` where it does not say.
+/// Whether the vehicle is armed, with words; `None` if it does not report that.
 fn arming(
     value: &impl Fn(Id) -> f64,
     status: StatusFlags,
@@ -148,8 +148,8 @@ fn arming(
         let passes = value(Id::ArmingChecks);
         let why = match is_armed {
             true => "armed",
-            false if passes == 1.0 => "not armed: its own checks pass",
-            false if passes == 0.0 => "not armed: its own checks fail, its messages say which",
+            false if passes == 1.0 => "not armed: its pre-arm checks pass",
+            false if passes == 0.0 => "not armed: its pre-arm checks fail, see its messages",
             false => "not armed",
         };
         return Some((is_armed, why));
@@ -158,29 +158,35 @@ fn arming(
     let is_driven = servos.iter().any(|id| !value(*id).is_nan());
     known.servos.then_some(match (is_driven, status.servos) {
         (true, true) => (true, "armed: the servos are driven"),
-        (true, false) => (false, "not armed: the servos do not take what they are sent"),
-        (false, _) => (false, "not armed: nothing is sent to the servos"),
+        (true, false) => (false, "not armed: the servos do not accept commands"),
+        (false, _) => (false, "not armed: no commands are sent to the servos"),
     })
 }
 
-/// Flight control: who flies, why, and what would refuse engagement now.
+/// Flight control: mode, state, and the checks that would prevent an engagement now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Control {
-    /// Who flies; of another project's vehicle its mode.
+    /// Who flies; for a vehicle of another project, its flight mode.
     pub flies: String,
-    /// What the autopilot is doing; `None` where there is no autopilot.
+    /// Mode of the autopilot; `None` without an autopilot.
     pub mode: Option<&'static str>,
-    /// What holds now, in words.
+    /// The present states in words.
     pub states: Vec<&'static str>,
-    /// What would refuse engagement now.
+    /// The checks that would prevent an engagement now.
     pub refusals: Vec<&'static str>,
 }
 
-/// Flight control, of values by channel.
+/// The flight control for channel values.
 #[must_use]
 pub fn control(value: impl Fn(Id) -> f64) -> Control {
-    let modes =
-        ["starting", "aligning", "searching the heading", "the pilot", "the autopilot", "failsafe"];
+    let modes = [
+        "starting",
+        "aligning",
+        "searching for the heading",
+        "the pilot",
+        "the autopilot",
+        "failsafe",
+    ];
     let place = |id| {
         let number = value(id);
         (number >= 0.0).then_some(number as usize)
@@ -195,11 +201,11 @@ pub fn control(value: impl Fn(Id) -> f64) -> Control {
     let flags = ControlFlags::from_bits(place(Id::Control).unwrap_or(0) as u8);
     let states = [
         (flags.switch_on, "the switch is closed"),
-        (flags.refused, "the switch does not count until it has been opened"),
+        (flags.refused, "the switch has no effect until it is opened once"),
         (flags.pilot_lost, "the pilot's signal is lost: the autopilot holds"),
         (flags.descends, "no pilot: the autopilot descends"),
-        (flags.outside_fence, "the fence is reached: the autopilot goes back"),
-        (flags.at_end, "a control is at its end"),
+        (flags.outside_fence, "the fence is reached: the autopilot returns"),
+        (flags.at_end, "a control is at its limit"),
         (flags.excited, "the autopilot flies a test input"),
     ];
     let failed = place(Id::FailedChecks).unwrap_or(0);
@@ -250,7 +256,7 @@ mod tests {
         };
         let lamps = lamps(own);
         let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
-        assert_eq!((of("pilot").light, of("pilot").why.as_str()), (Light::Unknown, "not told"));
+        assert_eq!((of("pilot").light, of("pilot").why.as_str()), (Light::Unknown, "not reported"));
         assert_eq!((of("attitude").light, of("position").light), (Light::Good, Light::Care));
         assert_eq!(of("arming").why, "not armed");
     }

@@ -1,4 +1,4 @@
-//! The link to the vehicle: a serial port or UDP, read by a thread of its own.
+//! The link to the vehicle: a serial port or UDP, read by its own thread.
 
 use std::fmt;
 use std::net::{SocketAddr, UdpSocket};
@@ -14,33 +14,33 @@ use crate::decode::Protocol;
 use crate::station::{Station, now_s};
 use crate::store::TextLevel;
 
-/// The longest wait for bytes before the thread looks at anything else, s.
+/// Longest wait for bytes before the thread checks for other work, s.
 const WAIT_S: f64 = 0.02;
-/// While nothing comes, the vehicle is asked again after this.
+/// Interval between requests while no telemetry arrives.
 const ASK: Duration = Duration::from_millis(500);
-/// A socket that cannot be had is tried again after this.
+/// Interval between attempts to open a socket.
 const RETRY: Duration = Duration::from_millis(500);
-/// No datagram is longer.
+/// Largest size of a datagram, bytes.
 const DATAGRAM: usize = 65_536;
 
-/// Where the vehicle is to be heard.
+/// The source of telemetry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A serial port.
     Serial {
         /// The device.
         path: String,
-        /// Its speed, baud.
+        /// Baud rate.
         baud: u32,
     },
-    /// Datagrams that arrive at this address.
+    /// UDP datagrams that arrive at this address.
     Udp(SocketAddr),
 }
 
-/// A text that names no link.
+/// A text that is not a valid link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "found \"{0}\", expected a serial port with or without its speed, /dev/ttyUSB0:57600 say, or udp:PORT or udp:ADDRESS:PORT"
+    "found \"{0}\", expected a serial port with an optional speed, such as /dev/ttyUSB0:57600, or udp:PORT or udp:ADDRESS:PORT"
 )]
 pub struct SourceError(String);
 
@@ -76,25 +76,25 @@ impl fmt::Display for Source {
     }
 }
 
-/// A station that several threads look at.
+/// A station that several threads share.
 pub type SharedStation = Arc<Mutex<Station>>;
 
-/// Locks a station; one that panicked elsewhere is still good to look at.
+/// Locks a station. A station whose lock was poisoned by a panic is still used.
 pub fn lock(station: &SharedStation) -> MutexGuard<'_, Station> {
     station.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The link, open until it is dropped.
+/// The link, open until dropped.
 pub struct Link {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Link {
-    /// Hears the vehicle at `source` from now on.
+    /// Opens the link to `source` and feeds `station`.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// If the thread cannot be started.
     pub fn open(source: &Source, station: SharedStation) -> std::io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let (theirs, source) = (Arc::clone(&stop), source.clone());
@@ -110,19 +110,19 @@ impl Drop for Link {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has already said so.
+            // The panic message was already printed.
             let _ = thread.join();
         }
     }
 }
 
-/// When to say `#` or `$` to the vehicle.
+/// The state of the requests `#` (send frames) and `$` (stop) to the vehicle.
 struct Asking {
     said: Option<(bool, Instant)>,
 }
 
 impl Asking {
-    /// The word to say now, if any.
+    /// The command to send now, if any.
     fn word(&mut self, station: &Station) -> Option<u8> {
         if station.protocol() == Some(Protocol::Mavlink) {
             return None;
@@ -164,7 +164,7 @@ fn serial(path: &str, baud: u32, station: &SharedStation, stop: &AtomicBool) {
             port.is_open().then(|| asking.word(&station)).flatten()
         };
         if let Some(word) = word {
-            // What is lost is said again.
+            // A lost command is sent again.
             let _ = port.write(&[word], clock.now() + WAIT_S);
         }
     }
@@ -187,7 +187,7 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
                     socket = Some(opened);
                 }
                 Err(error) => {
-                    let text = format!("address cannot be opened: {error}");
+                    let text = format!("cannot open the address: {error}");
                     lock(station).port_says(now_s(), TextLevel::Warning, &text);
                     thread::sleep(RETRY);
                 }
@@ -196,7 +196,7 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
         };
         if let Ok((count, from)) = open.recv_from(&mut buffer) {
             let mut station = lock(station);
-            // One vehicle: another is heard only when this one has gone silent.
+            // Only one vehicle at a time: another is accepted only after this one has been silent.
             if vehicle.is_none_or(|known| known == from) || station.is_silent() {
                 if vehicle != Some(from) {
                     asking.said = None;

@@ -1,4 +1,4 @@
-//! MAVLink, of both versions, as channels: from this project's vehicles, and from any other that speaks the common set.
+//! MAVLink 1 and 2 as channel values, from hovernav and from any other vehicle with the common message set.
 //!
 //! Source: MAVLink, *common message set* and *packet serialization*.
 
@@ -18,42 +18,43 @@ use frame::{Begun, Frame};
 pub use translate::Said;
 use translate::Translator;
 
-/// Messages that nobody here knows, of which the layout is remembered.
+/// Largest number of unknown message types whose layout is remembered.
 const STRANGERS: usize = 256;
-/// Heartbeats of another autopilot, with none of ours in between, after which that one is heard.
+/// Number of heartbeats from another autopilot, with none from the present vehicle in between, after which the decoder
+/// switches to that autopilot.
 const GONE: u8 = 5;
 
-/// What became of the stream.
+/// Counts of the stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// Whole messages.
+    /// Complete messages.
     pub messages: u64,
-    /// Messages whose checksum does not hold.
+    /// Messages with a wrong checksum.
     pub damaged: u64,
-    /// Messages that the numbers show to be missing.
+    /// Messages missing in the sequence.
     pub missing: u64,
 }
 
-/// Finds the messages in a stream of bytes. It listens to the first vehicle that it hears: an autopilot,
-/// not the camera, the gimbal or the other ground station on the same line.
+/// Finds the messages in a stream of bytes. It follows the first vehicle: an autopilot, not a camera, a gimbal or
+/// another ground station on the same link.
 #[derive(Default)]
 pub struct Decoder {
     bytes: Vec<u8>,
     vehicle: Option<Vehicle>,
-    /// Layouts of messages that the vehicle sends and nobody here knows.
+    /// Layouts of message types that the vehicle sends and the decoder does not know.
     strangers: BTreeMap<u32, u8>,
-    /// The second version was heard: bytes that look like the first are none.
+    /// Whether version 2 was received. Bytes that look like version 1 are then ignored.
     speaks_second: bool,
-    /// A whole message was heard, whoever sent it.
+    /// Whether a complete message was received, from any sender.
     pub is_spoken: bool,
-    /// What became of the stream.
+    /// Counts of the stream.
     pub counts: Counts,
 }
 
-/// Who is listened to.
+/// The followed vehicle.
 struct Vehicle {
     sender: (u8, u8),
-    /// It has said that it is an autopilot.
+    /// Whether its heartbeat identifies it as an autopilot.
     is_autopilot: bool,
     /// Heartbeats of other autopilots since its last message.
     others: u8,
@@ -69,10 +70,10 @@ impl Vehicle {
 }
 
 impl Decoder {
-    /// Takes bytes; `said` hears what they say.
+    /// Decodes bytes and calls `said` for each item.
     pub fn receive(&mut self, bytes: &[u8], mut said: impl FnMut(Said)) {
         self.bytes.extend_from_slice(bytes);
-        // Taken out so that a frame in it can be looked at while the rest of this changes.
+        // Moved out, so that a frame can borrow the bytes while `self` changes.
         let bytes = std::mem::take(&mut self.bytes);
         let mut from = 0;
         while let Some(start) = self.next_magic(&bytes[from..]) {
@@ -94,7 +95,7 @@ impl Decoder {
                 Begun::Stranger(..) | Begun::Nothing => from += 1,
             }
         }
-        // What cannot begin a message any more is gone; what is left is shorter than one.
+        // Bytes before the next possible start of a message are dropped. The remainder is shorter than one message.
         let gone = self.next_magic(&bytes[from..]).map_or(bytes.len(), |keep| from + keep);
         self.bytes = bytes;
         self.bytes.drain(..gone);
@@ -104,7 +105,7 @@ impl Decoder {
         bytes.iter().position(|byte| frame::is_magic(*byte, !self.speaks_second))
     }
 
-    /// Whether a message that nobody here knows is the vehicle's, and laid out as the one of its kind before.
+    /// Whether an unknown message is from the vehicle and has the layout of earlier messages of its type.
     fn is_known(&mut self, frame: &Frame<'_>, layout: u8) -> bool {
         if self.vehicle.as_ref().is_none_or(|vehicle| vehicle.sender != frame.sender) {
             return false;
@@ -135,7 +136,7 @@ impl Decoder {
         }
     }
 
-    /// Hears who `sender` is, by its heartbeat.
+    /// Updates the followed vehicle from a heartbeat of `sender`.
     fn introduce(&mut self, sender: (u8, u8), is_autopilot: bool) {
         match &mut self.vehicle {
             Some(vehicle) if vehicle.sender == sender => {
@@ -155,7 +156,7 @@ impl Decoder {
         }
     }
 
-    /// Counts a message, and those that its number shows to be missing; whether it is the vehicle's.
+    /// Counts a message and the missing ones before it. Returns whether it is from the vehicle.
     fn count(&mut self, frame: &Frame<'_>) -> bool {
         let Some(vehicle) = self.vehicle.as_mut().filter(|it| it.sender == frame.sender) else {
             return false;
@@ -180,7 +181,7 @@ mod tests {
         (header, MavMessage::ATTITUDE(ATTITUDE_DATA { roll, ..ATTITUDE_DATA::default() }))
     }
 
-    /// What a stream says, handed over in pieces of three bytes, and what became of it.
+    /// The decoded roll angles of a stream in pieces of three bytes, and the counts.
     fn heard(stream: &[u8]) -> (Vec<f64>, Counts) {
         let mut decoder = Decoder::default();
         let mut rolls = Vec::new();

@@ -1,4 +1,4 @@
-//! A record looked at as if it flew: seek, speed, pause.
+//! Playback of a record: seek, speed, pause.
 
 use std::sync::Arc;
 
@@ -7,18 +7,18 @@ use crate::store::{Batch, Store};
 use crate::test_points::TestPoints;
 use crate::{channel::Id, record};
 
-/// The speeds that a record can be played at, times as fast as it was.
+/// Range of the playback speed, as a factor of real time.
 pub const SPEEDS: (f64, f64) = (0.1, 50.0);
 
-/// A record in memory, for several to look at.
+/// A record in memory, shared by several clients.
 pub struct Loaded {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What it holds.
+    /// The data.
     pub store: Store,
-    /// Whether its end is missing.
+    /// Whether the record is truncated.
     pub is_cut: bool,
-    /// The test points flown in it.
+    /// The test points of the flight.
     pub test_points: TestPoints,
 }
 
@@ -26,7 +26,7 @@ impl Loaded {
     /// Reads the record in `path`.
     ///
     /// # Errors
-    /// It is none, or cannot be read.
+    /// If the file is not a record, or cannot be read.
     pub fn read(path: &std::path::Path, name: &str) -> Result<Self, RecordError> {
         let (store, is_cut) = record::read(path)?;
         let mut test_points = TestPoints::default();
@@ -42,7 +42,7 @@ impl Loaded {
     }
 }
 
-/// Where in a record somebody is.
+/// The playback position of one client.
 #[derive(Clone)]
 pub struct Player {
     /// The record.
@@ -53,14 +53,14 @@ pub struct Player {
 }
 
 impl Player {
-    /// At the end of the record, paused: all of it is to be seen.
+    /// A paused player at the end of the record, so that the whole record is visible.
     #[must_use]
     pub fn new(record: Arc<Loaded>) -> Self {
         let position_s = record.store.span().map_or(0.0, |(_, to_s)| to_s);
         Self { record, position_s, speed: 1.0, plays: false }
     }
 
-    /// Goes to a moment, seconds since the start of 1970; no further than the record goes.
+    /// Moves to a time, seconds since the start of 1970, limited to the span of the record.
     pub fn seek(&mut self, time_s: f64) {
         if let Some((from_s, to_s)) = self.record.store.span()
             && !time_s.is_nan()
@@ -69,7 +69,8 @@ impl Player {
         }
     }
 
-    /// Plays so many times as fast as it was, within [`SPEEDS`]; from the start where it is at the end.
+    /// Plays at `speed` times real time, limited to [`SPEEDS`]. At the end of the record, playback restarts from the
+    /// beginning.
     pub fn play(&mut self, speed: f64) {
         if !speed.is_nan() {
             self.speed = speed.clamp(SPEEDS.0, SPEEDS.1);
@@ -82,12 +83,12 @@ impl Player {
         self.plays = true;
     }
 
-    /// Stays where it is.
+    /// Pauses.
     pub fn pause(&mut self) {
         self.plays = false;
     }
 
-    /// Goes on by `elapsed_s` of the viewer's time; pauses at the end.
+    /// Advances by `elapsed_s` of the client's time, s; pauses at the end.
     pub fn advance(&mut self, elapsed_s: f64) {
         if !self.plays {
             return;
@@ -97,13 +98,13 @@ impl Player {
         self.plays = self.position_s < to_s;
     }
 
-    /// Where it is, seconds since the start of 1970.
+    /// The position, seconds since the start of 1970.
     #[must_use]
     pub const fn position_s(&self) -> f64 {
         self.position_s
     }
 
-    /// Whether it plays, and how fast.
+    /// Whether it plays, and its speed.
     #[must_use]
     pub const fn state(&self) -> (bool, f64) {
         (self.plays, self.speed)

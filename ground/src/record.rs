@@ -1,5 +1,4 @@
-//! Records: MCAP files of what was heard, written by a thread of their own and readable up to the last
-//! moment before whatever ends it.
+//! Records: MCAP files of the telemetry, written by their own thread and readable up to the last moment before a crash.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
@@ -21,38 +20,40 @@ use serde_json::{Map, Value, json};
 use crate::channel::{CHANNELS, Id};
 use crate::store::{Batch, Marker, Store, TextLine};
 
-/// Entries that may wait for the disk: 10 s of everything.
+/// Entries that may wait for the disk: 10 s of telemetry.
 const QUEUE: usize = 1024;
-/// What has been heard is with the system within this.
+/// Longest time, from arrival, until data reach the operating system.
 const FLUSH: Duration = Duration::from_millis(50);
-/// And on the disk within this.
+/// Longest time, from arrival, until data reach the disk.
 const SYNC: Duration = Duration::from_millis(200);
-/// A greater file is not opened, bytes.
+/// Largest file that is opened, bytes.
 const LARGEST: u64 = 1 << 30;
 
 const TELEMETRY: &str = "telemetry";
 const TEXTS: &str = "texts";
 const MARKERS: &str = "markers";
 
-/// Why there is no record.
+/// Errors of records.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// One is being written.
-    #[error("found a record being written, {name}, expected none: stop it first")]
+    /// A record is being written already.
+    #[error(
+        "found the record {name} still being written, expected no active record: stop it first"
+    )]
     Busy {
         /// Its name.
         name: String,
     },
-    /// The file cannot be made, read or written.
+    /// The file cannot be created, read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
-    /// The file is too great.
+    /// The file is too large.
     #[error("{}: found {found} bytes, expected {LARGEST} at most", path.display())]
     TooLarge {
         /// The file.
@@ -60,28 +61,28 @@ pub enum RecordError {
         /// Its size.
         found: u64,
     },
-    /// The file is no record of a ground station.
+    /// The file is not a record of a ground station.
     #[error("{}: found {found}, expected the topic `{TELEMETRY}` of a ground station's record", path.display())]
     NotARecord {
         /// The file.
         path: PathBuf,
-        /// What it is instead.
+        /// Description of the file's contents.
         found: String,
     },
 }
 
-/// How a record goes.
+/// The progress of a record.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Recording {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Frames written.
     pub frames: u64,
-    /// Entries for which there was no room.
+    /// Entries dropped because the queue was full.
     pub lost: u64,
-    /// Why it cannot be written, where it cannot.
+    /// The write error, if any.
     pub fault: Option<String>,
-    /// Since it began, s.
+    /// Time since the start, s.
     pub duration_s: f64,
 }
 
@@ -116,10 +117,10 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a record in a new file.
+    /// Starts a record in a new file.
     ///
     /// # Errors
-    /// The file exists, or cannot be made.
+    /// If the file exists, or cannot be created.
     pub fn create(path: &Path, name: &str) -> Result<Self, RecordError> {
         let failed = |source| RecordError::Io { path: path.to_path_buf(), source };
         let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(failed)?;
@@ -135,7 +136,7 @@ impl Recorder {
         Ok(Self { name, begun, entries, progress, thread: Some(thread) })
     }
 
-    /// Records values; never waits.
+    /// Records values without waiting.
     pub fn push(&self, batch: Batch) {
         self.send(Entry::Batch(batch));
     }
@@ -158,7 +159,7 @@ impl Recorder {
         }
     }
 
-    /// How it goes.
+    /// The progress of the record.
     #[must_use]
     pub fn recording(&self) -> Recording {
         let fault = self.progress.fault.lock().unwrap_or_else(PoisonError::into_inner);
@@ -171,7 +172,7 @@ impl Recorder {
         }
     }
 
-    /// Ends it, when all of it is on the disk.
+    /// Ends the record after all data are on the disk.
     #[must_use]
     pub fn finish(mut self) -> Recording {
         self.end();
@@ -181,7 +182,7 @@ impl Recorder {
     fn end(&mut self) {
         self.progress.ending.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has already said so.
+            // The panic message was already printed.
             let _ = thread.join();
         }
     }
@@ -193,7 +194,7 @@ impl Drop for Recorder {
     }
 }
 
-/// The writing side.
+/// The thread that writes.
 struct Writer {
     mcap: mcap::Writer<NoSeek<BufWriter<File>>>,
     file: File,
@@ -285,14 +286,14 @@ impl Writer {
     }
 }
 
-/// What of a batch is known and what is not, by name.
+/// The values of a batch by channel name; unknown values are `null`.
 fn values(batch: &Batch) -> Map<String, Value> {
     let named = |&(id, value): &(Id, f64)| (CHANNELS[id as usize].name.to_owned(), json!(value));
     batch.values.iter().map(named).collect()
 }
 
-/// The channels and messages of the file, in chunks or not; an error ends them. The rest is passed over
-/// unread, for the crate panics over an attachment that ends within its own head.
+/// The channels and messages of the file, in chunks or not; an error ends the iteration. Other records are skipped
+/// without parsing: the crate panics on an attachment that is truncated within its header.
 fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'static>, McapError>> {
     let options = LinearReaderOptions::default()
         .with_skip_end_magic(true)
@@ -321,10 +322,10 @@ fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'static>, McapErr
     })
 }
 
-/// Reads a record, also one that was cut off at any byte, and whether it was.
+/// Reads a record, even if it was truncated at any byte. Returns whether it was truncated.
 ///
 /// # Errors
-/// The file cannot be read, is too great, or holds no telemetry of a ground station.
+/// If the file cannot be read, is too large, or contains no telemetry of a ground station.
 pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
     let failed = |source| RecordError::Io { path: path.to_path_buf(), source };
     let found = std::fs::metadata(path).map_err(failed)?.len();
@@ -334,7 +335,7 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
     let bytes = std::fs::read(path).map_err(failed)?;
     let not = |found: String| RecordError::NotARecord { path: path.to_path_buf(), found };
     if !bytes.starts_with(mcap::MAGIC) {
-        return Err(not("a file that does not begin as MCAP does".into()));
+        return Err(not("a file without the MCAP signature".into()));
     }
     let mut store = Store::new(usize::MAX);
     let mut names = BTreeMap::new();
@@ -348,7 +349,7 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
             }
             Ok(Record::Message { header, data }) => (header, data),
             Ok(_) => continue,
-            // What follows a damaged record cannot be told apart any more.
+            // After a damaged record, the following records cannot be separated.
             Err(_) => {
                 is_cut = true;
                 break;

@@ -1,20 +1,20 @@
-//! One channel over time: a ring that never grows beyond its room, and what a plot needs of it.
+//! One channel over time: a ring buffer of fixed size, and the data for its plot.
 
 use std::collections::VecDeque;
 
 /// A time, seconds since the start of 1970, and a value; NaN is a gap.
 pub type Point = (f64, f64);
 
-/// Longer than this many usual periods without a value is a gap.
+/// Number of usual periods without a value that make a gap.
 const GAP_PERIODS: f64 = 3.0;
-/// The shortest and the longest time without a value that is a gap, s.
+/// Limits of the shortest time without a value that makes a gap, s.
 const GAP_S: (f64, f64) = (0.25, 3.0);
-/// A channel that has sent nothing for so many of its usual periods, and for so long, s, is silent.
+/// A channel is silent after this number of its usual periods without a value, and after this time, s.
 const SILENT_PERIODS: f64 = 4.0;
 const SILENT_S: f64 = 2.0;
-/// Values that there is room for at first.
+/// Initial capacity, values.
 const LEAST: usize = 256;
-/// Share of the newest period in the usual one.
+/// Weight of the newest period in the average period.
 const SHARE: f64 = 0.1;
 
 /// The newest values of one channel, in order of time.
@@ -22,21 +22,20 @@ const SHARE: f64 = 0.1;
 pub struct Series {
     points: VecDeque<Point>,
     room: usize,
-    /// Usual time between two values, s.
+    /// Usual (average) time between two values, s.
     period_s: f64,
-    /// Of the newest value, also of one that only went on with a gap.
+    /// Time of the newest value, including a NaN that only extended a gap, s.
     last_s: f64,
-    /// Of the last value that there was no room for any more, s.
+    /// Time of the last value that was dropped for lack of room, s.
     gone_s: f64,
-    /// When values came that differ from those before them, s, as far back as `points`; only of a channel
-    /// that is asked since when it has its value.
+    /// Times at which the value changed, s, as far back as `points`; only for a channel [`of_states`](Self::of_states).
     changes: Option<VecDeque<f64>>,
-    /// Values that have come, four at most.
+    /// Number of received values, up to four.
     heard: u8,
 }
 
 impl Series {
-    /// Room for so many values, gaps included.
+    /// A series with room for `room` values, including gaps.
     #[must_use]
     pub const fn new(room: usize) -> Self {
         Self {
@@ -50,14 +49,14 @@ impl Series {
         }
     }
 
-    /// The same of a channel that is asked [`since`](Self::since) when it has its value.
+    /// A series that also answers [`since`](Self::since).
     #[must_use]
     pub fn of_states(room: usize) -> Self {
         Self { changes: Some(VecDeque::new()), ..Self::new(room) }
     }
 
-    /// Takes a value; whether it is later than the one before, without which it is left out. Where
-    /// values stayed away, a gap is put in between. A NaN is a gap of its own.
+    /// Adds a value. Returns whether it is later than the previous one; otherwise it is ignored. After an outage, a gap
+    /// is inserted. A NaN is a gap, too.
     pub fn push(&mut self, time_s: f64, value: f64) -> bool {
         if !time_s.is_finite() || time_s <= self.last_s {
             return false;
@@ -78,11 +77,11 @@ impl Series {
         true
     }
 
-    /// Whether so long without a value is more than usual; what is usual is learned from it.
+    /// Whether `since_s` without a value is an outage. Updates the usual period.
     fn is_outage(&mut self, since_s: f64) -> bool {
         let longest_s = |period_s: f64| (GAP_PERIODS * period_s).clamp(GAP_S.0, GAP_S.1);
         if self.heard == 2 {
-            // The first period of all is the usual one until the next tells otherwise.
+            // The first period is the usual one until the next value.
             self.period_s = since_s.min(GAP_S.1);
             return since_s > GAP_S.1;
         }
@@ -92,13 +91,13 @@ impl Series {
             return false;
         }
         let is_outage = since_s > longest_s(self.period_s);
-        // Once is an outage, always is a slower channel.
+        // A single long period is an outage; repeated ones mean a slower channel.
         let (share, most_s) = if is_outage { (0.3, GAP_S.1) } else { (SHARE, since_s) };
         self.period_s += share * (since_s.min(most_s) - self.period_s);
         is_outage
     }
 
-    /// Puts a gap between the first two values.
+    /// Inserts a gap between the first two values.
     fn part_first_two(&mut self) {
         if self.points.len() == 2
             && let (Some(second), Some(first)) = (self.points.pop_back(), self.points.back())
@@ -126,14 +125,14 @@ impl Series {
                 changes.pop_front();
             }
         } else if self.points.len() == self.points.capacity() {
-            // A ring that doubled past its room would in time use all of that.
+            // Doubling the capacity would exceed the room.
             let more = self.points.len().max(LEAST).min(self.room - self.points.len());
             self.points.reserve_exact(more);
         }
         self.points.push_back(point);
     }
 
-    /// The newest value; none in a gap, or where at `now_s` the channel has long been silent.
+    /// The newest value; `None` in a gap, or if the channel is silent at `now_s`.
     #[must_use]
     pub fn latest(&self, now_s: f64) -> Option<Point> {
         let longest_s = (SILENT_PERIODS * self.period_s).max(SILENT_S);
@@ -141,8 +140,7 @@ impl Series {
         (now_s - last_s <= longest_s && !value.is_nan()).then_some((last_s, value))
     }
 
-    /// The value at `time_s`: the last that is not later, none in a gap, before the first or long after
-    /// the last.
+    /// The last value at or before `time_s`; `None` in a gap, before the first value or long after the last one.
     #[must_use]
     pub fn at(&self, time_s: f64) -> Option<f64> {
         let after = self.points.partition_point(|&(other_s, _)| other_s <= time_s);
@@ -153,8 +151,8 @@ impl Series {
         Some(value).filter(|value| !value.is_nan())
     }
 
-    /// Since when it has had the value of `time_s`, s, and whether another, or none, was before; `None` where
-    /// it has none then, or is no channel [`of_states`](Self::of_states).
+    /// The time, s, since which the channel has had its value at `time_s`, and whether the value was different or
+    /// missing before. `None` without a value, or for a channel that is not [`of_states`](Self::of_states).
     #[must_use]
     pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
         self.at(time_s)?;
@@ -166,30 +164,28 @@ impl Series {
         Some((begun_s, first_s < begun_s))
     }
 
-    /// The time of the last value that there was no room for any more, s; minus infinity where all that
-    /// came are kept.
+    /// The time of the last dropped value, s; minus infinity if no value was dropped.
     #[must_use]
     pub const fn gone_s(&self) -> f64 {
         self.gone_s
     }
 
-    /// Those later than `after_s` and not later than `until_s`.
+    /// The values after `after_s`, up to and including `until_s`.
     pub fn between(&self, after_s: f64, until_s: f64) -> impl Iterator<Item = Point> + '_ {
         let first = self.points.partition_point(|&(time_s, _)| time_s <= after_s);
         let last = self.points.partition_point(|&(time_s, _)| time_s <= until_s);
         self.points.range(first..last.max(first)).copied()
     }
 
-    /// Times of the first and the last.
+    /// Times of the first and last value.
     #[must_use]
     pub fn span(&self) -> Option<(f64, f64)> {
         Some((self.points.front()?.0, self.points.back()?.0))
     }
 
-    /// What a plot from `from_s` to `to_s` with `columns` columns of pixels shows: of each column the
-    /// least and the greatest value, in their order of time, so that no spike is lost; gaps stay gaps.
-    /// The values next to the plot's edges are there too, so that lines run to the edges. At most
-    /// four points a column, and those two.
+    /// The points of a plot from `from_s` to `to_s` with `columns` columns of pixels. Each column has its smallest and
+    /// its largest value, in order of time, so that no spike is lost; gaps stay gaps. The values next to the plot's
+    /// edges are included, so that lines reach the edges. At most four points per column, plus those two.
     #[must_use]
     pub fn plotted(&self, from_s: f64, to_s: f64, columns: usize) -> Vec<Point> {
         let first = self.points.partition_point(|&(time_s, _)| time_s < from_s);
@@ -218,7 +214,7 @@ impl Series {
     }
 }
 
-/// What one column of pixels shows.
+/// The points of one column of pixels.
 #[derive(Default)]
 struct Column {
     least: Option<Point>,
@@ -280,7 +276,7 @@ mod tests {
             let last = *places.last().unwrap();
             let greatest = plotted.iter().map(|point| point.1).fold(0.0, f64::max);
             prop_assert_eq!(greatest, 100.0 + last as f64);
-            // Every column that has a spike shows one.
+            // Every column with a spike shows one.
             for place in &places {
                 let time_s = *place as f64 / 33.0;
                 let width_s = 20_000.0 / 33.0 / columns as f64;
@@ -317,7 +313,7 @@ mod tests {
             }
             assert!(slow.points.iter().all(|point| !point.1.is_nan()), "{period_s} s");
         }
-        // An outage after the very first value is one all the same, once the next tells the usual period.
+        // An outage after the very first value is recognised once the next value shows the usual period.
         let mut late = Series::new(100);
         for k in 0..50 {
             late.push(if k == 0 { 0.0 } else { 2.0 + f64::from(k) / 33.0 }, 1.0);

@@ -1,4 +1,4 @@
-//! The station: what arrives is decoded, kept, recorded and judged.
+//! The station decodes, stores, records and evaluates the telemetry.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,69 +12,68 @@ use crate::record::{RecordError, Recorder, Recording};
 use crate::store::{Batch, Marker, Store, TextLevel, TextLine};
 use crate::test_points::TestPoints;
 
-/// Values of each channel that are kept: 20 minutes at 33 Hz. What is older is in the record.
+/// Stored values per channel: 20 minutes at 33 Hz. Older values are only in the record.
 const ROOM: usize = 40_000;
-/// Without a frame for so long the link is down, s.
+/// Time without a frame after which the link is down, s.
 const SILENT_S: f64 = 1.0;
 
-/// The time, seconds since the start of 1970.
+/// The present time, seconds since the start of 1970.
 #[must_use]
 pub fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
 }
 
-/// How the link is.
+/// The state of the link.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct LinkState {
-    /// What it is on: a port or an address.
+    /// Name of the link: a port or an address.
     pub name: String,
-    /// What the port or the socket says of itself.
+    /// State of the port or the socket.
     pub port: String,
-    /// What is spoken.
+    /// Protocol.
     pub protocol: Option<&'static str>,
-    /// Whether the ground wants frames to flow.
+    /// Whether frames are requested.
     pub wanted: bool,
-    /// Since the last frame, s; `None` before the first.
+    /// Time since the last frame, s; `None` before the first.
     pub age_s: Option<f64>,
     /// Frames in the last second.
     pub rate_hz: f64,
     /// Bytes in the last second.
     pub bytes_per_s: f64,
-    /// Whole frames.
+    /// Complete frames.
     pub frames: u64,
-    /// Frames that did not come, the damaged among them.
+    /// Missing frames, including damaged ones.
     pub lost: u64,
-    /// Frames that were damaged.
+    /// Damaged frames.
     pub damaged: u64,
-    /// Frames more than 0.2 s later than the fastest.
+    /// Frames that are more than 0.2 s later than the fastest.
     pub late: u64,
-    /// More than the fastest frame took, s, of the last frame.
+    /// Delay of the last frame relative to the fastest, s.
     pub delay_s: f64,
-    /// Times the link went silent.
+    /// Number of outages.
     pub outages: u64,
 }
 
-/// Everything on the ground but the screen.
+/// The complete ground station except its page.
 pub struct Station {
-    /// What has been heard.
+    /// The stored telemetry.
     pub store: Store,
-    /// The test points flown.
+    /// The test points of the flight.
     pub test_points: TestPoints,
     decoder: Decoder,
     clock: VehicleClock,
     recorder: Option<Recorder>,
     link: LinkState,
     last_frame_s: Option<f64>,
-    /// By how much the last frame that told its time came after the moment it was true, s; zero for the
-    /// fastest.
+    /// Arrival time minus ground time of the last frame with a time, s; zero for the fastest.
     behind_s: f64,
     silent: bool,
-    /// Counts a second ago, and when that was.
+    /// The counts one second ago, and their time.
     before: (f64, Counts),
 }
 
 impl Station {
-    /// A station for a vehicle rigged like this, on a link called `link`.
+    /// A station for a vehicle with this rigging, on a link called `link`.
     #[must_use]
     pub fn new(rigging: Rigging, protocol: Option<Protocol>, link: &str) -> Self {
         Self {
@@ -91,14 +90,14 @@ impl Station {
         }
     }
 
-    /// Takes bytes that arrived at `arrival_s`, seconds since the start of 1970.
+    /// Decodes bytes that arrived at `arrival_s`, seconds since the start of 1970.
     pub fn receive(&mut self, bytes: &[u8], arrival_s: f64) {
         let mut arrived = Vec::new();
         self.decoder.receive(bytes, |what| arrived.push(what));
         for what in arrived {
             self.last_frame_s = Some(arrival_s);
             if std::mem::take(&mut self.silent) {
-                self.note(arrival_s, TextLevel::Info, "link: frames come");
+                self.note(arrival_s, TextLevel::Info, "link: frames arrive");
             }
             match what {
                 Arrived::Values(vehicle_s, values) => self.values(vehicle_s, &values, arrival_s),
@@ -115,11 +114,7 @@ impl Station {
                 self.link.late += u64::from(placed.is_late);
                 self.link.delay_s = placed.delay_s;
                 if placed.jumped {
-                    self.note(
-                        arrival_s,
-                        TextLevel::Warning,
-                        "link: the vehicle's clock was set anew",
-                    );
+                    self.note(arrival_s, TextLevel::Warning, "link: the vehicle's clock was set");
                 }
                 placed.time_s
             }
@@ -135,7 +130,7 @@ impl Station {
         }
     }
 
-    /// Looks at the clock: call several times a second.
+    /// Updates rates and outages; call it several times a second.
     pub fn tick(&mut self, now_s: f64) {
         let counts = self.decoder.counts();
         let (before_s, before) = self.before;
@@ -154,7 +149,7 @@ impl Station {
         self.test_points.judge(&self.store);
     }
 
-    /// How the link is at `now_s`.
+    /// The state of the link at `now_s`.
     #[must_use]
     pub fn link(&self, now_s: f64) -> LinkState {
         let Counts { frames, damaged, lost, .. } = self.decoder.counts();
@@ -171,30 +166,30 @@ impl Station {
         }
     }
 
-    /// Whether frames come.
+    /// Whether no frames arrive.
     #[must_use]
     pub const fn is_silent(&self) -> bool {
         self.silent
     }
 
-    /// Whether the ground wants frames to flow.
+    /// Whether frames are requested.
     #[must_use]
     pub const fn wants_frames(&self) -> bool {
         self.link.wanted
     }
 
-    /// What is spoken, once that is known.
+    /// The protocol, once it is known.
     #[must_use]
     pub const fn protocol(&self) -> Option<Protocol> {
         self.decoder.protocol()
     }
 
-    /// Lets frames flow, or pauses them.
+    /// Requests frames, or pauses them.
     pub fn want_frames(&mut self, wanted: bool) {
         self.link.wanted = wanted;
     }
 
-    /// What the port or the socket says of itself.
+    /// Stores the state of the port or the socket.
     pub fn port_says(&mut self, now_s: f64, level: TextLevel, text: &str) {
         if self.link.port != text {
             self.link.port = text.to_owned();
@@ -202,7 +197,7 @@ impl Station {
         }
     }
 
-    /// Takes a line of text in.
+    /// Stores a line of text.
     pub fn note(&mut self, time_s: f64, level: TextLevel, text: &str) {
         let line = TextLine { time_s, level, text: text.to_owned() };
         if let Some(recorder) = &self.recorder {
@@ -211,7 +206,7 @@ impl Station {
         self.store.say(line);
     }
 
-    /// Marks the moment of the newest value.
+    /// Adds a marker at the time of the newest value.
     pub fn mark(&mut self, note: &str) {
         let time_s = self.store.span().map_or_else(now_s, |(_, to_s)| to_s);
         let marker = Marker { time_s, note: note.to_owned() };
@@ -221,10 +216,10 @@ impl Station {
         self.store.mark(marker);
     }
 
-    /// Records from now on, into `file`.
+    /// Starts a record in `file`.
     ///
     /// # Errors
-    /// It is recording already, or the file cannot be made: one that exists is never written over.
+    /// If a record is being written, or the file cannot be created. An existing file is never overwritten.
     pub fn record(&mut self, file: &std::path::Path, name: &str) -> Result<(), RecordError> {
         if let Some(recorder) = &self.recorder {
             return Err(RecordError::Busy { name: recorder.recording().name });
@@ -234,7 +229,7 @@ impl Station {
         Ok(())
     }
 
-    /// Ends the record; what it came to, where there was one.
+    /// Ends the record. Returns its summary, if there was one.
     pub fn stop_recording(&mut self) -> Option<Recording> {
         let recorder = self.recorder.take()?;
         let recording = recorder.finish();

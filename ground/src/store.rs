@@ -1,4 +1,4 @@
-//! What has been heard: every channel over time, texts, markers.
+//! The stored telemetry: channels over time, texts, markers.
 
 use std::collections::VecDeque;
 
@@ -10,9 +10,9 @@ use crate::series::Series;
 /// Values that arrived together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
-    /// When they were true, seconds since the start of 1970.
+    /// Time of validity, seconds since the start of 1970.
     pub time_s: f64,
-    /// The values; NaN of what is not known.
+    /// The values; NaN if unknown.
     pub values: Vec<(Id, f64)>,
 }
 
@@ -23,43 +23,43 @@ pub struct TextLine {
     pub time_s: f64,
     /// `info`, `warning` or `error`.
     pub level: TextLevel,
-    /// What happened.
+    /// The text.
     pub text: String,
 }
 
-/// How much a text matters.
+/// Severity of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TextLevel {
-    /// As it should be.
+    /// Normal.
     Info,
-    /// Less well.
+    /// Degraded.
     Warning,
-    /// Something is lost.
+    /// Failure or loss.
     Error,
 }
 
-/// A moment that somebody marked.
+/// A marker set by a user.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Marker {
     /// Seconds since the start of 1970.
     pub time_s: f64,
-    /// What was said of it.
+    /// Text of the marker.
     pub note: String,
 }
 
-/// Texts and markers that are kept.
+/// Largest number of stored texts and of stored markers.
 const LINES: usize = 2000;
 
-/// Together they say who flies, and how.
+/// The channels that define the flight mode.
 const MODES: [Id; 3] = [Id::SystemMode, Id::AutopilotMode, Id::CustomMode];
 
-/// Everything that has been heard, as far as it is kept.
+/// The stored telemetry.
 #[derive(Clone, Debug)]
 pub struct Store {
     series: Vec<Series>,
     texts: VecDeque<TextLine>,
-    /// Texts that came before those kept.
+    /// Number of dropped texts.
     texts_gone: u64,
     markers: VecDeque<Marker>,
     markers_gone: u64,
@@ -67,7 +67,7 @@ pub struct Store {
 }
 
 impl Store {
-    /// Room for so many values of each channel.
+    /// A store with room for `room` values per channel.
     #[must_use]
     pub fn new(room: usize) -> Self {
         let series = |id: Id| match MODES.contains(&id) {
@@ -84,7 +84,7 @@ impl Store {
         }
     }
 
-    /// Takes values in.
+    /// Stores values.
     pub fn push(&mut self, batch: &Batch) {
         let time_s = batch.time_s;
         if !time_s.is_finite() {
@@ -96,7 +96,7 @@ impl Store {
         self.span = Some(self.span.map_or((time_s, time_s), |(from, to)| (from, to.max(time_s))));
     }
 
-    /// Takes a text in.
+    /// Stores a text.
     pub fn say(&mut self, line: TextLine) {
         if self.texts.len() == LINES {
             self.texts.pop_front();
@@ -105,7 +105,7 @@ impl Store {
         self.texts.push_back(line);
     }
 
-    /// Takes a marker in.
+    /// Stores a marker.
     pub fn mark(&mut self, marker: Marker) {
         if self.markers.len() == LINES {
             self.markers.pop_front();
@@ -120,41 +120,42 @@ impl Store {
         &self.series[id as usize]
     }
 
-    /// The newest value of a channel; NaN where it is not known, or was not sent for long while others were.
+    /// The newest value of a channel; NaN if unknown, or if the channel is silent while others are not.
     #[must_use]
     pub fn latest(&self, id: Id) -> f64 {
         let now_s = self.span.map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
         self.series(id).latest(now_s).map_or(f64::NAN, |(_, value)| value)
     }
 
-    /// The value of a channel at a moment; NaN where it is not known.
+    /// The value of a channel at `time_s`; NaN if unknown.
     #[must_use]
     pub fn at(&self, id: Id, time_s: f64) -> f64 {
         self.series(id).at(time_s).unwrap_or(f64::NAN)
     }
 
-    /// Since when whoever flies at `time_s` has flown, and as then, s: since when all modes that are known
-    /// then are what they are. With it whether that is known or at least so long; `None` where none is.
+    /// The time, s, since which the flight mode at `time_s` has been unchanged: since all known mode channels have had
+    /// their present values. The flag tells whether this is the exact time of the change or only a lower limit of the
+    /// duration. `None` if no mode is known.
     #[must_use]
     pub fn in_mode_since(&self, time_s: f64) -> Option<(f64, bool)> {
         let begun = MODES.iter().filter_map(|id| self.series(*id).since(time_s));
         begun.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// First and last moment of which anything is known.
+    /// Times of the first and last stored value.
     #[must_use]
     pub const fn span(&self) -> Option<(f64, f64)> {
         self.span
     }
 
-    /// Texts from the one with this number on, counted from the first ever, and the number of the first
-    /// of them: a later one where those in between are gone.
+    /// The texts from number `number` on, counted from the first text ever, and the number of the first returned text.
+    /// This number is larger than `number` if texts were dropped.
     pub fn texts_from(&self, number: u64) -> (impl Iterator<Item = &TextLine>, u64) {
         let skip = usize::try_from(number.saturating_sub(self.texts_gone)).unwrap_or(usize::MAX);
         (self.texts.iter().skip(skip), number.max(self.texts_gone))
     }
 
-    /// The same of markers.
+    /// The same for markers.
     pub fn markers_from(&self, number: u64) -> (impl Iterator<Item = &Marker>, u64) {
         let skip = usize::try_from(number.saturating_sub(self.markers_gone)).unwrap_or(usize::MAX);
         (self.markers.iter().skip(skip), number.max(self.markers_gone))

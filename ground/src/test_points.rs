@@ -1,8 +1,8 @@
-//! Test points while they are flown: which stick is stepped, by how much and how long, and whether what
-//! was recorded is good enough to identify from.
+//! Test points during the flight: the size and duration of each stick step, and whether the data are sufficient for
+//! identification.
 //!
-//! Source: Paw (2005), section 5.2: three repetitions of a step of 10 to 15 % of the control held for
-//! 1.5 s, the other sticks at trim.
+//! Source: Paw (2005), section 5.2: three repetitions of a step of 10 to 15 % of the control held for 1.5 s, the other
+//! sticks at trim.
 
 use hovernav_sysid::methods::frequency::{Band, SpectrumSettings, Window, spectra};
 use hovernav_sysid::nalgebra::DMatrix;
@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::channel::Id;
 use crate::store::{Batch, Store};
 
-/// The pilot's sticks, each with what answers to it.
+/// The pilot's sticks, each with its main response.
 const STICKS: [(Id, &str, Id); 4] = [
     (Id::StickLateral, "lateral", Id::RateP),
     (Id::StickLongitudinal, "longitudinal", Id::RateQ),
@@ -19,79 +19,80 @@ const STICKS: [(Id, &str, Id); 4] = [
     (Id::StickPedal, "pedal", Id::RateR),
 ];
 
-/// A stick that leaves its trim by more is stepped, %.
+/// Deviation from trim at which a step begins, %.
 const BEGINS_PCT: f64 = 5.0;
-/// And is back within this, %.
+/// Deviation from trim at which a step ends, %.
 const ENDS_PCT: f64 = 3.0;
-/// Longer is no step but a new trim, s.
+/// Longest step, s; a longer one is a new trim.
 const LONGEST_S: f64 = 4.0;
-/// Shorter or smaller is ordinary flying, s and %.
+/// Shortest and smallest step, s and %; less is ordinary flying.
 const SHORTEST_S: f64 = 0.4;
 const LEAST_PCT: f64 = 7.0;
-/// Trim is what the stick is at over this time, s.
+/// Averaging time of the trim, s.
 const TRIM_S: f64 = 3.0;
-/// What a step should be, and how long.
+/// Required size and duration of a step.
 const SIZE_PCT: (f64, f64) = (10.0, 15.0);
 const HELD_S: (f64, f64) = (1.3, 1.7);
-/// How far another stick may move meanwhile, %.
+/// Largest movement of another stick during a step, %.
 const OTHERS_PCT: f64 = 5.0;
-/// How far trim may drift from the first step to the last, %.
+/// Largest drift of trim from the first to the last step, %.
 const DRIFT_PCT: f64 = 4.0;
-/// Steps of each stick.
+/// Number of steps per stick.
 const REPETITIONS: usize = 3;
-/// The least coherence that is good enough: Tischler & Remple, section 7.5.2.
+/// Minimum coherence: Tischler & Remple, section 7.5.2.
 const COHERENCE: f64 = 0.6;
-/// The answer to a step takes so long to die out, s.
+/// Decay time of the response to a step, s.
 const TAIL_S: f64 = 4.0;
-/// Steps that are kept.
+/// Largest number of stored steps.
 const KEPT: usize = 60;
 
-/// A step that was flown.
+/// A finished step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// The stick.
     pub stick: &'static str,
-    /// When it began, seconds since the start of 1970.
+    /// Start, seconds since the start of 1970.
     pub start_s: f64,
-    /// From trim, % of full stick.
+    /// Deviation from trim, % of full stick.
     pub size_pct: f64,
-    /// How long, s.
+    /// Duration, s.
     pub held_s: f64,
-    /// Where trim was, %.
+    /// Trim position, %.
     pub trim_pct: f64,
-    /// Why it does not count; `None` of one that does.
+    /// Why the step does not count; `None` if it counts.
     pub fault: Option<String>,
 }
 
-/// How far the test of one stick has come.
+/// The progress of the test of one stick.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Progress {
     /// The stick.
     pub stick: &'static str,
-    /// Steps that count.
+    /// Number of valid steps.
     pub good: usize,
-    /// Of so many.
+    /// Number of required steps.
     pub wanted: usize,
-    /// How far trim has drifted from the first step to the last, %.
+    /// Drift of trim from the first to the last step, %.
     pub drift_pct: f64,
-    /// Between the stick and what answers to it, averaged over 0.3 to 2 Hz by the stick's power, 0 to 1.
+    /// Coherence between the stick and its main response, 0 to 1, averaged over 0.3 to 2 Hz with the stick's power as
+    /// weight.
     pub coherence: Option<f64>,
-    /// What it comes to, in words.
+    /// The verdict in words.
     pub verdict: String,
 }
 
-/// A step being flown.
+/// A step in progress.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UnderWay {
     /// The stick.
     pub stick: &'static str,
-    /// From trim so far, %.
+    /// Deviation from trim, %.
     pub size_pct: f64,
-    /// How long so far, s.
+    /// Duration until now, s.
     pub held_s: f64,
 }
 
-/// Finds test points as they are flown.
+/// Detects test points during the flight.
 #[derive(Clone, Debug, Default)]
 pub struct TestPoints {
     trim: [Option<f64>; 4],
@@ -99,7 +100,7 @@ pub struct TestPoints {
     flown: [Option<Flown>; 4],
     steps: Vec<Step>,
     judged: usize,
-    /// When the answer to the last step has died out, where that was not judged yet.
+    /// Time when the response to the last step has decayed, if that step is not judged yet.
     due_s: Option<f64>,
     progress: Vec<Progress>,
 }
@@ -108,16 +109,16 @@ pub struct TestPoints {
 struct Flown {
     start_s: f64,
     now_s: f64,
-    /// Of this stick from its trim, %.
+    /// Deviations of this stick from trim, %.
     deviations: Vec<f64>,
-    /// All sticks when it began, %.
+    /// Positions of all sticks at the start, %.
     began_at: [f64; 4],
-    /// How far another has moved since, %.
+    /// Largest movement of another stick since then, %.
     others_pct: f64,
 }
 
 impl TestPoints {
-    /// Takes in a batch of values.
+    /// Processes a batch of values.
     pub fn hear(&mut self, batch: &Batch) {
         let value =
             |id| batch.values.iter().find(|(other, _)| *other == id).map(|(_, value)| *value);
@@ -125,7 +126,7 @@ impl TestPoints {
         for (slot, (id, ..)) in sticks.iter_mut().zip(STICKS) {
             match value(id) {
                 Some(value) if !value.is_nan() => *slot = value,
-                // A supplement, or no pilot.
+                // The batch is a supplement, or the pilot's signal is missing.
                 None => return,
                 Some(_) => return self.forget(),
             }
@@ -138,7 +139,7 @@ impl TestPoints {
         self.step(batch.time_s, elapsed_s, sticks);
     }
 
-    /// What came before an outage says nothing of what comes after.
+    /// Forgets the trim and the steps in progress; an outage makes them invalid.
     fn forget(&mut self) {
         (self.trim, self.flown) = ([None; 4], [const { None }; 4]);
     }
@@ -186,7 +187,7 @@ impl TestPoints {
         } else if !(HELD_S.0..=HELD_S.1).contains(&held_s) {
             Some(format!("held {held_s:.2} s, expected 1.5 s"))
         } else if flown.others_pct > OTHERS_PCT {
-            Some(format!("another stick moved by {:.1} % meanwhile", flown.others_pct))
+            Some(format!("another stick moved by {:.1} % during the step", flown.others_pct))
         } else {
             None
         };
@@ -205,7 +206,7 @@ impl TestPoints {
         });
     }
 
-    /// Judges what has been flown, where there is news.
+    /// Updates the progress, if there are new steps or data.
     pub fn judge(&mut self, store: &Store) {
         let now_s = store.span().map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
         let is_due = self.due_s.is_some_and(|due_s| now_s >= due_s);
@@ -222,7 +223,7 @@ impl TestPoints {
     fn progress_of(&self, &(id, name, answer): &(Id, &'static str, Id), store: &Store) -> Progress {
         let good: Vec<&Step> =
             self.steps.iter().filter(|step| step.stick == name && step.fault.is_none()).collect();
-        // The newest that make a whole test point.
+        // The newest steps of a complete test point.
         let last = &good[good.len().saturating_sub(REPETITIONS)..];
         let trims = || last.iter().map(|step| step.trim_pct);
         let drift_pct =
@@ -236,33 +237,35 @@ impl TestPoints {
         });
         let verdict = match (last.len(), coherence) {
             (0, _) => "not flown".to_owned(),
-            (count, _) if count < REPETITIONS => format!("{} more", REPETITIONS - count),
+            (count, _) if count < REPETITIONS => format!("{} more steps", REPETITIONS - count),
             _ if drift_pct > DRIFT_PCT => {
-                format!("trim drifted by {drift_pct:.1} %, at most {DRIFT_PCT} %: fly it again")
+                format!(
+                    "trim drifted by {drift_pct:.1} %, at most {DRIFT_PCT} % allowed: fly it again"
+                )
             }
             (_, Some(found)) if found < COHERENCE => {
-                format!("coherence {found:.2}, at least {COHERENCE}: fly it again")
+                format!("coherence {found:.2}, at least {COHERENCE} required: fly it again")
             }
-            (_, None) => "flown; too short a record for a coherence".to_owned(),
+            (_, None) => "flown; the record is too short to compute the coherence".to_owned(),
             _ => "good".to_owned(),
         };
         let (good, wanted) = (last.len(), REPETITIONS);
         Progress { stick: name, good, wanted, drift_pct, coherence, verdict }
     }
 
-    /// How far each has come.
+    /// The progress of each stick.
     #[must_use]
     pub fn progress(&self) -> &[Progress] {
         &self.progress
     }
 
-    /// The newest steps, the last one last.
+    /// The newest steps, in order of time.
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps[self.steps.len().saturating_sub(12)..]
     }
 
-    /// The step being flown; the largest where several sticks are away from trim.
+    /// The step in progress; the largest if several sticks are away from trim.
     #[must_use]
     pub fn under_way(&self) -> Option<UnderWay> {
         let flown = self.flown.iter().zip(STICKS);
@@ -275,10 +278,10 @@ impl TestPoints {
     }
 }
 
-/// Samples a second on which a coherence is computed.
+/// Sample rate for the coherence, Hz.
 const RATE_HZ: f64 = 33.0;
 
-/// The coherence between two channels, averaged by the first one's power.
+/// The coherence between two channels, averaged with the power of the first as weight.
 fn coherence(store: &Store, stick: Id, answer: Id, from_s: f64, to_s: f64) -> Option<f64> {
     let samples = ((to_s - from_s) * RATE_HZ) as usize;
     let at = |id: Id, k: usize| store.series(id).at(from_s + k as f64 / RATE_HZ);
@@ -307,13 +310,13 @@ fn coherence(store: &Store, stick: Id, answer: Id, from_s: f64, to_s: f64) -> Op
 mod tests {
     use super::*;
 
-    /// Flies the lateral stick through `steps`, size and duration, 6 s apart, and answers with a
-    /// first-order roll rate.
+    /// Flies the lateral stick through `steps` (size, duration), 6 s apart, with a first-order roll rate as the
+    /// response.
     fn flown(steps: &[(f64, f64)], noise: f64) -> TestPoints {
         heard_from(0.0, steps, noise)
     }
 
-    /// The same, of which nothing is heard before `first_s`.
+    /// The same, without telemetry before `first_s`.
     fn heard_from(first_s: f64, steps: &[(f64, f64)], noise: f64) -> TestPoints {
         let (mut store, mut points) = (Store::new(100_000), TestPoints::default());
         let (mut rate, mut seed) = (0.0, 1u32);
@@ -369,7 +372,7 @@ mod tests {
         assert!(faults[0].as_ref().unwrap().contains("8.0 %, expected 10 to 15"), "{faults:?}");
         assert!(faults[1].as_ref().unwrap().contains("expected 1.5 s"), "{faults:?}");
         assert_eq!(faults[2], None);
-        assert_eq!(points.progress()[0].verdict, "2 more");
+        assert_eq!(points.progress()[0].verdict, "2 more steps");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Exports of everything that is kept. It stands alone: what other tests allocate would count.
+//! Exports of the whole store. The test has its own program, because other tests would change its memory.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -10,7 +10,7 @@ use std::time::Duration;
 use common::{Served, cycle, resident, serve};
 use hovernav_ground::link::lock;
 
-/// Asks for all channels of the last twenty minutes, in this version of HTTP.
+/// Requests all channels of the last twenty minutes, with this version of HTTP.
 fn ask(served: &Served, version: &str) -> TcpStream {
     let (from, to) = (served.start_s - 1e4, served.start_s + 1e4);
     let host = served.address;
@@ -22,7 +22,7 @@ fn ask(served: &Served, version: &str) -> TcpStream {
     stream
 }
 
-/// A table that is answered, as soon as there is a place for it.
+/// An accepted export, as soon as a slot is free.
 fn answered(served: &Served) -> Option<TcpStream> {
     (0..200).find_map(|_| {
         let mut stream = ask(served, "1.1");
@@ -40,7 +40,7 @@ fn status(stream: &mut TcpStream) -> String {
     String::from_utf8_lossy(&head).into_owned()
 }
 
-/// Lets the vehicle fly so many cycles from when the server began.
+/// Flies a range of cycles, counted from the start of the server.
 fn fly(served: &Served, cycles: std::ops::Range<u32>) {
     for number in cycles {
         let arrival_s = served.start_s + f64::from(number) / 33.0;
@@ -53,7 +53,7 @@ fn all_that_is_kept_is_exported_in_little_memory_and_nobody_who_stops_reading_is
     let served = serve(None);
     fly(&served, 0..40_000);
     let before = resident();
-    // Without the chunks of the later version each line is one of the table.
+    // Without the chunks of HTTP 1.1, each line is a line of the table.
     let mut stream = ask(&served, "1.0");
     assert_eq!(status(&mut stream), "HTTP/1.0 200");
     let (mut lines, mut bytes, mut most) = (0, 0, before);
@@ -68,18 +68,18 @@ fn all_that_is_kept_is_exported_in_little_memory_and_nobody_who_stops_reading_is
     assert!(lines > 40_000 && bytes > 15_000_000, "{lines} lines, {bytes} bytes");
     assert!(more < 8_000_000, "{more} bytes more in memory");
 
-    // Whoever does not read has a place until he is given up.
+    // A client that does not read keeps its slot until the timeout.
     let mut idle: Vec<_> = (0..4).filter_map(|_| answered(&served)).collect();
     assert_eq!(idle.len(), 4);
     assert_eq!(status(&mut ask(&served, "1.1")), "HTTP/1.1 503");
-    assert!(answered(&served).is_some(), "places are given back");
-    // Half a table does not end as a whole one does. One of the four was given up; the others are soon.
+    assert!(answered(&served).is_some(), "slots are freed");
+    // A truncated table does not end like a complete one. One of the four has timed out; the others follow soon.
     std::thread::sleep(Duration::from_secs(3));
     let mut rest = Vec::new();
     let _ = idle[0].read_to_end(&mut rest);
     assert!(!rest.ends_with(b"\r\n0\r\n\r\n"), "{} bytes and a quiet end", rest.len());
 
-    // Nor does one that is taken while what it is to hold makes room for what comes.
+    // Nor does a table whose values are dropped during a slow download.
     drop(idle);
     let mut slow = answered(&served).unwrap();
     let (mut rest, mut taken) = (Vec::new(), vec![0; 64 * 1024]);

@@ -1,4 +1,4 @@
-//! An hour at full rate. It stands alone: what other tests allocate would count.
+//! One hour at full rate. The test has its own program, because other tests would change its memory.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -21,7 +21,7 @@ fn an_hour_of_every_channel_at_33_hz_leaves_memory_flat_and_loses_nothing() {
             number += 1;
         }
     };
-    // Twenty minutes fill the rings.
+    // Twenty minutes fill the ring buffers.
     minutes(&mut station, 22);
     let full = resident();
     minutes(&mut station, 38);

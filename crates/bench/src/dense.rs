@@ -1,4 +1,4 @@
-//! The yardstick: the covariance as textbooks write it, over whole matrices.
+//! Reference: the covariance equations of textbooks, with dense matrices.
 
 use std::hint::black_box;
 
@@ -27,7 +27,7 @@ pub fn propagate<const N: usize>(phi: &P<N>, p: &P<N>, q: &P<N>) -> P<N> {
     phi * p * phi.transpose() + q
 }
 
-/// Joseph's form with three axes at once.
+/// Joseph form with three axes at once.
 fn update<const N: usize>(h: &SMatrix<f64, 3, N>, p: &P<N>) -> P<N> {
     let r = SMatrix::<f64, 3, 3>::identity();
     let s = h * p * h.transpose() + r;
@@ -64,7 +64,7 @@ fn time<const N: usize>(calls: u64, clock_ns: f64) -> [Timed; 2] {
     )
 }
 
-/// For both numbers of states.
+/// For both filter sizes.
 pub fn all(calls: u64, clock_ns: f64) -> Vec<Timed> {
     time::<26>(calls, clock_ns).into_iter().chain(time::<15>(calls, clock_ns)).collect()
 }

@@ -1,32 +1,32 @@
-//! Times of many calls, as a distribution.
+//! Distribution of the times of many calls.
 
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-/// How long calls took, ns.
+/// Times of calls, ns.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Distribution {
-    /// How many.
+    /// Number of calls.
     pub calls: usize,
-    /// Half took no longer.
+    /// Median.
     pub p50_ns: f64,
-    /// 99 of 100 took no longer; `None` of fewer than 100.
+    /// 99th percentile; `None` for fewer than 100 calls.
     pub p99_ns: Option<f64>,
-    /// 999 of 1000 took no longer; `None` of fewer than 1000.
+    /// 99.9th percentile; `None` for fewer than 1000 calls.
     pub p99_9_ns: Option<f64>,
-    /// None took longer.
+    /// Maximum.
     pub max_ns: f64,
-    /// The curve to draw: the time, ns, and the share of calls that took longer.
+    /// Tail of the distribution: time, ns, and fraction of calls that took longer.
     pub tail: Vec<(f64, f64)>,
 }
 
-/// Times of calls as they come.
+/// Raw times of calls, ns.
 #[derive(Clone, Debug, Default)]
 pub struct Times(Vec<u32>);
 
 impl Times {
-    /// Room for so many.
+    /// Reserves memory for `calls` times.
     pub fn with_capacity(calls: u64) -> Self {
         Self(Vec::with_capacity(usize::try_from(calls).unwrap_or(0)))
     }
@@ -40,14 +40,14 @@ impl Times {
         result
     }
 
-    /// Notes what has passed since `start`.
+    /// Stores the time since `start`.
     #[inline(always)]
     pub fn push(&mut self, start: Instant) {
         let ns = start.elapsed().as_nanos();
         self.0.push(u32::try_from(ns).unwrap_or(u32::MAX));
     }
 
-    /// The distribution, `clock_ns` taken off each.
+    /// The distribution, after `clock_ns` is subtracted from each time.
     pub fn distribution(mut self, clock_ns: f64) -> Distribution {
         self.0.sort_unstable();
         let calls = self.0.len();
@@ -57,7 +57,7 @@ impl Times {
                 .get(index.clamp(1, calls.max(1)) - 1)
                 .map_or(f64::NAN, |&ns| (f64::from(ns) - clock_ns).max(0.0))
         };
-        // Evenly in the logarithm of the share that took longer, for the tail is what matters.
+        // Evenly spaced in the logarithm of the tail fraction, because the tail is the result of interest.
         let decades = (calls.max(1) as f64).log10();
         let tail = (0..=60)
             .map(|step| 10f64.powf(-decades * f64::from(step) / 60.0))
@@ -75,11 +75,11 @@ impl Times {
     }
 }
 
-/// Rests now and then: a system lets a real-time thread that never waits stand still for a twentieth of
-/// each second, and that would be timed.
+/// Rests regularly. Linux suspends a real-time thread that never waits for one twentieth of each second, which would
+/// distort the times.
 pub struct Pace(Instant);
 
-/// Work and rest in turns.
+/// Durations of work and rest.
 const WORK: Duration = Duration::from_millis(100);
 const REST: Duration = Duration::from_millis(10);
 
@@ -88,7 +88,7 @@ impl Pace {
         Self(Instant::now())
     }
 
-    /// Between two calls that are timed.
+    /// Rests if it is due; called between two timed calls.
     pub fn rest(&mut self) {
         if self.0.elapsed() > WORK {
             std::thread::sleep(REST);
@@ -97,7 +97,7 @@ impl Pace {
     }
 }
 
-/// What timing nothing gives, ns: the median of many.
+/// Time to read the clock, ns: the median of many empty measurements.
 pub fn clock_ns() -> f64 {
     let mut times = Times::with_capacity(10_000);
     for _ in 0..10_000 {

@@ -1,4 +1,4 @@
-//! The flight that is timed: a slow circle with vibration, made up so that no log is needed.
+//! The synthetic flight: a slow circle with vibration.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
@@ -9,22 +9,23 @@ use hovernav::time::Time;
 
 use crate::PERIOD_S;
 
-/// Cycles from one fix to the next.
+/// Cycles between two fixes.
 pub const FIX_EVERY: u64 = 33;
 const SPEED_MPS: f64 = 3.0;
 const TURN_RADPS: f64 = 0.2;
 const GRAVITY_MPS2: f64 = 9.806;
 
-/// The flight at one of its cycles.
+/// The flight, evaluated cycle by cycle.
 pub struct Flight {
     home: Geodetic,
-    /// State of the generator of the vibration.
+    /// State of the random generator of the vibration.
     noise: u64,
 }
 
 impl Flight {
     pub fn new() -> Result<Self, String> {
-        let home = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("home is no place")?;
+        let home =
+            Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("the home position is invalid")?;
         Ok(Self { home, noise: 0x9E37_79B9_7F4A_7C15 })
     }
 
@@ -37,7 +38,7 @@ impl Flight {
         Time::ZERO + cycle as f64 * PERIOD_S
     }
 
-    /// Vibration: −1 to 1, the same in every run (xorshift of Marsaglia, 2003).
+    /// Vibration from −1 to 1, identical in every run (xorshift, Marsaglia 2003).
     fn shake(&mut self) -> f64 {
         self.noise ^= self.noise << 13;
         self.noise ^= self.noise >> 7;
@@ -73,17 +74,17 @@ impl Flight {
         300.0 + 0.3 * self.shake()
     }
 
-    /// A distance to the ground, m.
+    /// Distance to the ground, m.
     pub fn range_m(&mut self) -> f64 {
         7.0 + 0.02 * self.shake()
     }
 
-    /// What two antennas say.
+    /// Heading from two antennas.
     pub fn heading(cycle: u64) -> AntennaHeading {
         AntennaHeading::new(Self::time(cycle), Self::angles(cycle).yaw_rad, None)
     }
 
-    /// The fix that is true at a cycle.
+    /// The fix at a cycle.
     pub fn fix(&mut self, cycle: u64) -> Fix {
         let angle = TURN_RADPS * cycle as f64 * PERIOD_S;
         let radius_m = SPEED_MPS / TURN_RADPS;

@@ -1,4 +1,4 @@
-//! The body of the flight loop: decode, estimate, control, servos, telemetry, record.
+//! The work of the flight loop: decode, estimate, control, servos, telemetry, record.
 
 use std::hint::black_box;
 use std::io;
@@ -29,20 +29,20 @@ use crate::distribution::{Distribution, Pace, Times};
 use crate::flight::{FIX_EVERY, Flight};
 use crate::receiver::nav_pvt;
 
-/// Cycles before the timing begins: start-up, alignment, and the autopilot's readiness.
+/// Cycles before the timing starts: start-up, alignment, and readiness of the autopilot.
 const WARM_UP: u64 = 1_000;
-/// From the request for a packet to its last byte, s.
+/// Time from the request for a packet to its last byte, s.
 const ANSWER_S: f64 = 0.008;
-/// Ticks of the unit's timer in a period.
+/// Ticks of the inertial unit's timer per period.
 const TICKS: u16 = (PERIOD_S / 0.79e-6) as u16;
 
-/// A flight computer without a line.
+/// A flight computer without serial lines.
 struct Computer {
     sensors: Sensors,
     flight: FlightLoop,
 }
 
-/// What hears the sensors.
+/// The part of the flight computer that receives the sensor data.
 struct FlightLoop {
     estimator: Estimator<WithoutHeightAids, 26>,
     stepless: SteplessSolution,
@@ -52,7 +52,7 @@ struct FlightLoop {
     recorder: Recorder,
     solution: Option<Solution>,
     last_fix: Option<Time>,
-    /// What the unit is to answer.
+    /// Commands that the inertial unit has not answered yet.
     asked: Vec<Command>,
     sent: u8,
 }
@@ -102,7 +102,7 @@ impl Computer {
         Ok(Self { sensors: Sensors::new(dmu, gps, start), flight })
     }
 
-    /// Everything between two waits.
+    /// The work between two waits.
     fn cycle(&mut self, dmu: &[u8], gps: &[u8], pilot: &[u8], now: Time) {
         let Self { sensors, flight } = self;
         flight.recorder.raw(Line::Dmu, dmu, now);
@@ -110,7 +110,7 @@ impl Computer {
         if !gps.is_empty() {
             flight.recorder.raw(Line::Gps, gps, now);
             sensors.gps(gps, now, |output| flight.hear(now, output));
-            // The line falls silent behind the message.
+            // The line is silent after the message.
             sensors.gps(&[], now, |output| flight.hear(now, output));
         }
         black_box(until);
@@ -146,7 +146,7 @@ impl FlightLoop {
         }
     }
 
-    /// Pilot, control, servos, telemetry.
+    /// Pilot, control, servos and telemetry.
     fn fly(&mut self, pilot: &[u8], now: Time) {
         self.capture.receive(pilot, now);
         let solution = self.solution;
@@ -179,7 +179,7 @@ impl FlightLoop {
         self.sent = self.sent.wrapping_add(1);
     }
 
-    /// What the unit sends in answer to everything it was asked.
+    /// The inertial unit's answer to all pending commands.
     fn answer(&mut self, packet: &AnglePacket) -> Vec<u8> {
         let mut bytes = Vec::new();
         for command in self.asked.drain(..) {
@@ -193,7 +193,7 @@ impl FlightLoop {
     }
 }
 
-/// A sample in the unit's counts: 200 °/s, 4 g, see `Calibration`.
+/// A sample in raw counts: ranges 200 °/s and 4 g, see `Calibration`.
 fn packet(sample: &ImuSample, timer: u16) -> AnglePacket {
     let count = |value: f64, full: f64| (value / (full * 1.5) * 32_768.0).round() as i16;
     let angle = |radians: f64| (radians / std::f64::consts::PI * 32_768.0) as i32 as i16;
@@ -201,7 +201,7 @@ fn packet(sample: &ImuSample, timer: u16) -> AnglePacket {
     if let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion {
         let rates = angular_rate_radps.to_array();
         packet.angular_rate = rates.map(|rate| count(rate.to_degrees(), 200.0));
-        // The unit's accelerometers count against the axis.
+        // The inertial unit's accelerometers count in the opposite direction.
         packet.acceleration =
             specific_force_mps2.to_array().map(|force| count(-force / STANDARD_GRAVITY_MPS2, 4.0));
     }
@@ -214,7 +214,7 @@ fn packet(sample: &ImuSample, timer: u16) -> AnglePacket {
     packet
 }
 
-/// Flies `cycles` cycles, each timed.
+/// Times `cycles` cycles.
 pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
     let mut flight = Flight::new()?;
     let mut computer = Computer::new(Time::ZERO)?;
@@ -227,7 +227,7 @@ pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
         let request = Flight::time(cycle);
         let now = request + ANSWER_S;
         let sample = flight.sample(cycle);
-        // The unit is asked in a wake of its own, before the cycle.
+        // The request to the inertial unit happens in an earlier wake-up and is not timed.
         let Computer { sensors, flight: FlightLoop { asked, .. } } = &mut computer;
         sensors.dmu(&[], request, |output| {
             if let SensorOutput::WriteDmu(command) = output {
@@ -253,7 +253,7 @@ pub fn time(cycles: u64, clock_ns: f64) -> Result<Distribution, String> {
         }
     }
     if computer.flight.solution.is_none() || computer.flight.last_fix.is_none() {
-        return Err("the made-up flight does not reach the estimator over its lines".into());
+        return Err("the synthetic flight does not reach the estimator".into());
     }
     Ok(times.distribution(clock_ns))
 }

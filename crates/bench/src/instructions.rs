@@ -1,7 +1,7 @@
-//! Instructions of a call, counted by valgrind: the same on a busy machine as on an idle one.
+//! Instructions per call, counted by valgrind, independent of the load of the machine.
 //!
-//! The program runs itself under valgrind twice, with the work and with everything around it but the
-//! work; the difference is that of the work alone.
+//! The program runs itself under valgrind twice: with the work, and with everything except the work. The difference is
+//! the work alone.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -18,17 +18,17 @@ use hovernav::time::Time;
 use crate::flight::Flight;
 use crate::kernels::{ATTITUDE_EVERY, WHOLE_CYCLE, arms, covariance, settled, transition, update};
 
-/// Work whose instructions are counted.
+/// A piece of work whose instructions are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Work {
-    /// Its name: that of [`Timed`](crate::Timed).
+    /// Its name, as in [`Timed`](crate::Timed).
     pub name: &'static str,
     /// States of the filter.
     pub states: usize,
 }
 
 impl Work {
-    /// Everything that is counted.
+    /// All counted pieces of work.
     pub const ALL: [Self; 16] = [
         Self { name: "inertial step", states: 26 },
         Self { name: "fix: position and velocity", states: 26 },
@@ -48,10 +48,10 @@ impl Work {
         Self { name: WHOLE_CYCLE, states: 15 },
     ];
 
-    /// Does it `times` times, each from the same state; nothing but bring that about unless `works`.
+    /// Does the work `times` times, each time from the same state. Unless `works`, only this state is restored.
     ///
     /// # Errors
-    /// A sentence, where the made-up flight does not fly.
+    /// If the synthetic flight fails.
     pub fn perform(self, times: u64, works: bool) -> Result<(), String> {
         match self.states {
             28 => self.on::<Full, 28>(times, works),
@@ -62,7 +62,7 @@ impl Work {
 
     fn on<L: Layout<N>, const N: usize>(self, times: u64, works: bool) -> Result<(), String> {
         let (mut filter, mut flight) = settled::<L, N>()?;
-        // Of a whole cycle the attitude has to be due again.
+        // In a whole cycle the attitude must be due.
         let passed = if self.name == WHOLE_CYCLE { ATTITUDE_EVERY } else { 0 };
         let now = 1_000 + passed;
         for cycle in 1_000..now {
@@ -116,12 +116,12 @@ impl Work {
     }
 }
 
-/// A heading of two antennas that the made-up flight has at the end of its settling.
+/// The heading from two antennas at the end of the settling.
 fn antenna_heading(time: Time) -> AntennaHeading {
     AntennaHeading::new(time, Flight::angles(999).yaw_rad, None)
 }
 
-/// Instructions that `command` takes under valgrind.
+/// Number of instructions of `command` under valgrind.
 fn counted(command: &Path, arguments: &[String]) -> Result<u64, String> {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
@@ -133,17 +133,17 @@ fn counted(command: &Path, arguments: &[String]) -> Result<u64, String> {
     text.lines()
         .find_map(|line| line.split("Collected : ").nth(1)?.trim().parse().ok())
         .filter(|_| output.status.success())
-        .ok_or_else(|| format!("valgrind counted nothing: {}", text.trim()))
+        .ok_or_else(|| format!("valgrind reported no count: {}", text.trim()))
 }
 
-/// How often each work is done: enough that what varies at the program's start is nothing beside it.
+/// Repetitions of each work. The variation at the start of the program is then negligible.
 const TIMES: u64 = 200;
 
-/// Instructions a call of each work. `command` with `arguments` of the work's place in [`Work::ALL`], how
-/// often, and `1` or `0` for whether it works, must call [`Work::perform`].
+/// Instructions per call of each work. `command` runs with `arguments` of the work's index in [`Work::ALL`], the
+/// repetitions, and whether to do the work. It must call [`Work::perform`] with these.
 ///
 /// # Errors
-/// Why nothing was counted: no valgrind, or one that fails.
+/// The reason, if valgrind is missing or fails.
 pub fn count_instructions(
     command: &Path,
     arguments: impl Fn(usize, u64, bool) -> Vec<String>,
@@ -160,9 +160,9 @@ pub fn count_instructions(
 mod tests {
     use super::*;
 
-    /// The instructions that each work of [`Work::ALL`] may take: 5 % above what it took when this was written, in a
-    /// build of the tests, which takes up to 70 % more than what is shipped. The steps and the fix of 15 states have up to
-    /// 2 % more: what it takes to see vibration come and go; the last, 1 % more: whether the place is in dispute.
+    /// Largest number of instructions of each work in [`Work::ALL`]: the count of the test build plus 5 %. The test
+    /// build needs up to 70 % more than a release build. The steps and the fix of 15 states have a further 2 % for the
+    /// vibration monitor, and the last entry a further 1 % for the test of ambiguous positions.
     const MOST: [u64; Work::ALL.len()] = [
         5_160, 28_670, 10_100, 5_410, 6_190, 6_780, 5_530, 640, 2_280, 8_530, 47_650, 4_590,
         17_450, 1_710, 4_510, 23_400,
@@ -170,9 +170,9 @@ mod tests {
 
     const COUNTED: &str = "instructions::tests::the_work_that_is_counted";
 
-    /// Its last three arguments, which name no test, say what and how often, and whether at all.
+    /// The last three arguments, which match no test name, are index, repetitions, and whether to do the work.
     #[test]
-    #[ignore = "is what the test below counts"]
+    #[ignore = "the test below runs and counts it"]
     fn the_work_that_is_counted() {
         let arguments: Vec<String> = std::env::args().collect();
         let [.., place, times, works] = arguments.as_slice() else { return };

@@ -1,4 +1,4 @@
-//! The filter's steps, each timed by itself.
+//! The steps of the filter, each timed separately.
 
 use std::hint::black_box;
 
@@ -13,18 +13,18 @@ use crate::Timed;
 use crate::distribution::{Pace, Times};
 use crate::flight::{FIX_EVERY, Flight};
 
-/// Cycles until the filter has aligned and settled.
+/// Cycles until the filter is aligned and settled.
 const SETTLED: u64 = 1_000;
-/// The attitude is used no more often than its noise is worth.
+/// Cycles between two attitude updates. The filter rejects more frequent ones.
 pub const ATTITUDE_EVERY: u64 = 4;
 
-/// Cycles from one distance to the ground to the next.
+/// Cycles between two distances to the ground.
 const RANGE_EVERY: u64 = 2;
 
-/// A sample, the attitude and the fix where they are due, and the solution.
+/// A sample, the attitude and the fix if due, and the solution.
 pub const WHOLE_CYCLE: &str = "sample, all due, solution";
 
-/// A filter in mid-flight, and its flight.
+/// A filter in mid-flight, with its flight.
 pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), String> {
     let mut flight = Flight::new()?;
     let mut estimator = Estimator::<L, N, f64, NoHeadingSearch>::new(Flight::config());
@@ -37,11 +37,11 @@ pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), St
             estimator.push(&Event::Baro { time, height_m }, |_| {});
         }
     }
-    let filter = estimator.filter().ok_or("the made-up flight does not align")?.clone();
+    let filter = estimator.filter().ok_or("the synthetic flight does not align")?.clone();
     Ok((filter, flight))
 }
 
-/// One step of 33 Hz for the covariance alone, as most are: the parameters relax every fifth of a second.
+/// A typical step of the covariance at 33 Hz; the parameters relax only every fifth of a second.
 pub fn transition<const N: usize>() -> Transition<f64, N> {
     let matrix = |scale: f64| {
         [[0.5, -0.8, 0.1], [0.8, 0.5, -0.05], [0.0, 0.1, 0.99]].map(|row| row.map(|v| v * scale))
@@ -59,14 +59,14 @@ pub fn transition<const N: usize>() -> Transition<f64, N> {
     }
 }
 
-/// Three axes of a position with a lever arm.
+/// Three axes of a position, with a lever arm.
 pub fn arms() -> [Sensitivity<f64>; 3] {
     std::array::from_fn(|axis| {
         Sensitivity::default().with(6 + axis, 1.0).with_block(0, [0.1, 0.2, 0.3])
     })
 }
 
-/// A covariance that a hundred steps have filled.
+/// A covariance after a hundred steps.
 pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
     let mut p = Covariance::zero();
     for state in 0..N {
@@ -79,7 +79,7 @@ pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
     p
 }
 
-/// A three-axis update, each axis of unit variance.
+/// A three-axis update with unit variance per axis.
 pub fn update<L: Layout<N>, const N: usize>(
     p: &mut Covariance<f64, N>,
     arms: &[Sensitivity<f64>; 3],
@@ -111,8 +111,9 @@ fn time<L: Layout<N>, const N: usize>(
         let sample = flight.sample(cycle);
         let now: Time = sample.time;
         step.time(|| black_box(black_box(&mut filter).predict(black_box(&sample))))
-            .map_err(|fault| format!("the made-up flight: sample refused at {now}: {fault}"))?;
-        // Heading comes from the attitude, and in every sixth stretch from the magnetometer or two antennas.
+            .map_err(|fault| format!("the synthetic flight: sample rejected at {now}: {fault}"))?;
+        // Heading comes from the attitude. In two of six blocks of 256 cycles it comes from two antennas or from the
+        // magnetometer.
         let (by_antennas, by_field) = (cycle / 256 % 6 == 4, cycle / 256 % 6 == 5);
         if cycle % ATTITUDE_EVERY == 0 && by_antennas {
             let heading = Flight::heading(cycle);
@@ -176,12 +177,12 @@ fn time<L: Layout<N>, const N: usize>(
         time: times.distribution(clock_ns),
         instructions: None,
     };
-    // A layout without states for an aid never took it.
+    // A layout without the states of a sensor has no times for it.
     Ok(all.into_iter().map(timed).filter(|timed| timed.time.calls > 0).collect())
 }
 
-/// Whole cycles of the filter: a sample, the attitude and the fix where they are due, and the solution. Once in
-/// 132 cycles all are due.
+/// Whole cycles of the filter: a sample, the attitude and the fix if due, and the solution. All are due every 132
+/// cycles.
 fn whole_cycles<L: Layout<N>, const N: usize>(
     filter: &mut Ekf<L, N>,
     flight: &mut Flight,
@@ -207,17 +208,17 @@ fn whole_cycles<L: Layout<N>, const N: usize>(
                 black_box(filter.solution());
                 predicted
             })
-            .map_err(|fault| format!("the made-up flight: sample refused: {fault}"))?;
+            .map_err(|fault| format!("the synthetic flight: sample rejected: {fault}"))?;
     }
     Ok(whole)
 }
 
-/// With every block of states.
+/// With all blocks of states.
 pub fn full(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     time::<Full, 28>(cycles, clock_ns, 28)
 }
 
-/// With all but those of barometer and rangefinder.
+/// With all blocks except those of barometer and rangefinder.
 pub fn without_height_aids(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     time::<WithoutHeightAids, 26>(cycles, clock_ns, 26)
 }
@@ -238,7 +239,7 @@ mod tests {
     fn every_update_that_is_counted_is_timed() {
         let steps = [full(1_000, 0.0), without_height_aids(1_000, 0.0), base(1_000, 0.0)];
         let steps: Vec<Timed> = steps.into_iter().flat_map(Result::unwrap).collect();
-        // The notch is no update.
+        // A notch is not an update.
         for work in Work::ALL.iter().filter(|work| !work.name.starts_with("notch")) {
             let timed = |step: &Timed| (step.name, step.states) == (work.name, work.states);
             assert!(steps.iter().any(timed), "{work:?}");

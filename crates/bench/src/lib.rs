@@ -20,46 +20,46 @@ pub use worst::Worst;
 /// The period of a loop of 33 Hz, s.
 pub const PERIOD_S: f64 = 0.0303;
 
-/// One thing that was timed.
+/// A timed piece of work.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Timed {
-    /// What it is.
+    /// Name.
     pub name: &'static str,
-    /// States of the filter's error; 0 where there is no filter in it.
+    /// Number of error states of the filter; 0 without a filter.
     pub states: usize,
-    /// How long it took.
+    /// Its time.
     pub time: Distribution,
-    /// Instructions a call, where they were counted.
+    /// Instructions per call, if counted.
     pub instructions: Option<u64>,
 }
 
-/// What was found.
+/// The results.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// On what.
+    /// The machine.
     pub machine: Machine,
-    /// Cycles of the loop that were flown.
+    /// Number of timed cycles of the loop.
     pub cycles: u64,
     /// The period of the loop, s: the budget.
     pub period_s: f64,
-    /// What reading the clock takes, ns: already taken off.
+    /// Time to read the clock, ns; already subtracted.
     pub clock_ns: f64,
     /// Prediction, each update, and the dense textbook form of both.
     pub steps: Vec<Timed>,
     /// The body of the loop: decode, estimate, control, servos, telemetry, record.
     pub cycle: Timed,
-    /// The worst case that was found by searching inputs.
+    /// The worst case among the tested inputs.
     pub worst: Worst,
-    /// Share of the period that the longest cycle took.
+    /// Fraction of the period that the longest cycle took.
     pub share_of_period: f64,
-    /// Why instructions were not counted, if they were not.
+    /// The reason, if instructions were not counted.
     pub uncounted: Option<String>,
 }
 
-/// Times everything over `cycles` cycles of the loop. `tell` hears what is timed next.
+/// Times everything over `cycles` cycles of the loop. `tell` receives the name of the next step.
 ///
 /// # Errors
-/// A sentence, where the made-up flight does not fly: a fault of this crate.
+/// If the synthetic flight fails, which is an error of this crate.
 pub fn run(cycles: u64, mut tell: impl FnMut(&str)) -> Result<Report, String> {
     let machine = Machine::prepare();
     let clock_ns = distribution::clock_ns();

@@ -1,32 +1,32 @@
-//! What the times were taken on, and how quiet it was made.
+//! The machine, and its configuration for low jitter.
 
 use std::fs;
 
 use serde::Serialize;
 
-/// What the times were taken on.
+/// The machine of a measurement.
 #[derive(Clone, Debug, Serialize)]
 pub struct Machine {
-    /// The processor, as the system names it.
+    /// Name of the processor.
     pub processor: String,
-    /// The system's kernel.
+    /// Kernel of the operating system.
     pub system: String,
-    /// Processors there are.
+    /// Number of processors.
     pub processors: usize,
-    /// How the code was built.
+    /// Optimisation of the build.
     pub build: &'static str,
-    /// Whether the thread ran at real-time priority, or why not.
+    /// Real-time priority of the thread, or the reason for its absence.
     pub priority: String,
-    /// Whether memory was locked, or why not.
+    /// Whether memory was locked, or the reason why not.
     pub memory: String,
 }
 
-/// The loop's priority in flight.
+/// Priority of the flight loop.
 #[cfg(target_os = "linux")]
 const PRIORITY: u8 = 80;
 
 impl Machine {
-    /// Asks for real-time priority and locked memory, and says what came of it.
+    /// Requests real-time priority and locked memory, and records the result.
     pub fn prepare() -> Self {
         let line = |path: &str, key: &str| {
             let text = fs::read_to_string(path).ok()?;
@@ -71,5 +71,5 @@ fn quiet() -> (String, String) {
 
 #[cfg(not(target_os = "linux"))]
 fn quiet() -> (String, String) {
-    ("not real-time: only asked for on Linux".into(), "not locked: only asked for on Linux".into())
+    ("not real-time: supported on Linux only".into(), "not locked: supported on Linux only".into())
 }

@@ -1,16 +1,15 @@
-//! A fix as a u-blox receiver sends it: UBX-NAV-PVT.
+//! A fix as a message of a u-blox receiver: UBX-NAV-PVT.
 //!
 //! # Source
-//! u-blox, *M8 Receiver description including protocol specification*, UBX-13003221, section
-//! UBX-NAV-PVT.
+//! u-blox, *M8 Receiver description including protocol specification*, UBX-13003221, section UBX-NAV-PVT.
 
 use hovernav::gps::Fix;
 
 const PAYLOAD: usize = 92;
-/// Sync characters, class, identifier, length; checksum behind.
+/// Sync characters, class, identifier and length, then payload and checksum.
 pub const LENGTH: usize = 6 + PAYLOAD + 2;
 
-/// The message of `fix` in second `second` of a day.
+/// The message of `fix` at second `second` of a day.
 pub fn nav_pvt(fix: &Fix, second: u64) -> [u8; LENGTH] {
     let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
     let down = fix.down_velocity_mps.unwrap_or_default();

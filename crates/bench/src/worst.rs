@@ -1,4 +1,4 @@
-//! The worst case, searched: what one cycle of the estimator takes over what may come together in it.
+//! Search for the worst case: the longest cycle of the estimator over combinations of inputs.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -15,33 +15,33 @@ use crate::PERIOD_S;
 use crate::distribution::Pace;
 use crate::flight::{FIX_EVERY, Flight};
 
-/// The longest that a cycle of the estimator takes, over everything that was tried.
+/// The longest cycle of the estimator among all tested combinations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
-    /// How long, ns: the least of many repetitions, so what the work takes and not what disturbed it.
+    /// Time, ns: the minimum over many repetitions, which excludes interruptions.
     pub time_ns: f64,
-    /// What came together.
+    /// The inputs of the cycle.
     pub inputs: String,
-    /// How many combinations were tried.
+    /// Number of tested combinations.
     pub tried: usize,
-    /// The ordinary cycle, a sample alone, taken likewise, ns.
+    /// Time of a cycle with one inertial sample only, measured in the same way, ns.
     pub ordinary_ns: f64,
 }
 
 const REPEATS: usize = 60;
 
-/// What may come together in a cycle.
+/// A combination of inputs in one cycle.
 #[derive(Clone, Copy, Debug)]
 struct Inputs {
     /// Fixes in the cycle.
     fixes: u64,
-    /// How late each is, cycles.
+    /// Age of each fix, cycles.
     late: u64,
-    /// Metres that it jumps: refused or reopened.
+    /// Jump of the fixes, m; large jumps are rejected or reset the filter.
     jump_m: f64,
     attitude: bool,
     aids: bool,
-    /// Cycles without a sample before this one.
+    /// Cycles without a sample before this cycle.
     gap: u64,
     /// Angular rate, rad/s.
     rate_radps: f64,
@@ -95,7 +95,7 @@ impl Inputs {
         words.join(", ")
     }
 
-    /// The cycle's events.
+    /// The events of the cycle.
     fn events(&self, flight: &mut Flight, now: u64) -> Vec<Event> {
         let mut events = Vec::new();
         for fix in 0..self.fixes {
@@ -130,7 +130,7 @@ impl Inputs {
 
 type Flown = Estimator<Full, 28, f64, NoHeadingSearch>;
 
-/// The least of many repetitions from the same state, ns.
+/// The minimum time over many repetitions from the same state, ns.
 fn least(from: &Flown, events: &[Event], clock_ns: f64) -> f64 {
     let mut least = f64::INFINITY;
     let mut estimator = Box::new(from.clone());
@@ -148,13 +148,13 @@ fn least(from: &Flown, events: &[Event], clock_ns: f64) -> f64 {
     least
 }
 
-/// Searches everything that may come together in a cycle.
+/// Searches all combinations of inputs.
 pub fn search(clock_ns: f64) -> Result<Worst, String> {
     let mut flight = Flight::new()?;
     let mut estimator = Flown::new(Flight::config());
     let settled = 1_000;
     for cycle in 0..settled {
-        // The last attitude long ago, so that it is due.
+        // The last attitude is old enough for the next one to be due.
         let mut sample = flight.sample(cycle);
         sample.attitude = sample.attitude.filter(|_| cycle < settled - 20);
         estimator.push(&Event::Imu(ImuSample { magnetic_field_gauss: None, ..sample }), |_| {});
@@ -163,13 +163,13 @@ pub fn search(clock_ns: f64) -> Result<Worst, String> {
         }
     }
     if estimator.filter().is_none() {
-        return Err("the made-up flight does not align".into());
+        return Err("the synthetic flight does not align".into());
     }
     let mut worst = Worst { time_ns: 0.0, inputs: String::new(), tried: 0, ordinary_ns: f64::NAN };
     let mut pace = Pace::begin();
     for inputs in Inputs::all() {
         pace.rest();
-        // Without a fix, its lateness and its jump are nothing.
+        // Age and jump have no effect without a fix.
         if inputs.fixes == 0 && (inputs.late > 0 || inputs.jump_m > 0.0) {
             continue;
         }

@@ -57,7 +57,7 @@ pub fn installed(program: &str) -> bool {
     starts
 }
 
-/// Prints that a test, or a part of one, is skipped, and why.
+/// Prints that a test or a part of it is skipped, with the reason.
 ///
 /// # Panics
 /// With `HOVERNAV_STRICT=1` in the environment.

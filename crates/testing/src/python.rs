@@ -1,4 +1,4 @@
-//! A Python with packages from its index, for tests that compare with what is written in it.
+//! A Python interpreter with packages, for tests that compare with Python programs.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

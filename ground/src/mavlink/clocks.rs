@@ -1,14 +1,15 @@
-//! What the vehicle's clocks read, by which what it dates has an age.
+//! The vehicle's clocks, which give the age of time stamps.
 //!
-//! Source: MAVLink, *common message set*: a field `time_usec` counts from the start of 1970 or from boot,
-//! which its size tells.
+//! Source: MAVLink, *common message set*: a field `time_usec` counts from the start of 1970 or from boot, depending on
+//! its magnitude.
 
-/// What is greater counts from the start of 1970, µs: no vehicle has been switched on for thirty years.
+/// Time stamps from this value on count from the start of 1970, µs. A time since boot would mean thirty years of
+/// operation.
 const SINCE_BOOT_US: u64 = 1_000_000_000_000_000;
-/// A date may be ahead of the newest reading by the time between two, s.
+/// Largest lead of a time stamp over the newest clock reading, s: the interval between two readings.
 const AHEAD_S: f64 = 1.0;
 
-/// The newest readings, µs.
+/// The newest clock readings, µs.
 #[derive(Default)]
 pub struct Clocks {
     boot: Option<u64>,
@@ -16,7 +17,7 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Hears what a clock reads now, µs; zero is what none reads.
+    /// Stores a clock reading, µs; zero means no clock.
     pub const fn hear(&mut self, now_us: u64) {
         match now_us {
             0 => {}
@@ -25,7 +26,7 @@ impl Clocks {
         }
     }
 
-    /// How long ago `then_us` was, s; `None` where no clock that was heard tells.
+    /// The age of `then_us`, s; `None` if the clock of this time stamp is unknown.
     pub fn since_s(&self, then_us: u64) -> Option<f64> {
         let now_us = if then_us < SINCE_BOOT_US { self.boot } else { self.unix }?;
         let since_s = 1e-6 * (now_us as f64 - then_us as f64);

@@ -1,26 +1,26 @@
-//! EKF_STATUS_REPORT, ArduPilot's word on its estimator, which the common set lacks.
+//! EKF_STATUS_REPORT, the estimator status of ArduPilot, which is not in the common set.
 //!
 //! Source: MAVLink, *ardupilotmega message set*, message 193.
 
-/// Its number.
+/// Message number.
 pub const ID: u32 = 193;
-/// The byte that stands for its layout in the checksum.
+/// The CRC_EXTRA byte of the message.
 pub const LAYOUT: u8 = 71;
 
-/// What it says.
+/// The contents of the message.
 pub struct EkfStatus {
-    /// One bit each, as ESTIMATOR_STATUS has them.
+    /// Flags, as in ESTIMATOR_STATUS.
     pub flags: u16,
-    /// Innovations of velocity over their gate.
+    /// Velocity innovation divided by its gate.
     pub velocity: f32,
-    /// Of horizontal position.
+    /// Horizontal position innovation divided by its gate.
     pub position: f32,
-    /// Of the compass.
+    /// Compass innovation divided by its gate.
     pub compass: f32,
 }
 
 impl EkfStatus {
-    /// Of a payload, whose zeros at the end may have been left out.
+    /// Decodes a payload. Trailing zeros may be missing.
     pub fn of(payload: &[u8]) -> Self {
         let byte = |place: usize| payload.get(place).copied().unwrap_or(0);
         let number = |place: usize| f32::from_le_bytes(std::array::from_fn(|k| byte(place + k)));

@@ -1,7 +1,7 @@
 //! The frames of both versions of MAVLink.
 //!
-//! Source: MAVLink, *packet serialization*: the checksum covers the header, the payload and one byte that
-//! stands for the layout of the message.
+//! Source: MAVLink, *packet serialization*: the checksum covers the header, the payload and one byte (CRC_EXTRA)
+//! derived from the layout of the message.
 
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MavlinkVersion, Message as _, calculate_crc};
@@ -12,10 +12,10 @@ const MAGIC_1: u8 = 0xFE;
 const MAGIC_2: u8 = 0xFD;
 const CHECKSUM: usize = 2;
 const SIGNATURE: usize = 13;
-/// The only feature of a frame that must be understood, and is: it is signed.
+/// The only supported incompatibility flag: the frame is signed.
 const SIGNED: u8 = 1;
 
-/// A whole frame.
+/// A complete frame.
 pub struct Frame<'a> {
     pub version: MavlinkVersion,
     pub id: u32,
@@ -23,31 +23,31 @@ pub struct Frame<'a> {
     /// System and component.
     pub sender: (u8, u8),
     pub payload: &'a [u8],
-    /// Bytes that it takes.
+    /// Length in bytes.
     pub length: usize,
 }
 
-/// What stands where a frame could begin.
+/// The result of decoding at a possible start of a frame.
 pub enum Begun<'a> {
     /// A frame with a right checksum.
     Frame(Frame<'a>),
-    /// One of a message that nobody here knows, and the layout's byte with which its checksum would hold.
-    /// Of damaged bytes one in 256 looks so.
+    /// A frame of an unknown message, and the CRC_EXTRA byte that would make its checksum valid. One in 256 damaged
+    /// frames looks like this.
     Stranger(Frame<'a>, u8),
-    /// None, or one that is not understood.
+    /// No frame, or an unsupported one.
     Nothing,
-    /// One of a known message, with a wrong checksum.
+    /// A frame of a known message with a wrong checksum.
     Damaged,
-    /// Too few bytes to tell.
+    /// Too few bytes.
     Short,
 }
 
-/// Whether a frame can begin with `byte`; one of the first version only while `first_too`.
+/// Whether a frame can start with `byte`; version 1 counts only with `first_too`.
 pub const fn is_magic(byte: u8, first_too: bool) -> bool {
     byte == MAGIC_2 || byte == MAGIC_1 && first_too
 }
 
-/// What begins with the magic byte at the front of `bytes`.
+/// Decodes the frame at the front of `bytes`, which start with a magic byte.
 pub fn begun(bytes: &[u8]) -> Begun<'_> {
     let version = match bytes.first() {
         Some(&MAGIC_1) => MavlinkVersion::V1,
@@ -85,7 +85,7 @@ pub fn begun(bytes: &[u8]) -> Begun<'_> {
     }
 }
 
-/// The byte of the layout of a message that is known here.
+/// The CRC_EXTRA byte of a known message.
 fn layout(id: u32) -> Option<u8> {
     match id {
         ekf_status::ID => Some(ekf_status::LAYOUT),
@@ -93,13 +93,13 @@ fn layout(id: u32) -> Option<u8> {
     }
 }
 
-/// The byte of the layout with which the checksum of `covered` would be `found`.
+/// The CRC_EXTRA byte for which the checksum of `covered` would be `found`.
 fn layout_of(covered: &[u8], found: u16) -> Option<u8> {
     let before = covered.iter().fold(u16::MAX, |checksum, byte| accumulated(checksum, *byte));
     (0..=u8::MAX).find(|layout| accumulated(before, *layout) == found)
 }
 
-/// The checksum, CRC-16/MCRF4XX, with another byte.
+/// The checksum, CRC-16/MCRF4XX, extended by one byte.
 const fn accumulated(checksum: u16, byte: u8) -> u16 {
     let mixed = byte ^ (checksum & 0xFF) as u8;
     let mixed = (mixed ^ (mixed << 4)) as u16;

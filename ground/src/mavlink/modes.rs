@@ -5,7 +5,7 @@
 
 /// ArduPilot's number in HEARTBEAT.
 const ARDUPILOT: u8 = 3;
-/// PX4's.
+/// PX4's number in HEARTBEAT.
 const PX4: u8 = 12;
 
 const COPTER: &[(u32, &str)] = &[
@@ -87,7 +87,7 @@ const SUB: &[(u32, &str)] = &[
     (16, "POSHOLD"),
     (19, "MANUAL"),
 ];
-/// PX4's, the main mode in the lower 8 bits, the mode below it above them.
+/// Modes of PX4: the main mode in the lower 8 bits, the sub-mode above.
 const OF_PX4: &[(u32, &str)] = &[
     (1, "MANUAL"),
     (2, "ALTCTL"),
@@ -107,14 +107,14 @@ const OF_PX4: &[(u32, &str)] = &[
     (0x904, "AUTO PRECLAND"),
 ];
 
-/// The name of the mode that HEARTBEAT tells: of which autopilot, in which kind of vehicle, and its number.
+/// The name of the mode in HEARTBEAT, from the numbers of autopilot, vehicle type and mode.
 pub fn name(autopilot: u8, vehicle: u8, mode: u32) -> String {
     let (table, number) = match (autopilot, vehicle) {
         (PX4, _) => (OF_PX4, mode >> 16),
         (ARDUPILOT, 1 | 19..=25) => (PLANE, mode),
         (ARDUPILOT, 10 | 11) => (ROVER, mode),
         (ARDUPILOT, 12) => (SUB, mode),
-        // Helicopters and whatever has three rotors or more.
+        // Helicopters, and vehicles with three or more rotors.
         (ARDUPILOT, 2..=4 | 13..=15 | 29 | 35) => (COPTER, mode),
         _ => (&[][..], mode),
     };

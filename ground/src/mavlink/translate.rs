@@ -1,4 +1,4 @@
-//! What messages say, as values of channels.
+//! MAVLink messages as channel values.
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
@@ -15,33 +15,33 @@ use crate::channel::Id::{self, *};
 use crate::frames::Values;
 use crate::store::TextLevel;
 
-/// Characters of one STATUSTEXT; a longer text comes in several.
+/// Characters of one STATUSTEXT; a longer text is split.
 const TEXT: usize = 50;
-/// A text of more characters is cut.
+/// Length, bytes, after which further pieces of a text are dropped.
 const LONGEST_TEXT: usize = 512;
-/// Test ratios are to the gate; five one-sigmas unless the vehicle is set otherwise.
+/// Gate in one-sigmas; test ratios are relative to the gate. Vehicles with another setting are not recognised.
 const GATE: f64 = 5.0;
 
-/// What a message says.
+/// A decoded item.
 pub enum Said {
-    /// Values, and the time since boot, s, where the message has it.
+    /// Values, with the time since boot, s, if the message contains it.
     Values(Option<f64>, Values),
     /// A text.
     Text(TextLevel, String),
 }
 
-/// Translates one vehicle's messages, some of which mean what others say they do.
+/// Decodes the messages of one vehicle. Some messages depend on earlier ones.
 #[derive(Default)]
 pub struct Translator {
     autopilot: Option<MavAutopilot>,
     clocks: Clocks,
     attitude: Option<EulerAngles>,
-    /// Velocity comes with LOCAL_POSITION_NED, finer than in GLOBAL_POSITION_INT.
+    /// Whether LOCAL_POSITION_NED arrives, whose velocity is finer than in GLOBAL_POSITION_INT.
     hears_velocity: bool,
-    /// What of the vehicle works, and what of that is known.
+    /// Status flags, and the flags that the vehicle reports.
     status: StatusFlags,
     known: StatusFlags,
-    /// A text that goes on: its number, and what came of it.
+    /// An incomplete text: its number, level and first pieces.
     text: Option<(u16, TextLevel, String)>,
 }
 
@@ -53,7 +53,7 @@ fn finite(value: f32) -> Option<f64> {
     Some(f64::from(value)).filter(|value| value.is_finite())
 }
 
-/// A number of which the greatest means that it is unknown.
+/// A number whose largest value means unknown.
 fn known(value: u16) -> Option<f64> {
     (value != u16::MAX).then(|| f64::from(value))
 }
@@ -66,13 +66,13 @@ fn width_ms(us: u16) -> Option<f64> {
     Some(1e-3 * f64::from(us)).filter(|_| us != 0 && us != u16::MAX)
 }
 
-/// Specific force in mG and field in mgauss, as SCALED_IMU has them.
+/// Specific force in mg and field in mgauss, as in SCALED_IMU.
 fn milli(ids: [Id; 3], values: [i16; 3]) -> impl Iterator<Item = (Id, Option<f64>)> {
     ids.into_iter().zip(values.map(|value| Some(1e-3 * f64::from(value))))
 }
 
 impl Translator {
-    /// Hears a message of the vehicle's; `payload` has what the common set's types leave out.
+    /// Decodes a message of the vehicle; `payload` contains fields that the types of the common set omit.
     pub fn said(&mut self, message: &MavMessage, payload: &[u8], said: &mut impl FnMut(Said)) {
         if let MavMessage::STATUSTEXT(m) = message {
             return self.text(m, payload, said);
@@ -117,7 +117,7 @@ impl Translator {
                 values.extend(milli([MagX, MagY, MagZ], [m.xmag, m.ymag, m.zmag]));
                 (boot(m.time_boot_ms), values)
             }
-            // Raw is what the maker likes; ArduPilot's is in the units of SCALED_IMU.
+            // The units of RAW_IMU depend on the vehicle. ArduPilot uses those of SCALED_IMU.
             MavMessage::RAW_IMU(m)
                 if self.autopilot == Some(MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA) =>
             {
@@ -162,7 +162,7 @@ impl Translator {
             (CustomMode, Some(f64::from(m.custom_mode))),
         ];
         if m.autopilot == MavAutopilot::MAV_AUTOPILOT_GENERIC {
-            // This project's own: the mode of `docs/telemetry.md`.
+            // The vehicle runs hovernav: the mode is that of `docs/telemetry.md`.
             values.push((SystemMode, Some(f64::from(m.custom_mode))));
         }
         values
@@ -200,7 +200,7 @@ impl Translator {
         values
     }
 
-    /// `None` before the vehicle has said what it is: that decides what its outputs are.
+    /// `None` before the first heartbeat, because the outputs depend on the type of autopilot.
     fn servos(&self, m: &SERVO_OUTPUT_RAW_DATA) -> Option<Values> {
         let pulses = [
             m.servo1_raw,
@@ -246,7 +246,7 @@ impl Translator {
             recorder: works(log),
             ..self.status
         };
-        // What is switched off reads as failed or as good, as the maker likes.
+        // A disabled check reads as failed or passed, depending on the vehicle.
         let checks = S::MAV_SYS_STATUS_PREARM_CHECK;
         let passes = has(checks).then(|| f64::from(u8::from(works(checks))));
         let mut values = self.status();
@@ -270,7 +270,7 @@ impl Translator {
         values
     }
 
-    /// Hears ArduPilot's EKF_STATUS_REPORT.
+    /// Decodes EKF_STATUS_REPORT of ArduPilot.
     pub fn ekf_status(&mut self, payload: &[u8]) -> Said {
         let told = EkfStatus::of(payload);
         let mut values = self.estimate(EstimatorStatusFlags::from_bits_truncate(told.flags));
@@ -309,7 +309,7 @@ impl Translator {
         };
         let bytes: Vec<u8> = m.text.iter().copied().take_while(|byte| *byte != 0).collect();
         let piece = String::from_utf8_lossy(&bytes);
-        // Behind severity and characters, in the second version: the number of a text in pieces.
+        // In version 2, the number of a split text follows severity and characters.
         let byte = |place: usize| payload.get(place).copied().unwrap_or(0);
         let number = u16::from_le_bytes([byte(1 + TEXT), byte(2 + TEXT)]);
         if self.text.as_ref().is_some_and(|(before, ..)| *before != number) {
@@ -349,7 +349,7 @@ fn highres(m: &HIGHRES_IMU_DATA) -> Values {
     ]
 }
 
-/// A fix of this age, s.
+/// The values of a GPS fix with this age, s.
 fn gps(m: &GPS_RAW_INT_DATA, age_s: Option<f64>) -> Values {
     let has_fix = m.fix_type as u8 >= 2;
     let place = |value: i32, scale: f64| has_fix.then(|| scale * f64::from(value));

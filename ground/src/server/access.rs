@@ -1,26 +1,27 @@
-//! Who may look: a token where the server is not on loopback, and no page of somebody else's.
+//! Access control: a token if the server is not on loopback, and no requests from pages of other origins.
 
 use axum::http::header::{HOST, ORIGIN};
 use axum::http::{HeaderMap, StatusCode};
 
-/// Bytes of a token that is drawn.
+/// Length of a random token, bytes.
 const TOKEN: usize = 16;
 
-/// Who may look.
+/// The access rules of a server.
 #[derive(Clone, Debug)]
 pub struct Access {
     token: Option<String>,
     loopback: bool,
 }
 
-/// Why somebody may not.
+/// The status and reason of a refusal.
 pub type Refusal = (StatusCode, &'static str);
 
 impl Access {
-    /// For a server on loopback, or not. Off loopback without a `token` one is drawn.
+    /// The rules for a server on loopback or on another address. Without `token`, a server on another address gets a
+    /// random token.
     ///
     /// # Errors
-    /// The system has no randomness.
+    /// If the system provides no randomness.
     pub fn new(loopback: bool, token: Option<String>) -> Result<Self, getrandom::Error> {
         let token = match token {
             None if !loopback => {
@@ -33,16 +34,16 @@ impl Access {
         Ok(Self { token, loopback })
     }
 
-    /// The token, where one is asked for.
+    /// The token, if one is required.
     #[must_use]
     pub fn token(&self) -> Option<&str> {
         self.token.as_deref()
     }
 
-    /// Whether a request with `headers` may be answered, `given` the token in it.
+    /// Whether a request with `headers` and the token `given` may be answered.
     ///
     /// # Errors
-    /// Why it may not.
+    /// The reason for the refusal.
     pub fn check(&self, headers: &HeaderMap, given: Option<&str>) -> Result<(), Refusal> {
         self.check_host(headers)?;
         let Some(token) = &self.token else { return Ok(()) };
@@ -51,14 +52,15 @@ impl Access {
         }
         Err((
             StatusCode::FORBIDDEN,
-            "found no token, or a wrong one, expected the one that hovernav ground printed",
+            "found no token or a wrong token, expected the one that hovernav ground printed",
         ))
     }
 
-    /// Whether the request means this server: a page elsewhere may not have a browser ask in its name.
+    /// Whether the request is meant for this server. This blocks requests that a page of another site makes through a
+    /// browser.
     ///
     /// # Errors
-    /// Why it does not.
+    /// The reason for the refusal.
     pub fn check_host(&self, headers: &HeaderMap) -> Result<(), Refusal> {
         let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
         let host = text(HOST).unwrap_or_default();
@@ -78,17 +80,17 @@ impl Access {
             if own != Some(host) {
                 return Err((
                     StatusCode::FORBIDDEN,
-                    "found a page of another origin, expected this server's",
+                    "found a page of another origin, expected a page of this server",
                 ));
             }
         } else if headers.contains_key(ORIGIN) {
-            return Err((StatusCode::FORBIDDEN, "found an origin that is no text"));
+            return Err((StatusCode::FORBIDDEN, "found an origin that is not text"));
         }
         Ok(())
     }
 }
 
-/// Whether both are the same, in a time that says nothing of where they differ.
+/// Compares in constant time, so that the time does not reveal the position of a difference.
 fn equal(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
 }

@@ -1,4 +1,4 @@
-//! The page and its scripts, from the program itself.
+//! The page and its scripts, embedded in the program.
 
 use axum::extract::{Path, State};
 use axum::http::header::CONTENT_TYPE;
@@ -15,7 +15,7 @@ macro_rules! files {
     };
 }
 
-/// Every file that is served: name, kind, text.
+/// The served files: name, content type, text.
 const FILES: &[(&str, &str, &str)] = files![
     "index.html" HTML,
     "style.css" STYLE,
@@ -33,7 +33,7 @@ const FILES: &[(&str, &str, &str)] = files![
 fn served(name: &str) -> Response {
     match FILES.iter().find(|(own, ..)| *own == name) {
         Some((_, kind, text)) => ([(CONTENT_TYPE, *kind)], *text).into_response(),
-        None => (StatusCode::NOT_FOUND, "found nothing of that name").into_response(),
+        None => (StatusCode::NOT_FOUND, "found no file of that name").into_response(),
     }
 }
 

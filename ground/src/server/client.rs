@@ -1,4 +1,4 @@
-//! A client's conversation: requests in, ticks and states out.
+//! The connection of one client: requests in, ticks and states out.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -18,19 +18,18 @@ use super::request::Request;
 use super::session::Session;
 use super::{CLIENTS, STUCK, Server};
 
-/// Between two ticks.
+/// Interval of the ticks.
 const TICK: Duration = Duration::from_millis(40);
-/// A state with every so many ticks.
+/// Number of ticks per state message.
 const STATES: u32 = 6;
-/// And a question whether the client is there, which its browser answers: one that only looks never
-/// says anything else.
+/// Number of ticks per ping. The client's browser answers; a client that only watches sends nothing else.
 const PINGS: u32 = 500;
-/// The longest request, bytes.
+/// Longest request, bytes.
 const LONGEST: usize = 16 * 1024;
-/// Requests a second, on average and at once.
+/// Allowed requests: per second on average, and in one burst.
 const REQUESTS: (f64, f64) = (60.0, 240.0);
 
-/// The token, where one is asked for.
+/// The token, if one is required.
 #[derive(Deserialize)]
 pub struct Ticket {
     token: Option<String>,
@@ -46,10 +45,10 @@ pub async fn socket(
         return refusal.into_response();
     }
     let Some(seat) = Seat::take(&server) else {
-        let why = "found as many clients as there can be, expected fewer";
+        let why = "too many clients are connected";
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };
-    // A page that was refused asks again without an upgrade: a browser tells it nothing else of why.
+    // A refused page repeats the request without an upgrade, because a browser does not pass it the reason otherwise.
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade,
         Err(rejection) => return rejection.into_response(),
@@ -61,7 +60,7 @@ pub async fn socket(
         .on_upgrade(move |socket| converse(socket, seat))
 }
 
-/// One of the places for clients, given back when dropped.
+/// One of the client slots, freed when dropped.
 struct Seat(Arc<Server>);
 
 impl Seat {
@@ -78,7 +77,7 @@ impl Drop for Seat {
     }
 }
 
-/// Requests that a client may still make.
+/// Requests that the client may still send.
 struct Allowance {
     left: f64,
     at: Instant,
@@ -107,7 +106,7 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
         tokio::select! {
             received = socket.recv() => {
                 let Some(Ok(message)) = received else { return };
-                // Also what is no request costs: pings are answered, and each message is read.
+                // Every message costs, also pings, because it must be read.
                 if !allowance.spend() {
                     send(&mut socket, &json!({"error": "found too many requests; this connection is closed"})).await;
                     return;
@@ -118,7 +117,7 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
                     _ => continue,
                 };
                 let answer = match Request::parse(text) {
-                    // Files are read and written here: the other threads go on meanwhile.
+                    // The request may read and write files; the other threads continue meanwhile.
                     Ok(request) => tokio::task::block_in_place(|| session.handle(request)),
                     Err(why) => Err(why),
                 };
@@ -150,7 +149,7 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
     }
 }
 
-/// Sends; whether the client took it.
+/// Sends a message. Returns whether the client received it in time.
 async fn send(socket: &mut WebSocket, message: &Value) -> bool {
     let sent = timeout(STUCK, socket.send(Message::Text(message.to_string().into()))).await;
     matches!(sent, Ok(Ok(())))

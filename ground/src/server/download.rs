@@ -1,4 +1,4 @@
-//! Files: a stretch as CSV, and the pages that an evaluation made.
+//! Downloads: a time range as CSV, and the pages of an evaluation.
 
 use std::io;
 use std::path::{Component, Path as FilePath};
@@ -26,16 +26,16 @@ use crate::player::Loaded;
 use crate::station::now_s;
 use crate::store::TextLevel;
 
-/// A greater page is not served, bytes.
+/// Largest page that is served, bytes.
 const LARGEST: u64 = 64 << 20;
 
-/// What of which source, and the token.
+/// The requested range of a source, and the token.
 #[derive(Deserialize)]
 pub struct Stretch {
     token: Option<String>,
-    /// A record's name; without, the vehicle.
+    /// Name of a record; without it, the live vehicle.
     record: Option<String>,
-    /// Names with commas between; without, all channels.
+    /// Channel names, separated by commas; without it, all channels.
     channels: Option<String>,
     from: f64,
     to: f64,
@@ -50,7 +50,7 @@ pub async fn csv(
         return refusal.into_response();
     }
     let Ok(place) = Arc::clone(&server.exports).try_acquire_owned() else {
-        let why = "found as many exports under way as there can be, expected fewer";
+        let why = "too many exports are running";
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };
     let begun = tokio::task::block_in_place(|| begin(&stretch, &server.shared));
@@ -66,7 +66,7 @@ pub async fn csv(
     }
 }
 
-/// The table that is asked for, and the record that it is of; without one it is the vehicle's.
+/// The requested table and its record; `None` for the live vehicle.
 type Begun = (Table, Option<Arc<Loaded>>);
 
 fn begin(stretch: &Stretch, shared: &Shared) -> Result<Begun, String> {
@@ -76,14 +76,14 @@ fn begin(stretch: &Stretch, shared: &Shared) -> Result<Begun, String> {
     };
     let (from, to) = (stretch.from, stretch.to);
     if !(from.is_finite() && to.is_finite() && from <= to) {
-        return Err(format!("found {from} to {to} s, expected a stretch"));
+        return Err(format!("found {from} to {to} s, expected a time range"));
     }
     let record = stretch.record.as_deref().map(|name| shared.load(name)).transpose()?;
     Ok((Table::new(channels, from, to), record))
 }
 
-/// Writes until all is written, or nobody takes it any more; `place` is given back before the end is seen.
-/// The vehicle is heard on between two pieces.
+/// Writes until the table is complete or the client stops reading. `place` is released before the client sees the end.
+/// Between two pieces the station continues to receive telemetry.
 async fn write(
     mut table: Table,
     record: Option<Arc<Loaded>>,
@@ -113,7 +113,7 @@ async fn write(
                 let note = format!("export: {broken_off}");
                 lock(&shared.station).note(now_s(), TextLevel::Warning, &note);
                 if send(Some(format!("# {broken_off}\n"))).await {
-                    // An error at once would take what is not yet on its way with it.
+                    // An immediate error would discard the data that are still in transit.
                     let _ = timeout(STUCK, pieces.closed()).await;
                 }
                 return;
@@ -122,8 +122,8 @@ async fn write(
     }
 }
 
-/// The pieces of a table as a body. One that ends before the last, `None`, is an error, lest half a
-/// table look like a whole one.
+/// The pieces of a table as a response body. A stream that ends before the final `None` is an error, so that a
+/// truncated table is not mistaken for a complete one.
 struct Pieces(mpsc::Receiver<Option<String>>);
 
 impl Stream for Pieces {
@@ -152,7 +152,7 @@ pub async fn result(
     if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
     }
-    let nothing = || (StatusCode::NOT_FOUND, "found nothing of that name").into_response();
+    let nothing = || (StatusCode::NOT_FOUND, "found no page of that name").into_response();
     let Ok(root) = server.shared.folder.results(&record) else { return nothing() };
     let inside = FilePath::new(&path);
     let plain = |part| matches!(part, Component::Normal(_));
@@ -162,7 +162,7 @@ pub async fn result(
         return nothing();
     }
     let file = root.join(inside);
-    // A link that somebody put there may lead anywhere.
+    // A symbolic link in the directory could point anywhere.
     let is_inside = |file: &FilePath| {
         let (file, root) = (file.canonicalize().ok()?, root.canonicalize().ok()?);
         file.starts_with(root).then_some(())
@@ -173,7 +173,7 @@ pub async fn result(
         if size > LARGEST { None } else { std::fs::read(&file).ok() }
     });
     match page {
-        // A page of its own, which cannot ask this server for anything.
+        // The page is sandboxed and cannot send requests to this server.
         Some(page) => {
             let policy = "sandbox allow-scripts allow-downloads; default-src 'none'; \
                           script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";

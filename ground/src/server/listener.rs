@@ -1,4 +1,4 @@
-//! Connections: so many at once and no more, and none that says nothing.
+//! Connections: a limited number, without idle ones.
 
 use std::collections::HashMap;
 use std::io;
@@ -14,13 +14,13 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Sleep, sleep};
 
-/// A connection that has not said anything for so long is closed.
+/// Idle time after which a connection is closed.
 const SILENT: Duration = Duration::from_secs(60);
-/// After a failure to accept.
+/// Pause after a failed accept.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Listens, up to a number of connections; the next wait until one ends. No address has more than three
-/// quarters of them, so that nobody keeps all others out by connecting and saying nothing.
+/// A listener with a limited number of connections; further ones wait until one ends. One address gets at most three
+/// quarters of them, so that idle connections of one host cannot block all others.
 pub struct Limited {
     listener: TcpListener,
     room: Arc<Semaphore>,
@@ -35,14 +35,14 @@ impl Limited {
     }
 }
 
-/// How many connections each address has, and may have.
+/// The number of connections of each address, and its limit.
 struct Seats {
     of_one: usize,
     taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
 }
 
 impl Seats {
-    /// One for `address`; `None` where it has enough.
+    /// A connection slot for `address`; `None` at its limit.
     fn take(&self, address: IpAddr) -> Option<Seat> {
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let count = taken.entry(address).or_default();
@@ -54,7 +54,7 @@ impl Seats {
     }
 }
 
-/// A place among those of one address, given back when dropped.
+/// One connection slot of an address, freed when dropped.
 struct Seat {
     taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
     address: IpAddr,
@@ -86,7 +86,7 @@ impl Listener for Limited {
             match self.listener.accept().await {
                 Ok((stream, address)) => {
                     let Some(seat) = self.seats.take(address.ip()) else { continue };
-                    // Small messages at once: what is late is of no use.
+                    // Small messages are sent at once, because late ones are useless.
                     let _ = stream.set_nodelay(true);
                     let silence = Box::pin(sleep(SILENT));
                     let connection = Connection { stream, silence, _places: (permit, seat) };
@@ -102,7 +102,7 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that gives its places back when it ends.
+/// A connection that frees its slots when it ends.
 pub struct Connection {
     stream: TcpStream,
     silence: Pin<Box<Sleep>>,

@@ -1,4 +1,4 @@
-//! The server: the page, and what it asks for.
+//! The server of the page and of its requests.
 
 mod access;
 mod assets;
@@ -36,43 +36,43 @@ use crate::link::SharedStation;
 use listener::Limited;
 use shared::Shared;
 
-/// Clients that look at once.
+/// Largest number of clients.
 pub const CLIENTS: usize = 32;
-/// How often the server looks whether it shall end.
+/// Interval at which the server checks whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
-/// Connections at once: each client has one, and asks for pages and files on others.
+/// Largest number of connections. Each client has one, and uses others for pages and files.
 const CONNECTIONS: usize = 128;
-/// Exports at once.
+/// Largest number of simultaneous exports.
 const EXPORTS: usize = 4;
-/// A client that takes nothing for so long is gone.
+/// Time after which a client that receives nothing is disconnected.
 const STUCK: Duration = Duration::from_secs(5);
 
-/// What the server is set up with.
+/// The configuration of the server.
 pub struct ServerConfig {
-    /// Where it listens.
+    /// Address to listen on.
     pub address: SocketAddr,
-    /// Who may look.
+    /// Access rules.
     pub access: Access,
-    /// The folder of the records.
+    /// The directory of the records.
     pub folder: Folder,
-    /// The command `hovernav`, which evaluates records; `None`: nothing does.
+    /// The executable `hovernav`, which evaluates records; `None` disables evaluation.
     pub command: Option<PathBuf>,
-    /// How the vehicle's sensors are mounted.
+    /// Mounting of the vehicle's sensors.
     pub manifest: Manifest,
 }
 
-/// What the handlers share.
+/// The state shared by the handlers.
 struct Server {
     shared: Arc<Shared>,
     access: Access,
     clients: AtomicUsize,
-    /// Places for exports.
+    /// Slots for exports.
     exports: Arc<Semaphore>,
 }
 
 type State = axum::extract::State<Arc<Server>>;
 
-/// A server that listens, and is to be run.
+/// A listening server, ready to run.
 pub struct Bound {
     listener: std::net::TcpListener,
     server: Arc<Server>,
@@ -80,10 +80,10 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Listens.
+    /// Starts to listen.
     ///
     /// # Errors
-    /// The address cannot be had.
+    /// If the address cannot be bound.
     pub fn new(config: ServerConfig, station: SharedStation) -> io::Result<Self> {
         let listener = std::net::TcpListener::bind(config.address)?;
         listener.set_nonblocking(true)?;
@@ -98,7 +98,7 @@ impl Bound {
         Ok(Self { listener, server: Arc::new(server), address })
     }
 
-    /// Where it listens.
+    /// The address it listens on.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
@@ -107,7 +107,7 @@ impl Bound {
     /// Serves until `stop` is set.
     ///
     /// # Errors
-    /// What the system says.
+    /// Errors of the system.
     pub fn run(self, stop: &AtomicBool) -> io::Result<()> {
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -130,7 +130,7 @@ impl Bound {
                 () = set(stop) => Ok(()),
             }
         });
-        // Clients that look are not waited for.
+        // Connected clients do not delay the end.
         runtime.shutdown_background();
         served
     }
@@ -143,11 +143,11 @@ async fn set(stop: &AtomicBool) {
     }
 }
 
-/// What a page of this server may do: nothing but ask this server.
+/// Content security policy of a page: it may only send requests to this server.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
                       frame-ancestors 'none'; form-action 'none'; base-uri 'none'";
 
-/// The headers that every answer has.
+/// Adds the common headers to every response.
 async fn guarded(request: axum::extract::Request, next: Next) -> Response {
     let mut response = next.run(request).await;
     let headers = response.headers_mut();

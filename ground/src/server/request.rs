@@ -1,37 +1,37 @@
-//! What a client may ask for: JSON, one request a message.
+//! The requests of a client: JSON, one request per message.
 
 use serde::Deserialize;
 
 use crate::channel::Id;
 
-/// Channels that one client may look at.
+/// Largest number of channels that one client may watch.
 pub const WATCHED: usize = 48;
-/// Columns of pixels of one plot.
+/// Largest number of pixel columns of one plot.
 pub const COLUMNS: usize = 4096;
-/// Characters of a note.
+/// Largest number of characters in a note.
 const NOTE: usize = 200;
 
 /// One request.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Request {
-    /// Look at these channels from now on.
+    /// Watch these channels from now on.
     Watch {
         /// Their names.
         channels: Vec<String>,
     },
-    /// Send a stretch of the watched channels, as a plot so many pixels wide shows it.
+    /// Send a time range of the watched channels, reduced for a plot with this number of columns.
     View {
-        /// A number that comes back with the answer.
+        /// A number that is returned with the answer.
         id: u32,
-        /// First second since the start of 1970.
+        /// Start of the range, s since the start of 1970.
         from: f64,
-        /// Last second.
+        /// End of the range, s since the start of 1970.
         to: f64,
-        /// Columns of pixels.
+        /// Number of pixel columns.
         columns: usize,
     },
-    /// Record to a new file of this name.
+    /// Record to a new file with this name.
     Record {
         /// The name.
         name: String,
@@ -40,36 +40,36 @@ pub enum Request {
     Stop {},
     /// List the records.
     List {},
-    /// Look at a record.
+    /// Open a record.
     Open {
         /// Its name.
         name: String,
     },
-    /// Look at the vehicle again.
+    /// Return to the live vehicle.
     Live {},
-    /// Go to this moment of the record.
+    /// Move to this time of the record.
     Seek {
         /// Seconds since the start of 1970.
         to: f64,
     },
     /// Play the record.
     Play {
-        /// Times as fast as it was.
+        /// Speed, as a factor of real time.
         speed: f64,
     },
-    /// Stay where it is.
+    /// Pause the playback.
     Pause {},
-    /// Mark this moment.
+    /// Mark the present time.
     Mark {
-        /// What is said of it.
+        /// Text of the marker.
         note: String,
     },
-    /// Let frames flow, or pause them: `#` and `$` to the vehicle.
+    /// Start or stop the frames: `#` and `$` to the vehicle.
     Flow {
-        /// Whether they flow.
+        /// Whether frames are sent.
         on: bool,
     },
-    /// Estimate and identify from a record.
+    /// Run estimate and identify on a record.
     Evaluate {
         /// Its name.
         name: String,
@@ -77,13 +77,13 @@ pub enum Request {
 }
 
 impl Request {
-    /// The request in `text`.
+    /// Parses the request in `text`.
     ///
     /// # Errors
-    /// Why there is none: what was found and expected.
+    /// The value found and the value expected.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let request: Self = serde_json::from_str(text)
-            .map_err(|error| format!("request not understood: {error}"))?;
+        let request: Self =
+            serde_json::from_str(text).map_err(|error| format!("invalid request: {error}"))?;
         match &request {
             Self::Watch { channels } if channels.len() > WATCHED => {
                 Err(format!("found {} channels, expected up to {WATCHED}", channels.len()))
@@ -92,15 +92,13 @@ impl Request {
                 Err(format!("found {columns} columns, expected 1 to {COLUMNS}"))
             }
             Self::View { from, to, .. } if !(from.is_finite() && to.is_finite() && from < to) => {
-                Err(format!(
-                    "found a view from {from} to {to} s, expected one that is longer than 0 s"
-                ))
+                Err(format!("found a view from {from} to {to} s, expected an end after the start"))
             }
             Self::Mark { note }
                 if note.chars().count() > NOTE || note.chars().any(char::is_control) =>
             {
                 Err(format!(
-                    "found a note that is too long, expected up to {NOTE} characters on one line"
+                    "found a note that is too long or has line breaks, expected up to {NOTE} characters on one line"
                 ))
             }
             _ => Ok(request),
@@ -108,10 +106,10 @@ impl Request {
     }
 }
 
-/// The channels of these names.
+/// The channels with these names.
 ///
 /// # Errors
-/// The first name that no channel has.
+/// The first unknown name.
 pub fn channels<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Vec<Id>, String> {
     let id = |name: &str| {
         Id::of(name).ok_or_else(|| {

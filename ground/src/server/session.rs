@@ -1,4 +1,4 @@
-//! One client: what it looks at, and what it is sent.
+//! One client: its source, its watched channels, and the messages to it.
 
 use std::sync::Arc;
 
@@ -15,12 +15,12 @@ use crate::station::now_s;
 use crate::store::Store;
 use crate::test_points::TestPoints;
 
-/// Points of one channel that one message holds; more come with a view.
+/// Largest number of points of one channel in a message; a view gets more.
 const BURST: usize = 4000;
-/// Texts that one message holds.
+/// Largest number of texts in a message.
 const TEXTS: usize = 200;
 
-/// What a client looks at.
+/// The source that a client watches.
 enum Source {
     Live,
     Record(Player),
@@ -31,11 +31,11 @@ pub struct Session {
     shared: Arc<Shared>,
     source: Source,
     watched: Vec<Id>,
-    /// What has been sent: up to this moment, and so many texts and markers.
+    /// The data already sent: up to this time, and this number of texts and markers.
     sent_s: f64,
     texts: u64,
     markers: u64,
-    /// Whether what the client looks at is another than before.
+    /// Whether the source or the position changed, so that the client must redraw.
     turned: bool,
 }
 
@@ -46,7 +46,7 @@ impl Session {
         Self { shared, source: Source::Live, watched, sent_s, texts: 0, markers: 0, turned: true }
     }
 
-    /// What every client is told first.
+    /// The first message to a client.
     pub fn hello(&self) -> Value {
         let channels: Vec<Value> = CHANNELS
             .iter()
@@ -63,10 +63,10 @@ impl Session {
         json!({"hello": {"version": env!("CARGO_PKG_VERSION"), "channels": channels}})
     }
 
-    /// Handles a request; an answer, where it has one.
+    /// Handles a request. Returns the answer, if there is one.
     ///
     /// # Errors
-    /// Why it cannot be, for the client to read.
+    /// The reason of the failure, for the user.
     pub fn handle(&mut self, request: Request) -> Result<Option<Value>, String> {
         let shared = Arc::clone(&self.shared);
         match request {
@@ -88,7 +88,7 @@ impl Session {
             Request::Record { name } => shared.record(&name)?,
             Request::Stop {} => {
                 let recording = lock(&shared.station).stop_recording();
-                let recording = recording.ok_or("found no record being written")?;
+                let recording = recording.ok_or("no record is being written")?;
                 return Ok(Some(json!({"recorded": recording})));
             }
             Request::List {} => {
@@ -117,7 +117,7 @@ impl Session {
             Request::Mark { note } => match self.source {
                 Source::Live => lock(&shared.station).mark(&note),
                 Source::Record(_) => return Err(
-                    "found a record, expected the vehicle: a record cannot be marked afterwards"
+                    "found an open record, expected the live vehicle: a finished record cannot be marked"
                         .into(),
                 ),
             },
@@ -136,7 +136,7 @@ impl Session {
     fn player(&mut self) -> Result<&mut Player, String> {
         match &mut self.source {
             Source::Record(player) => Ok(player),
-            Source::Live => Err("found the vehicle, expected an open record".into()),
+            Source::Live => Err("found the live vehicle, expected an open record".into()),
         }
     }
 
@@ -147,8 +147,7 @@ impl Session {
         }
     }
 
-    /// What is new since the last call, `elapsed_s` ago: the values of now, and the points of the
-    /// watched channels.
+    /// The data since the last call, `elapsed_s` ago: the present values, and the new points of the watched channels.
     pub fn tick(&mut self, elapsed_s: f64) -> Value {
         if let Source::Record(player) = &mut self.source {
             player.advance(elapsed_s);
@@ -163,7 +162,7 @@ impl Session {
         let message = self.with_store(|store| {
             let (_, to_s) = store.span().unwrap_or((0.0, f64::NEG_INFINITY));
             until_s = position_s.unwrap_or(to_s).max(sent_s);
-            // The first values after none: the client has to look.
+            // After the first values, the client must redraw.
             turned |= !sent_s.is_finite() && until_s.is_finite();
             let now: Vec<Value> = match position_s {
                 None => Id::all().map(|id| finite(store.latest(id))).collect(),
@@ -172,7 +171,7 @@ impl Session {
             let new: serde_json::Map<String, Value> = self
                 .watched
                 .iter()
-                // What came before the client looked is asked for by a view.
+                // Points before the client's first view are sent with a view.
                 .filter(|_| sent_s.is_finite() && !turned)
                 .filter_map(|&id| {
                     let new: Vec<Point> =
@@ -186,7 +185,7 @@ impl Session {
         message
     }
 
-    /// How everything is, several times a second.
+    /// The state of link, record and vehicle, sent several times a second.
     pub fn state(&mut self) -> Value {
         let now = now_s();
         let (mut texts, mut markers): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
@@ -244,12 +243,12 @@ impl Session {
     }
 }
 
-/// A number, or `null` of what is none.
+/// A number, or `null` if it is not finite.
 fn finite(value: f64) -> Value {
     if value.is_finite() { json!(value) } else { Value::Null }
 }
 
-/// Times and values apart, as the plots take them.
+/// Times and values as separate arrays, as the plots expect them.
 fn points(points: &[Point]) -> Value {
     let times: Vec<f64> = points.iter().map(|point| point.0).collect();
     let values: Vec<Value> = points.iter().map(|point| finite(point.1)).collect();

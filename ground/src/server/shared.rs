@@ -1,4 +1,4 @@
-//! What all clients share: the station, the folder, the records that are open.
+//! The state shared by all clients: the station, the directory, the open records.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,16 +10,16 @@ use crate::folder::Folder;
 use crate::link::{SharedStation, lock};
 use crate::player::Loaded;
 
-/// Records that are kept in memory; the one opened first goes first.
+/// Largest number of records in memory; the oldest is dropped first.
 const OPEN: usize = 3;
 
-/// What all clients share.
+/// The state shared by all clients.
 pub struct Shared {
     pub station: SharedStation,
     pub folder: Folder,
-    /// The command that evaluates records.
+    /// The executable that evaluates records.
     pub command: Option<PathBuf>,
-    /// How the sensors are mounted.
+    /// Mounting of the sensors.
     pub manifest: Manifest,
     loaded: Mutex<Vec<Arc<Loaded>>>,
     job: SharedJob,
@@ -36,13 +36,13 @@ impl Shared {
         Self { station, folder, command, manifest, loaded, job }
     }
 
-    /// Records to a new file of this name.
+    /// Starts a record in a new file with this name.
     pub fn record(&self, name: &str) -> Result<(), String> {
         let file = self.folder.record(name).map_err(|error| error.to_string())?;
         lock(&self.station).record(&file, name).map_err(|error| error.to_string())
     }
 
-    /// The record of this name, read where it is not open yet.
+    /// The record with this name, read from its file if it is not in memory.
     pub fn load(&self, name: &str) -> Result<Arc<Loaded>, String> {
         let file = self.folder.record(name).map_err(|error| error.to_string())?;
         let is_growing = lock(&self.station).recording().is_some_and(|one| one.name == name);
@@ -61,23 +61,23 @@ impl Shared {
         Ok(fresh)
     }
 
-    /// Estimates and identifies from the record of this name.
+    /// Runs estimate and identify on the record with this name.
     pub fn evaluate(&self, name: &str) -> Result<(), String> {
         let record = self.folder.record(name).map_err(|error| error.to_string())?;
         let results = self.folder.results(name).map_err(|error| error.to_string())?;
-        let command = self.command.clone().ok_or("this station cannot run hovernav")?;
+        let command = self.command.clone().ok_or("this station cannot run the command hovernav")?;
         if !record.is_file() {
             return Err(format!("found no record {name}"));
         }
         if lock(&self.station).recording().is_some_and(|one| one.name == name) {
-            return Err(format!("found {name} being written, expected a record that is ended"));
+            return Err(format!("found {name} still being written, expected a finished record"));
         }
         let (name, manifest) = (name.to_owned(), self.manifest.clone());
         let evaluation = Evaluation { command, name, record, results, manifest };
         if evaluation.spawn(&self.job) {
             Ok(())
         } else {
-            Err("found another evaluation running, expected none".into())
+            Err("another evaluation is running: wait for its end".into())
         }
     }
 

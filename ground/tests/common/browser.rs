@@ -1,4 +1,4 @@
-//! A headless Chromium, driven by its DevTools protocol.
+//! A headless Chromium, controlled with its DevTools protocol.
 //!
 //! Source: Chrome DevTools Protocol, domains Page, Runtime, Input and Emulation.
 #![allow(dead_code, reason = "each test uses a part")]
@@ -12,20 +12,20 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// Names of Chromium's program.
+/// Names of the Chromium executable.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
-/// A page in a browser of its own; both end when it is dropped.
+/// A page in its own browser; both end on drop.
 pub struct Browser {
     child: Child,
     socket: WebSocket<TcpStream>,
     next: u64,
-    /// What the page said on its console, and what went wrong in it.
+    /// Console messages and errors of the page.
     pub said: Vec<String>,
     _profile: tempfile::TempDir,
 }
 
-/// Chromium; `None`, after a skip, where it is missing.
+/// The Chromium executable; `None` with a skip message if it is missing.
 pub fn chromium() -> Option<PathBuf> {
     let given = std::env::var_os("CHROMIUM").map(PathBuf::from);
     let starts = |program: &PathBuf| Command::new(program).arg("--version").output().is_ok();
@@ -67,7 +67,7 @@ impl Browser {
         browser
     }
 
-    /// The screen's size, CSS pixels.
+    /// Sets the size of the screen, CSS pixels.
     pub fn size(&mut self, width: u32, height: u32, mobile: bool) {
         let screen =
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": mobile});
@@ -97,7 +97,7 @@ impl Browser {
         }
     }
 
-    /// What `script` comes to.
+    /// The value of `script`.
     pub fn eval(&mut self, script: &str) -> Value {
         let params = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
         let result = self.call("Runtime.evaluate", params);
@@ -105,11 +105,11 @@ impl Browser {
         result["result"]["value"].clone()
     }
 
-    /// Waits for `script` to be true.
+    /// Waits until `script` is true.
     pub fn wait(&mut self, script: &str) {
         let until = Instant::now() + Duration::from_secs(30);
         while self.eval(&format!("Boolean({script})")) != true {
-            assert!(Instant::now() < until, "not so within 30 s: {script}; {:?}", self.said);
+            assert!(Instant::now() < until, "timeout after 30 s: {script}; {:?}", self.said);
             thread::sleep(Duration::from_millis(50));
         }
     }
@@ -118,7 +118,7 @@ impl Browser {
         self.eval(&format!("document.querySelector({selector:?}).click()"));
     }
 
-    /// Types a key, `r` or `Enter` say, with nobody's help but the page's own.
+    /// Types a key, such as `r` or `Enter`.
     pub fn key(&mut self, key: &str) {
         let text = if key.chars().count() == 1 { key } else { "" };
         for kind in ["keyDown", "keyUp"] {
@@ -134,12 +134,12 @@ impl Browser {
         }
     }
 
-    /// Writes text where the cursor is.
+    /// Inserts text at the cursor.
     pub fn write(&mut self, text: &str) {
         self.call("Input.insertText", json!({"text": text}));
     }
 
-    /// Drags the mouse over the first element of `selector`, from one to another part of its width and
+    /// Drags the mouse over the first element of `selector`, between two points given as fractions of its width and
     /// height.
     pub fn drag(&mut self, selector: &str, from: (f64, f64), to: (f64, f64)) {
         let place = self.eval(&format!(
@@ -166,13 +166,13 @@ impl Browser {
         event("mouseReleased", to, 0);
     }
 
-    /// A picture of the page, as PNG.
+    /// A screenshot of the page, as PNG.
     pub fn picture(&mut self) -> Vec<u8> {
         let shot = self.call("Page.captureScreenshot", json!({"format": "png"}));
         base64(shot["data"].as_str().unwrap())
     }
 
-    /// Keeps a picture where `$SCREENSHOTS` says, if it does.
+    /// Saves a screenshot in `$SCREENSHOTS`, if that is set.
     pub fn keep(&mut self, name: &str) {
         if let Some(place) = std::env::var_os("SCREENSHOTS") {
             let picture = self.picture();
@@ -194,7 +194,7 @@ fn patient<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
         if let Some(found) = look() {
             return found;
         }
-        assert!(Instant::now() < until, "{what} did not come");
+        assert!(Instant::now() < until, "{what} is missing after 60 s");
         thread::sleep(Duration::from_millis(50));
     }
 }
@@ -208,7 +208,7 @@ fn page(port: u16) -> Option<String> {
         format!("GET /json/list HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n");
     stream.write_all(request.as_bytes()).ok()?;
     let mut answer = Vec::new();
-    // The browser may keep the connection open although it was asked not to.
+    // The browser may keep the connection open despite the request to close it.
     let _ = stream.read_to_end(&mut answer);
     let text = String::from_utf8_lossy(&answer).into_owned();
     let list: Value = serde_json::from_str(text.get(text.find('[')?..=text.rfind(']')?)?).ok()?;

@@ -28,11 +28,11 @@ use hovernav_log::Manifest;
 use serde_json::Value;
 use tungstenite::{Message, WebSocket};
 
-/// What the vehicle says at `time_s`: every channel that telemetry has is known.
+/// The snapshot at `time_s`, with a value in every channel of telemetry.
 pub fn snapshot(time_s: f64) -> Snapshot {
     let (sin, cos) = (0.5 * time_s).sin_cos();
     let three = |scale: f64| Vector::new(scale * sin, scale * cos, scale);
-    // Every 7 s a step of 12 % of the lateral stick, and the roll rate that answers to them.
+    // Every 7 s a step of 12 % of the lateral stick, and the roll rate in response.
     let since_s = (time_s - 6.0) % 7.0;
     let (steps, held_s) = (time_s >= 6.0, 1.5);
     let stick = if steps && since_s < held_s { 0.12 } else { 0.0 };
@@ -99,7 +99,7 @@ pub fn snapshot(time_s: f64) -> Snapshot {
     }
 }
 
-/// The supplement to it.
+/// The supplement at `time_s`.
 pub fn supplement(time_s: f64) -> Supplement {
     Supplement {
         mode: Some(Mode::Manual),
@@ -113,7 +113,7 @@ pub fn supplement(time_s: f64) -> Supplement {
     }
 }
 
-/// The vehicle's bytes of a cycle.
+/// The bytes of one cycle of the vehicle.
 pub fn cycle(number: u32) -> Vec<u8> {
     let time_s = f64::from(number) / 33.0;
     let mut bytes = frame::pack(&snapshot(time_s), (2 * number) as u8).to_vec();
@@ -130,7 +130,7 @@ pub struct Served {
     pub address: SocketAddr,
     pub station: SharedStation,
     pub place: tempfile::TempDir,
-    /// When the server began, seconds since the start of 1970.
+    /// Start time of the server, seconds since the start of 1970.
     pub start_s: f64,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -182,7 +182,7 @@ impl Client {
         self.0.send(Message::text(request)).unwrap();
     }
 
-    /// The next message that has `key`.
+    /// The next message with `key`.
     pub fn hear(&mut self, key: &str) -> Value {
         let until = Instant::now() + Duration::from_secs(20);
         while Instant::now() < until {
@@ -192,11 +192,11 @@ impl Client {
                 return found.clone();
             }
         }
-        panic!("{key} did not come");
+        panic!("no message with {key} within 20 s");
     }
 }
 
-/// Bytes of this process in memory.
+/// Resident memory of this process, bytes.
 pub fn resident() -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap();
     4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()

@@ -1,4 +1,4 @@
-//! A vehicle that speaks MAVLink 2, one message at a time.
+//! A sender of MAVLink 2, one message at a time.
 
 use mavlink::dialects::common::{
     ATTITUDE_DATA, HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavType,
@@ -24,7 +24,7 @@ impl Sender {
         self.bytes.clone()
     }
 
-    /// A message that no dialect has, of a layout of its own.
+    /// A message of no known dialect, with its own layout.
     pub fn foreign(&mut self, id: u32, payload: &[u8], layout: u8) -> Vec<u8> {
         let [low, middle, high, _] = id.to_le_bytes();
         let MavHeader { sequence, system_id, component_id } = self.header;

@@ -1,5 +1,4 @@
-//! The page in a real browser: channels chosen by search, moving, zoomed, paused, continued, recorded,
-//! retrieved, sought, exported, marked.
+//! The page in a real browser: select channels, move, zoom, pause, continue, record, retrieve, seek, export, mark.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -11,7 +10,7 @@ use crate::common::{cycle, serve};
 use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::station::now_s;
 
-/// A vehicle at 33 Hz that has flown for longer than a window of 60 s, until dropped.
+/// A vehicle at 33 Hz that has flown for longer than the window of 60 s, until dropped.
 struct Vehicle {
     stop: Arc<AtomicBool>,
     silent: Arc<AtomicBool>,
@@ -66,7 +65,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     let painted = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null";
     println!("first paint after {} ms", page.eval(painted));
 
-    // Six channels, each found by a word or two, with the keyboard alone.
+    // Six channels, each found with one or two words and the keyboard only.
     let searches = ["roll rate", "velu", "pilot pedal", "satellites", "gauss z", "temperature"];
     for (place, words) in searches.iter().enumerate() {
         page.eval(&format!("document.querySelectorAll('#plots .name')[{place}].click()"));
@@ -80,7 +79,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     assert_eq!(names, "Roll rate p,VelU, up,Pilot pedal,Satellites,Magnetic field z,Temperature");
     page.wait(&format!("{VALUE}[3].textContent.startsWith('9')"));
 
-    // They move.
+    // The plots move.
     let before = page.eval(&format!("{VALUE}[0].textContent"));
     page.wait(&format!("{VALUE}[0].textContent !== {before}"));
     let oldest = "station.clock.t - station.seriesOf('p_degps')[0][0]";
@@ -95,7 +94,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     }
     println!("frames a second {frames:?}, delays {delays:?} ms");
 
-    // Paused, the view stays and nothing is lost; continued, it moves again.
+    // Paused, the view stays and no data are lost; after that it moves again.
     page.key(" ");
     page.wait("!station.axis.follows");
     let to = page.eval("station.axis.to").as_f64().unwrap();
@@ -105,7 +104,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.wait(&format!("station.axis.follows && station.clock.t > {to} + 1"));
     page.keep("plots");
 
-    // A box, the wheel's keys, pan, and back.
+    // Zoom box, zoom keys, pan, and reset.
     page.drag("#plots .u-over", (0.7, 0.2), (0.9, 0.8));
     page.wait("!station.axis.follows && station.axis.to - station.axis.from < 30");
     let span = page.eval("station.axis.to - station.axis.from").as_f64().unwrap();
@@ -117,7 +116,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.key("0");
     page.wait("station.axis.follows");
 
-    // Recorded under a name, with a marker.
+    // Record with a name and a marker.
     page.key("r");
     page.wait("document.getElementById('asker').open");
     page.eval("document.getElementById('reply').value = ''");
@@ -133,14 +132,14 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.key("r");
     page.wait("document.getElementById('recording').hidden");
 
-    // A link that is cut is told, and its gap is a gap.
+    // An interrupted link is reported, and the plot has a gap.
     vehicle.silent.store(true, Ordering::Relaxed);
     page.wait("document.getElementById('alarms').textContent.includes('No telemetry for')");
     page.wait("document.getElementById('link').textContent.includes('no frame')");
     vehicle.silent.store(false, Ordering::Relaxed);
     page.wait("!document.getElementById('alarms').textContent.includes('No telemetry')");
 
-    // Retrieved, sought, played, exported.
+    // Retrieve, seek, play, export.
     page.key("4");
     page.wait("document.querySelector('#list button')");
     page.keep("records");
@@ -192,7 +191,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     );
     page.keep("phone");
 
-    // Layout kept over a reload; no frame lost on the way.
+    // The layout is kept over a reload, and no frame is lost.
     page.call("Page.reload", serde_json::json!({}));
     page.wait("document.querySelectorAll('#plots .name')[3]?.textContent === 'Satellites'");
     assert_eq!(page.eval("document.documentElement.dataset.theme"), "sun");

@@ -1,4 +1,4 @@
-//! The core without a screen: an hour, damage, an outage, an end without warning.
+//! The core without a page: damage, an outage, and a sudden end.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ fn station() -> Station {
     Station::new(Rigging::default(), None, "test")
 }
 
-/// Damages each byte with a chance of 10 %, the same way each time.
+/// Damages each byte with a probability of 10 %, reproducibly.
 fn damaged(bytes: &mut [u8], seed: &mut u32) {
     for byte in bytes {
         *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -26,7 +26,7 @@ fn damaged(bytes: &mut [u8], seed: &mut u32) {
     }
 }
 
-/// Whole messages of MAVLink 2, one after another.
+/// Number of complete MAVLink 2 messages in `bytes`.
 fn messages(mut bytes: &[u8]) -> usize {
     let mut count = 0;
     while let Some(length) = bytes.get(1) {
@@ -81,7 +81,7 @@ fn ten_percent_of_damaged_bytes_show_no_wrong_value() {
         for id in [Id::Roll, Id::Pitch, Id::VelN, Id::Temperature, Id::Satellites] {
             for (time_s, value) in station.store.series(id).between(0.0, f64::INFINITY) {
                 let expected = true_at(id, time_s - 1e9);
-                // MAVLink dates only some of its messages; the others are placed by the last one before.
+                // Only some MAVLink messages have a time; the others get the time of the last message before.
                 let room = if protocol == Protocol::Mavlink { 12.0 } else { 0.2 };
                 assert!(
                     value.is_nan() || (value - expected).abs() < room,
@@ -109,10 +109,10 @@ fn a_link_that_is_cut_and_comes_back_leaves_a_gap_and_a_note() {
     assert!(station.store.series(Id::Roll).at(1e9 + 17.0).is_none());
     assert_eq!(station.link(1e9 + 30.0).outages, 1);
     let texts: Vec<_> = station.store.texts_from(0).0.map(|line| line.text.clone()).collect();
-    assert_eq!(texts, ["link: frames come", "link: no frame for 1 s", "link: frames come"]);
+    assert_eq!(texts, ["link: frames arrive", "link: no frame for 1 s", "link: frames arrive"]);
 }
 
-/// Not a test of its own: the one below runs it in a process that it ends without warning.
+/// Not a test: the test below runs it in a process and kills that process.
 #[test]
 #[ignore = "run by the test that ends it"]
 fn records_until_killed() {
@@ -144,7 +144,7 @@ fn a_record_that_is_ended_by_kill_opens_up_to_the_last_200_ms() {
     let mut before = Instant::now();
     for line in std::io::BufReader::new(child.stdout.take().unwrap()).lines() {
         let flown_s = line.unwrap().parse().unwrap_or(last_s);
-        // A busy machine holds the recorder up as it does the flight.
+        // A busy machine delays the recorder like the flight.
         let elapsed_s = before.elapsed().as_secs_f64();
         if last_s > 0.0 {
             stall_s = stall_s.max(elapsed_s - (flown_s - last_s));
@@ -199,7 +199,7 @@ fn a_record_cut_at_any_byte_opens_or_says_what_it_is() {
     damaged(&mut broken, &mut seed);
     std::fs::write(&cut, &broken).unwrap();
     let _ = record::read(&cut);
-    // Fewer damages let the reader go further: lengths, kinds, names.
+    // With less damage the reader gets further: lengths, kinds, names.
     for start in 0..400 {
         let mut broken = whole.clone();
         let mut place = start * 17;
@@ -211,13 +211,13 @@ fn a_record_cut_at_any_byte_opens_or_says_what_it_is() {
         std::fs::write(&cut, &broken).unwrap();
         let _ = record::read(&cut);
     }
-    // An attachment that ends within its own head says nothing of the messages after it.
+    // An attachment truncated within its header must not hide the messages after it.
     let attachment: Vec<u8> = [&[9_u8][..], &32_u64.to_le_bytes(), &[0; 32]].concat();
     let mut odd = whole.clone();
     odd.splice(8..8, attachment);
     std::fs::write(&cut, &odd).unwrap();
     assert_eq!(record::read(&cut).unwrap().0.span(), store.span());
-    // A file is never written over.
+    // A file is never overwritten.
     assert!(station.record(&file, "whole").unwrap_err().to_string().contains("whole.mcap"));
 }
 

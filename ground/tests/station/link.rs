@@ -1,4 +1,4 @@
-//! The link over a pseudo-terminal and over UDP: `#`, `$`, cut and back.
+//! The link over a pseudo-terminal and over UDP: `#`, `$`, interruption and reconnection.
 #![cfg(unix)]
 
 use std::io::{Read as _, Write as _};
@@ -22,7 +22,7 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// A terminal that is found at `path`: our end, and the other, which keeps it open.
+/// A terminal at `path`: our end, and the other end, which keeps it open.
 fn terminal(path: &Path) -> (TTYPort, TTYPort) {
     let (mut ours, theirs) = TTYPort::pair().unwrap();
     ours.set_timeout(Duration::from_millis(5)).unwrap();
@@ -31,7 +31,8 @@ fn terminal(path: &Path) -> (TTYPort, TTYPort) {
     (ours, theirs)
 }
 
-/// The vehicle's side of a modem: sends what `number` counts while asked to, and keeps the words it heard.
+/// The vehicle's side of a modem. It sends the cycles from `number` on while requested, and stores the received
+/// commands.
 struct Modem {
     port: TTYPort,
     _other: TTYPort,
@@ -69,7 +70,7 @@ fn a_modem_is_asked_paused_pulled_out_and_put_back() {
     let station = station();
     let source: Source = format!("{}:57600", path.display()).parse().unwrap();
     let _link = Link::open(&source, Arc::clone(&station)).unwrap();
-    until("a missing port is told", || {
+    until("a missing port is reported", || {
         lock(&station).link(now_s()).port.contains("there is no such device")
     });
 
@@ -95,13 +96,13 @@ fn a_modem_is_asked_paused_pulled_out_and_put_back() {
     });
     assert!(
         modem.heard.iter().all(|byte| matches!(byte, b'#' | b'$')),
-        "nothing else is ever sent"
+        "no other byte is ever sent"
     );
 
-    // Pulled out; the link says so, and is there again with the port.
+    // Unplugged: the link reports it and reconnects with the port.
     let number = modem.number;
     drop(modem);
-    until("the loss is told", || {
+    until("the loss is reported", || {
         lock(&station).link(now_s()).port.contains("lost")
             || lock(&station).link(now_s()).port.contains("cannot")
     });
@@ -129,14 +130,14 @@ fn a_vehicle_on_udp_is_answered_where_it_is() {
         if vehicle.recv(&mut buffer).is_ok() {
             word = buffer[0];
         }
-        // Paused, it says that it is there.
+        // While paused, the vehicle sends a byte to announce itself.
         let bytes = if word == b'#' { cycle(number) } else { vec![0] };
         vehicle.send_to(&bytes, free).unwrap();
         number += u32::from(word == b'#');
         thread::sleep(Duration::from_millis(10));
         frames(&station) > 40
     });
-    // A stranger is not heard while the vehicle is.
+    // Another sender is ignored while the vehicle is active.
     let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
     let before = lock(&station).link(now_s()).lost;
     for odd in 0..20 {

@@ -1,4 +1,4 @@
-//! The ground station behind its links, its server and its page.
+//! The ground station with its links, its server and its page.
 
 #[path = "../common/mod.rs"]
 mod common;

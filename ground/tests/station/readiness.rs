@@ -1,4 +1,4 @@
-//! What a vehicle of another maker says of whether it may be armed, and of how old its fix is.
+//! Arming state and age of the GPS fix of a vehicle from another maker.
 
 use crate::common::sender::Sender;
 use crate::common::snapshot;
@@ -18,7 +18,7 @@ fn station() -> Station {
     Station::new(Rigging::default(), None, "test")
 }
 
-/// Why the lamp of this name is as it is.
+/// The reason of the lamp with this name.
 fn why(station: &Station, name: &str) -> String {
     let lamps = lamps(|id| station.store.latest(id));
     lamps.into_iter().find(|lamp| lamp.name == name).unwrap().why
@@ -50,16 +50,16 @@ fn what_its_own_checks_say_before_arming_is_told_in_words() {
         why(&station, "arming")
     };
     let (rests, armed) = (MavModeFlag::empty(), MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
-    let fails = "not armed: its own checks fail, its messages say which";
+    let fails = "not armed: its pre-arm checks fail, see its messages";
     assert_eq!(hear(rests, check, check, none), fails);
-    assert_eq!(hear(rests, check, check, check), "not armed: its own checks pass");
-    // Checks that somebody has switched off, or that it does not have, say nothing.
+    assert_eq!(hear(rests, check, check, check), "not armed: its pre-arm checks pass");
+    // Disabled or missing checks are not reported.
     assert_eq!(hear(rests, check, none, check), "not armed");
     assert_eq!(hear(rests, none, none, check), "not armed");
     assert_eq!(hear(armed, check, check, check), "armed");
 }
 
-/// A fix that was taken `time_usec` after boot, or after the start of 1970.
+/// A fix taken `time_usec` after boot or after the start of 1970.
 fn fix(time_usec: u64) -> MavMessage {
     MavMessage::GPS_RAW_INT(GPS_RAW_INT_DATA {
         time_usec,
@@ -75,7 +75,7 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
     for epoch_us in [0, UNIX_US] {
         let (mut vehicle, mut station) = (Sender::new(1, 1), station());
         for k in 0..100u32 {
-            // A fix a second, 0.3 s old when it is told first; after 5 s no more.
+            // One fix per second, 0.3 s old when first sent; no new one after 5 s.
             let taken_ms = 10_000 + (100 * k.min(50)) / 1000 * 1000 - 300;
             let clock = SYSTEM_TIME_DATA {
                 time_boot_ms: 10_000 + 100 * k,
@@ -96,7 +96,7 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
 
 #[test]
 fn a_fix_whose_age_nobody_tells_has_none() {
-    // No date; a date of a clock that was not told; a date in the future.
+    // No time stamp; a time stamp of an unknown clock; a time stamp in the future.
     for time_usec in [0, 1_800_000_000_000_000, 60_000_000] {
         let (mut vehicle, mut station) = (Sender::new(1, 1), station());
         let mut bytes = vehicle.attitude(10_000, 0.1);

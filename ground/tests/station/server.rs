@@ -1,4 +1,4 @@
-//! The server among friends and strangers.
+//! The server with valid and with malicious clients.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -8,13 +8,13 @@ use crate::common::{Client, Served, cycle, serve};
 use hovernav_ground::link::lock;
 use tungstenite::Message;
 
-/// Sends plain bytes; what comes back.
+/// Sends raw bytes and returns the answer.
 fn raw(served: &Served, request: &str) -> String {
     let mut stream = TcpStream::connect(served.address).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
     let (mut answer, mut buffer) = (Vec::new(), [0; 4096]);
-    // A conversation goes on for ever: its beginning is enough.
+    // A WebSocket connection stays open: its beginning is sufficient.
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
         answer.extend_from_slice(&buffer[..count]);
         if answer.starts_with(b"HTTP/1.1 101") {
@@ -29,7 +29,7 @@ fn get(served: &Served, path: &str) -> String {
     raw(served, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"))
 }
 
-/// Lets the vehicle fly so many cycles from when the server began.
+/// Flies a range of cycles, counted from the start of the server.
 fn fly(served: &Served, cycles: std::ops::Range<u32>) {
     for number in cycles {
         let arrival_s = served.start_s + f64::from(number) / 33.0;
@@ -53,7 +53,7 @@ fn a_client_chooses_looks_records_retrieves_seeks_exports_and_marks() {
     let shown = view["series"]["roll_deg"][0].as_array().unwrap().len();
     assert!((80..=402).contains(&shown), "{shown}");
 
-    // The pilot flies for as long as anything is known, not since somebody looks.
+    // The mode began with the first data, not with the client's connection.
     let since = &client.hear("state")["what"]["since"];
     let begun_s = since[0].as_f64().unwrap() - served.start_s;
     assert!(begun_s.abs() < 0.1 && since[1] == false, "{since}");
@@ -171,9 +171,9 @@ fn without_the_token_nothing_is_told() {
         assert!(get(&served, &path).starts_with("HTTP/1.1 403"), "{query}");
     }
     assert!(get(&served, "/results/x/estimate/report.html").starts_with("HTTP/1.1 403"));
-    // A page that was refused can ask why.
+    // A refused page can request the reason.
     let why = get(&served, "/socket?token=0123456789abcdee");
-    assert!(why.starts_with("HTTP/1.1 403") && why.contains("found no token, or a wrong"), "{why}");
+    assert!(why.starts_with("HTTP/1.1 403") && why.contains("found no token or a wrong"), "{why}");
     let good = get(&served, &format!("/socket?token={token}"));
     assert!(good.starts_with("HTTP/1.1 4") && !good.starts_with("HTTP/1.1 403"), "{good}");
     Client::connect(&served, &format!("?token={token}")).unwrap().hear("hello");
@@ -229,7 +229,7 @@ fn what_is_too_long_or_too_much_ends_the_connection_and_nothing_else() {
     let mut binary = Client::connect(&served, "").unwrap();
     binary.0.send(Message::binary(vec![0xFF; 4000])).unwrap();
     binary.hear("tick");
-    // Rubbish, a header without end, a request without end.
+    // Garbage, a header without end, a request without end.
     assert!(raw(&served, "\0\0\0\0\r\n\r\n").len() < 300);
     let endless = format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(1 << 20));
     assert!(!raw(&served, &endless).starts_with("HTTP/1.1 200"));
@@ -263,5 +263,5 @@ fn twenty_clients_look_at_once_and_more_than_the_room_are_refused() {
         std::thread::sleep(Duration::from_millis(50));
         Client::connect(&served, "").is_ok()
     });
-    assert!(again, "places are given back");
+    assert!(again, "slots are freed");
 }

@@ -1,4 +1,4 @@
-//! Vehicles of other makers: a real one's stream, and what makers do that this project does not.
+//! Vehicles from other makers: a recorded stream, and behaviour that hovernav vehicles do not have.
 
 use std::net::UdpSocket;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ use mavlink::dialects::common::{
     GLOBAL_POSITION_INT_DATA, MavAutopilot, MavMessage, MavType, SERVO_OUTPUT_RAW_DATA,
 };
 
-/// `tests/log.tlog` of the crate `mavlink` in cargo's registry.
+/// `tests/log.tlog` of the crate `mavlink` in the cargo registry.
 fn log_of_the_crate() -> Option<Vec<u8>> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cargo")))?;
@@ -32,8 +32,8 @@ fn log_of_the_crate() -> Option<Vec<u8>> {
         .find_map(|one| std::fs::read(one.path().join("tests/log.tlog")).ok())
 }
 
-/// The log of an ArduSub vehicle on a bench beside its ground station, 11.5 s, which the crate `mavlink`
-/// brings for its own tests: moments, s, and the frames of both.
+/// The log of an ArduSub vehicle on a bench with its ground station, 11.5 s, from the tests of the crate `mavlink`:
+/// times, s, and the frames of both.
 fn recorded() -> Option<Vec<(f64, Vec<u8>)>> {
     let Some(log) = log_of_the_crate() else {
         hovernav_testing::skip("the sources of the crate mavlink are missing");
@@ -61,7 +61,7 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
     for (time_s, frame) in &frames {
         station.receive(frame, *time_s);
     }
-    // What stands in its last messages, read by other means.
+    // The values in its last messages, decoded by other means.
     let expected = [
         (Id::Roll, -1.550_444_5f64.to_degrees(), 0.01),
         (Id::Pitch, 0.018_209_86f64.to_degrees(), 0.01),
@@ -79,7 +79,7 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
         let found = station.store.latest(id);
         assert!((found - value).abs() <= room, "{id:?}: {found}, expected {value}");
     }
-    // It has no receiver, and sends zeros for its position; its outputs are no helicopter's.
+    // It has no GPS receiver and sends zeros for its position. Its outputs are not those of a helicopter.
     for id in [Id::Latitude, Id::GpsLatitude, Id::Altitude, Id::Satellites, Id::ServoThrottle] {
         let found = station.store.latest(id);
         assert!(found.is_nan() || found == 0.0, "{id:?}: {found}");
@@ -99,7 +99,7 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
     };
     assert!(station.store.texts_from(0).0.any(text));
 
-    // All of its messages, those of its own dialect among them, and none of the ground station's.
+    // All messages of the vehicle, including its own dialect, and none of the ground station.
     let link = station.link(now_s());
     assert_eq!((link.frames, link.lost, link.damaged), (1136, 0, 0));
 }
@@ -131,7 +131,7 @@ fn its_stream_is_heard_by_udp_in_real_time() {
     let rolls = station.store.series(Id::Roll).between(0.0, f64::INFINITY);
     let rolls: Vec<f64> = rolls.map(|(_, roll)| roll).filter(|roll| !roll.is_nan()).collect();
     assert!(rolls.len() > 7 && rolls.iter().all(|roll| (roll + 88.1).abs() < 0.1), "{rolls:?}");
-    // Nothing was said to it: MAVLink knows no `#`.
+    // No command was sent to it: MAVLink has no `#`.
     assert!(vehicle.recv(&mut [0; 16]).is_err());
 }
 
@@ -153,7 +153,7 @@ fn the_page_names_its_mode_and_says_that_it_is_not_armed() {
     page.wait("document.getElementById('link').textContent.includes('0 lost, 0 damaged')");
     page.keep("mavlink");
     page.key("2");
-    page.wait("document.getElementById('ready').textContent === 'not told'");
+    page.wait("document.getElementById('ready').textContent === 'not reported'");
     assert!(page.said.is_empty(), "{:?}", page.said);
 }
 
@@ -164,7 +164,7 @@ fn the_gimbal_and_the_other_ground_station_are_not_the_vehicle() {
     let mut station = station();
     for k in 0..100u32 {
         let at_s = 1e9 + 0.1 * f64::from(k);
-        // They are there first.
+        // The other senders start first.
         let mut bytes = gimbal.attitude(100 * k, 1.0);
         if k % 10 == 0 {
             bytes.extend(
@@ -201,7 +201,7 @@ fn messages_that_nobody_here_knows_are_neither_lost_nor_damaged() {
         bytes.extend(vehicle.foreign(50_000 + k % 20, &payload, 17 + (k % 20) as u8));
         sent += 2;
         if k == 150 {
-            // Two that really are missing.
+            // Two messages are really missing.
             vehicle.header.sequence = vehicle.header.sequence.wrapping_add(2);
         }
         for piece in bytes.chunks(5) {
@@ -246,7 +246,7 @@ fn a_message_that_is_not_sent_any_more_has_no_value_any_more() {
         station.receive(&bytes, at_s);
     }
     assert!(station.store.latest(Id::Roll).is_nan());
-    // What comes without a time of its own goes on.
+    // Messages without a time of their own continue.
     assert_abs_diff_eq!(station.store.latest(Id::Output1), 1.199, epsilon = 1e-9);
 }
 
