@@ -1,4 +1,4 @@
-//! The topics and their schemas.
+//! Topics of a record and their schemas.
 
 use serde_json::{Map, Value};
 
@@ -68,7 +68,7 @@ impl Channel {
         Self::ALL.into_iter().find(|channel| channel.topic() == topic)
     }
 
-    /// The schema's name; Foxglove knows its own by theirs.
+    /// Name of the schema; Foxglove recognises its own schemas by their names.
     pub const fn schema_name(self) -> &'static str {
         match self {
             Self::Configuration => "hovernav.Configuration",
@@ -208,16 +208,16 @@ impl Channel {
     }
 }
 
-/// What a field holds.
+/// Type of a field.
 #[derive(Clone, Copy)]
 enum Kind {
     Integer,
     Number,
     Text,
     Flag,
-    /// As many numbers.
+    /// An array of this length.
     Numbers(u8),
-    /// Foxglove's time.
+    /// Foxglove's time type.
     Timestamp,
     /// An innovation.
     Axis,

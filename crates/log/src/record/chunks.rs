@@ -1,4 +1,4 @@
-//! A record's file piece by piece, whole or not.
+//! Iteration over the pieces of a record's file, intact or damaged.
 
 use std::borrow::Cow;
 
@@ -6,39 +6,39 @@ use mcap::records::{Metadata, Record as McapRecord, op};
 
 use super::channel::Channel;
 
-/// An opcode and the length of what follows.
+/// Length of an opcode and a length field, bytes.
 const FRAME: usize = 9;
-/// The number that the writer gives to the first topic.
+/// Number of the first topic.
 const FIRST_CHANNEL: usize = 1;
-/// Checks the text of chunks as MCAP has it: the CRC-32 of zip files.
+/// Checksum of chunks in MCAP: the CRC-32 of zip files.
 const CRC: crc::Crc<u32, crc::Table<16>> =
     crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// What a walk over the file meets.
+/// A piece of the file.
 pub enum Piece<'a> {
-    /// What a chunk holds, its checksum right.
+    /// Content of a chunk with a correct checksum.
     Chunk(Cow<'a, [u8]>),
-    /// What cannot be read, and why; where the file is cut off it is the last.
+    /// An unreadable part, with the reason; the last piece if the file is cut off.
     Damage {
-        /// Why.
+        /// Reason.
         reason: String,
-        /// Bytes that are lost by it.
+        /// Number of bytes lost.
         bytes: usize,
     },
-    /// What a tool wrote of the file.
+    /// Metadata that a tool has written.
     Metadata(Metadata),
-    /// How many messages the writer says there are.
+    /// Number of messages according to the writer.
     Statistics(u64),
-    /// The file was ended, and not cut off.
+    /// The regular end of the file.
     End,
 }
 
-/// Bytes that a search for the next whole chunk may check, as a multiple of the file's: no forged file makes it
-/// long.
+/// Largest number of bytes checked in the search for intact chunks, as a multiple of the file's size: it limits the
+/// time for a forged file.
 const SEARCHED: usize = 4;
 
-/// Walks over `bytes`, a whole file with its magic bytes: each piece with the byte it begins at. Where a record
-/// does not end where its length says, the walk goes on at the next chunk that is whole.
+/// Iterates over `bytes`, a whole file with its magic bytes; yields each piece with its byte offset. If a record does
+/// not end where its length says, the iteration continues at the next intact chunk.
 pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
     let mut offset = mcap::MAGIC.len();
     let mut is_over = false;
@@ -51,12 +51,12 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 None => "the file ends within a record: it was cut off".to_owned(),
                 Some((0, _)) => "found a zero, expected the kind of a record".to_owned(),
                 Some((op::CHUNK, body)) => match chunk(body) {
-                    // A length that has grown takes in what follows.
+                    // A corrupted length that is too long includes the records that follow.
                     Ok(data) if has_chunk_lengths(body) => {
                         offset += FRAME + body.len();
                         return Some((at, Piece::Chunk(data)));
                     }
-                    // Its text is damaged, or its length: then what follows is no record.
+                    // The content is damaged, or the length: a wrong length is not followed by a record.
                     Err(reason) if is_followed(bytes, at + FRAME + body.len()) => {
                         let bytes = FRAME + body.len();
                         offset += bytes;
@@ -66,7 +66,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                     Ok(_) => "the length of a chunk is damaged".to_owned(),
                 },
                 Some((opcode, _)) if !is_known(opcode) => {
-                    format!("found a record of kind {opcode}, which none is")
+                    format!("found a record of unknown kind {opcode}")
                 }
                 Some((op::FOOTER, body)) if ends(bytes, at + FRAME + body.len()) => {
                     is_over = true;
@@ -88,7 +88,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                             return Some((at, Piece::Metadata(found)));
                         }
                         (op::STATISTICS, _) => "the statistics are damaged".to_owned(),
-                        (op::METADATA, _) => "what a tool wrote of the file is damaged".to_owned(),
+                        (op::METADATA, _) => "the metadata are damaged".to_owned(),
                         _ => continue,
                     };
                     return Some((at, Piece::Damage { reason, bytes }));
@@ -105,7 +105,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
             );
             return Some((at, Piece::Damage { reason, bytes: left_out }));
         }
-        // Between two records it can be cut off too.
+        // A file can also be cut off between two records.
         (!std::mem::replace(&mut is_over, true)).then(|| {
             let reason = "the file ends without its last record: it was cut off".into();
             (offset, Piece::Damage { reason, bytes: 0 })
@@ -118,24 +118,24 @@ const fn is_known(opcode: u8) -> bool {
     matches!(opcode, op::HEADER..=op::DATA_END)
 }
 
-/// Whether what stands from `at` on is the end of a file, which may lack a part.
+/// Whether the bytes from `at` on are the end of a file, possibly incomplete.
 fn ends(bytes: &[u8], at: usize) -> bool {
     bytes.get(at..).is_some_and(|rest| mcap::MAGIC.starts_with(rest))
 }
 
-/// Whether the file ends at `at`, or a record that can be begins there.
+/// Whether the file ends at `at`, or a possible record begins there.
 fn is_followed(bytes: &[u8], at: usize) -> bool {
     let Some(rest) = bytes.get(at..) else { return false };
     rest.is_empty() || frame(rest).is_some_and(|(opcode, _)| is_known(opcode))
 }
 
-/// The same of a record that may be cut off, or damaged in its length.
+/// The same for a record that may be cut off or have a damaged length.
 fn may_be_followed(bytes: &[u8], at: usize) -> bool {
     bytes.get(at..).is_some_and(|rest| rest.first().is_none_or(|&opcode| is_known(opcode)))
 }
 
-/// Where the next chunk begins that is whole, from byte `from` on; `budget` is how many bytes may still be
-/// summed for it.
+/// Start of the next intact chunk from byte `from` on; `budget` is the number of bytes that may still be checked for
+/// it.
 fn next_whole(bytes: &[u8], from: usize, budget: &mut usize) -> Option<usize> {
     (from..bytes.len()).find(|&at| {
         let Some((op::CHUNK, body)) = frame(&bytes[at..]) else { return false };
@@ -147,10 +147,10 @@ fn next_whole(bytes: &[u8], from: usize, budget: &mut usize) -> Option<usize> {
     })
 }
 
-/// Whether the lengths within the head of a chunk, not compressed, are those of `body`.
+/// Whether the lengths in the head of an uncompressed chunk match those of `body`.
 fn has_chunk_lengths(body: &[u8]) -> bool {
-    /// Two times, the length of the text, its checksum, the empty name of its compression, and how much of the
-    /// file it takes.
+    /// Two times, the length of the content, its checksum, the empty name of its compression, and its length in the
+    /// file.
     const HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
     let number = |from: usize| {
         let bytes = body.get(from..)?.first_chunk::<8>()?;
@@ -160,14 +160,14 @@ fn has_chunk_lengths(body: &[u8]) -> bool {
     text.is_some() && number(16) == text && number(32) == text && body.get(28..32) == Some(&[0; 4])
 }
 
-/// What the chunk `body` holds if all of it is whole; else what is wrong with it.
+/// Content of the chunk `body` if it is intact; otherwise its defect.
 fn chunk(body: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let Ok(McapRecord::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
         return Err("the head of a chunk is damaged".into());
     };
     if !header.compression.is_empty() {
         let compression = &header.compression;
-        return Err(format!("found a chunk in \"{compression}\", expected none compressed"));
+        return Err(format!("found a chunk in \"{compression}\", expected an uncompressed one"));
     }
     let found = CRC.checksum(&data);
     if found != header.uncompressed_crc {
@@ -195,7 +195,7 @@ pub fn records(chunk: &[u8]) -> impl Iterator<Item = McapRecord<'_>> {
     })
 }
 
-/// The first record of `bytes`; `None` if it does not end within them.
+/// The first record of `bytes`; `None` if it is incomplete.
 fn frame(bytes: &[u8]) -> Option<(u8, &[u8])> {
     let (head, rest) = bytes.split_first_chunk::<FRAME>()?;
     let [opcode, length @ ..] = *head;
@@ -203,18 +203,18 @@ fn frame(bytes: &[u8]) -> Option<(u8, &[u8])> {
     Some((opcode, rest.get(..length)?))
 }
 
-/// Which topic a number of the file means.
+/// Topics by their number in the file.
 #[derive(Default)]
 pub struct Topics(Vec<(u16, Channel)>);
 
 impl Topics {
-    /// Learns what the file says of a topic.
+    /// Adds a topic from the file.
     pub fn learn(&mut self, channel: &mcap::records::Channel) {
         self.0.extend(Channel::with_topic(&channel.topic).map(|known| (channel.id, known)));
     }
 
-    /// The topic with the number `id`. Where the chunk that names the topics is damaged, their numbers
-    /// are those of the writer.
+    /// The topic with the number `id`. If the chunk with the names of the topics is damaged, the writer's own numbers
+    /// apply.
     pub fn of(&self, id: u16) -> Option<Channel> {
         if self.0.is_empty() {
             let place = usize::from(id).checked_sub(FIRST_CHANNEL)?;

@@ -1,21 +1,21 @@
-//! What of a record is damaged, and what a repair tells of it in the file that it writes.
+//! Damage of a record, and the description of a repair in the repaired file.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use mcap::records::Metadata;
 
-/// The name of the repair's metadata.
+/// Name of the repair's metadata.
 const NAME: &str = "hovernav.repair";
 
-/// A place of a record's file that cannot be read.
+/// An unreadable part of a record's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// The byte of the file at which it begins.
+    /// Byte offset of its start.
     pub offset: usize,
-    /// Bytes that are lost by it; 0 where a file ends between two records.
+    /// Number of bytes lost; 0 if a file ends between two records.
     pub bytes: usize,
-    /// What is wrong.
+    /// Reason.
     pub reason: String,
 }
 
@@ -25,23 +25,23 @@ impl fmt::Display for Damage {
     }
 }
 
-/// That a record was repaired, and what it had lost before: metadata of the file, for it looks whole.
+/// Description of a repair and of the earlier losses, in the metadata of the file, which is itself intact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
-    /// The version of hovernav that did it.
+    /// Version of hovernav that repaired it.
     pub version: String,
-    /// Length of the file that was repaired, bytes.
+    /// Length of the damaged file, bytes.
     pub bytes: u64,
-    /// Bytes of it that were lost.
+    /// Number of its bytes that were lost.
     pub bytes_lost: u64,
-    /// Whether it had been ended, and not cut off.
+    /// Whether it had been ended regularly, not cut off.
     pub was_ended: bool,
-    /// What was damaged, one plain sentence each.
+    /// Damages, one plain sentence each.
     pub damages: Vec<String>,
 }
 
 impl Repair {
-    /// What is to be told of the repair of a file of `bytes` with these `damages`, after an `earlier` one, if any.
+    /// Description of the repair of a file of `bytes` with these `damages`, after an `earlier` repair, if any.
     pub(super) fn new(
         bytes: u64,
         damages: &[Damage],
@@ -63,7 +63,7 @@ impl Repair {
         repair
     }
 
-    /// As the file has it.
+    /// The metadata in the file.
     pub(super) fn metadata(&self) -> Metadata {
         let mut metadata = BTreeMap::from([
             ("version".to_owned(), self.version.clone()),
@@ -80,7 +80,7 @@ impl Repair {
         Metadata { name: NAME.into(), metadata }
     }
 
-    /// What `metadata` tells; `None` of another's.
+    /// Description in `metadata`; `None` for other metadata.
     pub(super) fn of(metadata: &Metadata) -> Option<Self> {
         let own = Some(&metadata.metadata).filter(|_| metadata.name == NAME)?;
         let text = |key: &str| own.get(key).map(String::as_str);
@@ -98,7 +98,7 @@ impl Repair {
         })
     }
 
-    /// A sentence for each damage of the file that `name` was made of.
+    /// A sentence for each damage of the original of `name`.
     pub(super) fn warnings(&self, name: &str) -> impl Iterator<Item = String> {
         self.damages.iter().map(move |damage| format!("{name}: before its repair, {damage}"))
     }

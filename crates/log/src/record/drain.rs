@@ -1,4 +1,4 @@
-//! The writer's side of the recorder: from the queue to the disk.
+//! The writer's side of the recorder, from the queue to the disk.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -14,29 +14,28 @@ use super::status::Progress;
 use super::writer::MessageWriter;
 use hovernav::time::Time;
 
-/// What came in one interval makes one chunk, on its way to the disk at the end of it. A quarter of
-/// the 200 ms that may be lost leaves the rest to a busy machine. A chunk costs 260 bytes of memory,
-/// for the index at the end of the file: 19 MB an hour.
+/// Interval of chunks, which go to the disk at its end. It is a quarter of the 200 ms that may be lost, which leaves
+/// the rest to a busy machine. A chunk needs 260 bytes of memory for the index at the end of the file: 19 MB an hour.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// As much may wait in memory for a disk that is full or slow; beyond, entries stay in the queue.
+/// Largest number of bytes in memory that wait for a full or slow disk; beyond, entries stay in the queue.
 pub(super) const MOST_WAITING: u64 = 8 << 20;
 
-/// Entries that make one chunk at most.
+/// Largest number of entries in a chunk.
 const MOST_IN_CHUNK: usize = 8192;
 
-/// Empties the queue into the file.
+/// Moves entries from the queue to the file.
 pub struct Drain<W: Write> {
     writer: MessageWriter<Spool<W>>,
     progress: Arc<Progress>,
-    /// Since when the disk refuses.
+    /// Time since which the disk has refused to write.
     refused_since: Option<Time>,
 }
 
 impl<W: Write> Drain<W> {
-    /// Writes all that stands before the flight.
+    /// Writes the beginning of the record, before the flight.
     ///
     /// # Errors
-    /// What `out` says.
+    /// Those of `out`.
     pub fn begin(out: W, header: &Header, progress: Arc<Progress>) -> io::Result<Self> {
         let writer = MessageWriter::begin(Spool::new(out, Arc::clone(&progress)), header)?;
         if progress.waiting.load(Ordering::Relaxed) > 0 {
@@ -48,7 +47,7 @@ impl<W: Write> Drain<W> {
         Ok(Self { writer, progress, refused_since: None })
     }
 
-    /// Writes what comes, until the loop ends the queue.
+    /// Writes the entries until the loop ends the queue.
     pub fn run(mut self, entries: &Receiver<Queued>) {
         loop {
             let ended = self.empty(entries);
@@ -65,16 +64,16 @@ impl<W: Write> Drain<W> {
         self.progress.finished.store(true, Ordering::Release);
     }
 
-    /// Whether the record is to end and the disk has taken so little that there is no memory for the rest:
-    /// what is left in the queue is lost, and counted as queued.
+    /// Whether the record ends while the disk has taken so little that memory is short for the rest. Then the entries
+    /// in the queue are lost, and counted as queued.
     fn is_hopeless(&self) -> bool {
         self.progress.ending.load(Ordering::Acquire)
             && self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING
     }
 
-    /// Takes what is in the queue, but no more than there is memory for. Whether the queue has ended.
+    /// Takes entries from the queue as far as there is memory. Returns whether the queue has ended.
     fn empty(&mut self, entries: &Receiver<Queued>) -> bool {
-        // What a chunk holds does not wait for the disk yet, so that its length is bounded too.
+        // The content of a chunk does not count as waiting for the disk, so its length is limited too.
         for _ in 0..MOST_IN_CHUNK {
             if self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
                 break;
@@ -93,7 +92,7 @@ impl<W: Write> Drain<W> {
         false
     }
 
-    /// Writes into the record when the disk began to refuse, and when it went on.
+    /// Records when the disk began to refuse, and when it continued.
     fn report_refusals(&mut self) {
         let now = self.writer.now;
         let is_refusing = self.progress.waiting.load(Ordering::Relaxed) > 0;
@@ -106,7 +105,7 @@ impl<W: Write> Drain<W> {
             }
             (Some(since), false) => {
                 self.refused_since = None;
-                let text = format!("the record is written again after {:.1} s", now - since);
+                let text = format!("the record is being written again after {:.1} s", now - since);
                 self.writer.event(now, Level::Info, "record_resumed", &text)
             }
             _ => Ok(()),

@@ -1,4 +1,4 @@
-//! From entries to messages.
+//! Conversion of entries to messages.
 
 use std::io::Write;
 
@@ -22,7 +22,7 @@ use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
 impl<W: Write> MessageWriter<W> {
-    /// Writes an entry's messages.
+    /// Writes the messages of an entry.
     pub(super) fn entry(&mut self, queued: &Queued) -> McapResult<()> {
         let now = queued.now;
         (self.sequence, self.now) = (queued.sequence, now);

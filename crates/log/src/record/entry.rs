@@ -1,4 +1,4 @@
-//! What the loop hands to the recorder: plain values, copied, without a heap.
+//! Entries from the loop to the recorder: plain values, copied, without heap allocation.
 
 use core::fmt::{self, Write as _};
 
@@ -9,33 +9,32 @@ use hovernav::frames::{Ned, Vector};
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
-/// A line whose bytes are recorded as they came.
+/// A line whose raw bytes are recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// The inertial unit's.
+    /// Line of the inertial unit.
     Dmu,
-    /// The GPS receiver's.
+    /// Line of the GPS receiver.
     Gps,
-    /// The servo pulses'.
+    /// Line of the servo pulses.
     Servo,
 }
 
-/// The bytes of one call of the sensors, or a part of them: see
-/// [`Recorder::raw`](super::Recorder::raw).
+/// Bytes of one call of the sensors, or a part of them: see [`Recorder::raw`](super::Recorder::raw).
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct RawBytes {
     pub(super) line: Line,
-    /// Whether the next entry of the line goes on with the same call.
+    /// Whether the next entry of the line continues the same call.
     pub(super) goes_on: bool,
     length: u16,
     bytes: [u8; Self::CAPACITY],
 }
 
 impl RawBytes {
-    /// Bytes in one entry; a call with more takes several.
+    /// Largest number of bytes in one entry; a longer call needs several entries.
     pub const CAPACITY: usize = 256;
 
-    /// The first bytes of a call, as many as fit, and how many are left for the next entry.
+    /// Entry with the first bytes of a call, and the bytes left for the next entries.
     pub(super) fn first_of(line: Line, call: &[u8]) -> (Self, &[u8]) {
         let (now, rest) = call.split_at(call.len().min(Self::CAPACITY));
         let mut bytes = [0; Self::CAPACITY];
@@ -54,21 +53,21 @@ impl fmt::Debug for RawBytes {
     }
 }
 
-/// How much an event matters.
+/// Severity of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// As it should be.
+    /// Normal operation.
     Info,
-    /// It flies on, less well.
+    /// The flight continues, with reduced quality.
     Warning,
-    /// Something is lost.
+    /// A function is lost.
     Error,
-    /// Somebody has to act at once.
+    /// Immediate action is necessary.
     Critical,
 }
 
 impl Level {
-    /// Its name for programs.
+    /// Name for programs.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -80,7 +79,7 @@ impl Level {
     }
 }
 
-/// Whose an event is: the sensor or the part of the vehicle that did it or is at fault.
+/// Sensor or part of the vehicle that caused an event or is at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The inertial unit, its line included.
@@ -102,7 +101,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// What it is called.
+    /// Name in messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -117,7 +116,7 @@ impl Part {
         }
     }
 
-    /// Whose events of this kind are, where the kind alone tells.
+    /// Part for events of this kind, if the kind determines it.
     #[must_use]
     pub fn of_kind(kind: &str) -> Self {
         match kind {
@@ -136,7 +135,7 @@ impl Part {
     }
 }
 
-/// A line of text of at most 160 bytes; what is longer is cut.
+/// A line of text of at most 160 bytes; longer text is cut.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct ShortText {
     length: u8,
@@ -146,11 +145,11 @@ pub struct ShortText {
 impl ShortText {
     const CAPACITY: usize = 160;
 
-    /// What `text` displays, as much of it as fits.
+    /// The text that `text` displays, cut to fit.
     #[must_use]
     pub fn new(text: impl fmt::Display) -> Self {
         let mut short = Self { length: 0, bytes: [0; Self::CAPACITY] };
-        // The text is cut by refusing the rest of it.
+        // An error from the formatter means that the text was cut.
         let _ = write!(short, "{text}");
         short
     }
@@ -185,89 +184,87 @@ impl fmt::Debug for ShortText {
     }
 }
 
-/// What flight control went by in a cycle beside the pulses and the estimate, and what it came to.
+/// Inputs and results of flight control in a cycle, other than pulses and estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cycle {
-    /// Whether an inertial sample began it, and not the clock.
+    /// Whether an inertial sample began the cycle, instead of the clock.
     pub has_sample: bool,
-    /// Whether the servos took what they were sent before.
+    /// Whether the servos accepted the previous command.
     pub servos_good: bool,
-    /// Cycles that were late, one after the other.
+    /// Number of successive late cycles.
     pub late_cycles: u8,
-    /// What the work of the cycle before took, s.
+    /// Computing time of the previous cycle, s.
     pub work_s: Option<f64>,
-    /// How long the cycle before took from reading its inertial packet to the servos having their command,
-    /// s.
+    /// Time in the previous cycle from reading the inertial packet to the command at the servos, s.
     pub turnaround_s: Option<f64>,
-    /// What the autopilot is doing.
+    /// Mode of the autopilot.
     pub mode: Mode,
     /// Whether the pilot's switch is closed.
     pub switch_on: bool,
-    /// The checks that keep it from taking over: see
+    /// Failed checks that prevent engagement: see
     /// [`Readiness::failed_bits`](hovernav::autopilot::Readiness::failed_bits).
     pub failed_checks: u16,
     /// The pilot's sticks.
     pub pilot: Option<Sticks>,
-    /// The sticks of whoever flies.
+    /// Sticks of the pilot or the autopilot, whichever flies.
     pub sticks: Option<Sticks>,
-    /// What of them is a test input.
+    /// Part of the sticks that is a test input.
     pub injected: Sticks,
-    /// Velocity that the loops were asked for, m/s.
+    /// Commanded velocity of the loops, m/s.
     pub asked_velocity_mps: Vector<Ned>,
-    /// Heading that the loops were asked for, rad.
+    /// Commanded heading of the loops, rad.
     pub asked_heading_rad: f64,
 }
 
-/// Something to record. It holds the time at which it was true; the time at which the loop came to it
-/// is recorded beside it.
+/// Something to record. It contains its time of validity; the time at which the loop received it is recorded as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// All live in one ring that is made once; a box would be an allocation in the loop.
+// All entries are in one preallocated ring; a box would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
 pub enum Entry {
     /// Bytes of a line: use [`Recorder::raw`](super::Recorder::raw).
     Raw(RawBytes),
     /// [`Sensors::restart_gps`](hovernav::sensors::Sensors::restart_gps) was called.
     GpsRestarted,
-    /// What a line's bytes came to. Commands and events for the estimator are not recorded: the raw
-    /// bytes give them again.
+    /// Output of a sensor's driver. Commands, and events for the estimator, are not recorded: they follow from the raw
+    /// bytes.
     Sensor(SensorOutput),
-    /// What the estimator reports.
+    /// Notice of the estimator.
     Notice(Notice),
     /// The solution after an inertial sample.
     Solution(Solution),
     /// Servo pulses: lateral, longitudinal, collective, pedal, and the fifth channel.
     Servo {
-        /// Widths as the receiver sent them, ms.
+        /// Received widths, ms.
         captured_ms: [f32; 5],
-        /// Widths as they went out, ms.
+        /// Commanded widths, ms.
         commanded_ms: [f32; 5],
     },
     /// Lateral, longitudinal, collective, pedal, each −1…1 about trim.
     Controls([f64; 4]),
-    /// What flight control went by and came to in a cycle.
+    /// Inputs and results of flight control in a cycle.
     Cycle(Cycle),
-    /// Anything else that happened: a port lost, an overrun, a change of mode.
+    /// Any other event: a lost port, an overrun, a change of mode.
     Event {
-        /// How much it matters.
+        /// Severity.
         level: Level,
-        /// What kind it is, for programs: lower case, words joined by `_`.
+        /// Kind, for programs: lower case, words joined by `_`.
         kind: &'static str,
-        /// Whose it is.
+        /// Sensor or part of the vehicle.
         part: Part,
-        /// What happened, for people.
+        /// Text for people.
         text: ShortText,
     },
-    /// Entries that found no room since the last such entry; the recorder puts it in itself.
+    /// Number of entries without room since the last such entry; the recorder adds it.
     Lost {
-        /// Of the raw bytes and restarts, which a replay needs.
+        /// Of raw bytes and restarts, which a replay needs.
         raw: u32,
-        /// Of all others.
+        /// Of all other entries.
         decoded: u32,
     },
 }
 
 impl Entry {
-    /// An event that displays as `text`, of the part that the kind tells.
+    /// An event with the text of `text`, of the part that the kind determines.
     #[must_use]
     pub fn event(level: Level, kind: &'static str, text: impl fmt::Display) -> Self {
         Self::Event { level, kind, part: Part::of_kind(kind), text: ShortText::new(text) }
@@ -278,7 +275,7 @@ impl Entry {
         matches!(self, Self::Raw(_) | Self::GpsRestarted)
     }
 
-    /// Whether anything of it goes into the record.
+    /// Whether any of it goes into the record.
     pub(super) const fn is_recorded(&self) -> bool {
         match self {
             Self::Sensor(
@@ -287,7 +284,7 @@ impl Entry {
                 | SensorOutput::Event(_)
                 | SensorOutput::Measured(None, _),
             ) => false,
-            // An aid that comes more often than it can be of use is no news.
+            // Readings of an aid that come too often are not an event.
             Self::Notice(Notice::NotUsed { reason, .. }) => reason.is_fault(),
             _ => true,
         }
@@ -315,9 +312,9 @@ impl From<Solution> for Entry {
 /// An entry on its way to the writer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Queued {
-    /// Counts every entry the loop handed over, lost ones too: a gap is a loss.
+    /// Number of the entry, lost ones included: a missing number is a loss.
     pub sequence: u32,
-    /// When the loop came to it.
+    /// Time at which the loop received it.
     pub now: Time,
     pub entry: Entry,
 }

@@ -1,5 +1,5 @@
-//! What the estimator and the sensors' drivers report, put into words once: the record, the terminal and the
-//! ground say the same, at the same level.
+//! Texts for the reports of the estimator and of the sensors' drivers. Record, terminal and ground station use the same
+//! text and level.
 
 use std::fmt;
 
@@ -11,45 +11,45 @@ use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 
-/// Something that happened, in words.
+/// An event, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Happening {
-    /// When, where it says so itself.
+    /// Time, if the event has its own.
     pub time: Option<Time>,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// What kind it is, for programs.
+    /// Kind, for programs.
     pub kind: &'static str,
-    /// In words.
+    /// Text for people.
     pub text: ShortText,
 }
 
 impl Happening {
-    /// Of a notice of the estimator; `None` of an ordinary update.
+    /// Event of a notice of the estimator; `None` for an ordinary update.
     #[must_use]
     pub fn of_notice(notice: &Notice) -> Option<Self> {
         let warning = Level::Warning;
         let (time, level, kind, text) = match notice {
             Notice::Updated(report) if report.any_reopened() => {
                 let text = format_args!(
-                    "the filter had gone away from what its sensors say, and was opened to it: {}",
+                    "the filter had diverged from its sensors and was reset to them: {}",
                     Beyond::of(report.innovations(), Verdict::Reopened)
                 );
                 (time_of(report), warning, "filter_reopened", ShortText::new(text))
             }
             Notice::Updated(report) if report.contradicts_itself() => {
-                let text = format_args!("contradicts itself: rejected until it agrees again");
+                let text = format_args!("contradicts itself: rejected until consistent again");
                 (time_of(report), warning, "contradicts_itself", ShortText::new(text))
             }
             Notice::Updated(report) if report.any_rejected() => {
                 let beyond = Beyond::of(report.innovations(), Verdict::Rejected);
-                let text = ShortText::new(format_args!("refused by the filter: {beyond}"));
+                let text = ShortText::new(format_args!("rejected by the filter: {beyond}"));
                 (time_of(report), warning, "innovation_rejected", text)
             }
             Notice::Updated(report) if report.walked_m().is_some() => {
                 let walked_m = report.walked_m().unwrap_or_default();
                 let text = format_args!(
-                    "position has walked away from the receiver's own velocity, by {walked_m:.0} m: less sure now"
+                    "position drifted from the receiver's own velocity by {walked_m:.0} m: one-sigma enlarged"
                 );
                 (time_of(report), warning, "place_walks", ShortText::new(text))
             }
@@ -70,14 +70,14 @@ impl Happening {
             Notice::HeadingReset { time, turn_rad, sigma_rad } => {
                 let (turn_deg, sigma_deg) = (turn_rad.to_degrees(), sigma_rad.to_degrees());
                 let text = format_args!(
-                    "heading was wrong: turned by {turn_deg:.0}°, one-sigma now {sigma_deg:.0}°"
+                    "heading was inconsistent with GPS: turned by {turn_deg:.0}°, one-sigma now {sigma_deg:.0}°"
                 );
                 (Some(*time), warning, "heading_reset", ShortText::new(text))
             }
             Notice::HeadingDoubted { time, off_rad, sigma_rad } => {
                 let (off_deg, sigma_deg) = (off_rad.to_degrees(), sigma_rad.to_degrees());
                 let text = format_args!(
-                    "heading in doubt, {off_deg:.0}° off by the fixes: less sure now, one-sigma {sigma_deg:.0}°"
+                    "heading suspect, {off_deg:.0}° off according to GPS: one-sigma now {sigma_deg:.0}°"
                 );
                 (Some(*time), warning, "heading_doubted", ShortText::new(text))
             }
@@ -85,19 +85,19 @@ impl Happening {
                 let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
                 let text = if *lasts {
                     ShortText::new(
-                        "magnetic field has stayed changed: which was right nobody knows, heading less sure",
+                        "magnetic field has stayed changed: unknown which one is right, heading one-sigma enlarged",
                     )
                 } else {
                     ShortText::new(format_args!(
-                        "magnetic field {percent:.0} % off: heading by it may be {sigma_deg:.0}° off, counts less"
+                        "magnetic field {percent:.0} % off: its heading may be {sigma_deg:.0}° off and is weighted less"
                     ))
                 };
                 (Some(*time), warning, "field_disturbed", text)
             }
             Notice::AntennaElsewhere { time, offset_m, sigma_m } => {
                 let text = format_args!(
-                    "antenna {:.1} m forward, {:.1} m right of its lever arm (one-sigma {sigma_m:.1} m): taken to \
-                     be there",
+                    "antenna {:.1} m forward, {:.1} m right of its lever arm (one-sigma {sigma_m:.1} m): the filter \
+                     uses that position",
                     offset_m.x(),
                     offset_m.y()
                 );
@@ -105,20 +105,21 @@ impl Happening {
             }
             Notice::OnWheels { time, sigma_mps } => {
                 let text = format_args!(
-                    "the vehicle rolls on wheels: without fixes it is held to its road (one-sigma {sigma_mps:.2} m/s)"
+                    "the vehicle rolls on wheels: without fixes it is constrained to its road (one-sigma \
+                     {sigma_mps:.2} m/s)"
                 );
                 (Some(*time), Level::Info, "on_wheels", ShortText::new(text))
             }
             Notice::OffWheels { time } => {
                 let text =
-                    ShortText::new("the vehicle is off its wheels: it is not held to a road");
+                    ShortText::new("the vehicle does not roll on wheels: no constraint to a road");
                 (Some(*time), Level::Info, "off_wheels", text)
             }
             Notice::FieldUsual { time, changed } => {
                 let text = if *changed {
-                    "the magnetic field has stayed changed: it is trusted as it is now"
+                    "the magnetic field has stayed changed: the new field is used"
                 } else {
-                    "the magnetic field is back where it was"
+                    "the magnetic field is back to its earlier value"
                 };
                 (Some(*time), Level::Info, "field_usual", ShortText::new(text))
             }
@@ -133,8 +134,8 @@ impl Happening {
             }
             Notice::GapBridged { time, length_s } => {
                 let text = format_args!(
-                    "inertial unit: gap of {length_s:.2} s in the samples, bridged with the velocity kept and the \
-                     uncertainty opened"
+                    "inertial unit: gap of {length_s:.2} s in the samples, bridged at the last velocity with a larger \
+                     uncertainty"
                 );
                 (Some(*time), warning, "imu_fault", ShortText::new(text))
             }
@@ -143,11 +144,11 @@ impl Happening {
                 (Some(*time), warning, "aligned_anew", text)
             }
             Notice::CovarianceReset { time, cause } => {
-                let text = format_args!("inertial unit: {cause}, the fixes decide anew");
+                let text = format_args!("inertial unit: {cause}; the next fixes set the state");
                 (Some(*time), warning, "imu_fault", ShortText::new(text))
             }
             Notice::SampleSuspect { time, suspicion } => {
-                let text = format_args!("inertial unit: {suspicion}, the uncertainty opened");
+                let text = format_args!("inertial unit: {suspicion}, uncertainty enlarged");
                 (Some(*time), warning, "imu_suspect", ShortText::new(text))
             }
             Notice::SampleRefused { time, fault } => {
@@ -159,13 +160,13 @@ impl Happening {
         Some(Self { time, level, kind, text })
     }
 
-    /// Of what a driver made of its line's bytes; `None` of an ordinary packet or fix.
+    /// Event of a sensor's driver; `None` for an ordinary packet or fix.
     #[must_use]
     pub fn of_sensor(output: &SensorOutput) -> Option<Self> {
         let warning = Level::Warning;
         let (time, level, kind, text) = match output {
             SensorOutput::DmuLost(time, fault) => {
-                let text = format_args!("inertial unit: {fault}; look at its power and line");
+                let text = format_args!("inertial unit: {fault}; check its power and line");
                 (*time, dmu_lost_level(*fault), "dmu_lost", ShortText::new(text))
             }
             SensorOutput::DmuImplausible(time, what) => {
@@ -179,12 +180,12 @@ impl Happening {
                 ShortText::new(format_args!("inertial unit: {fault}")),
             ),
             SensorOutput::Fix(fix, failures) if !failures.is_empty() => {
-                let text = ShortText::new(format_args!("fix refused: {}", Reasons(failures)));
+                let text = ShortText::new(format_args!("fix rejected: {}", Reasons(failures)));
                 (fix.arrival, warning, "fix_refused", text)
             }
             SensorOutput::FixWithoutHeight(time) => {
                 let text =
-                    "a fix without height above the ellipsoid; set [receiver] geoid_separation_m";
+                    "fix without height above the ellipsoid: set [receiver] geoid_separation_m";
                 (*time, warning, "fix_without_height", ShortText::new(text))
             }
             _ => return None,
@@ -192,14 +193,14 @@ impl Happening {
         Some(Self { time: Some(time), level, kind, text })
     }
 
-    /// Whose it is.
+    /// Sensor or part of the vehicle.
     #[must_use]
     pub fn part(&self) -> Part {
         Part::of_kind(self.kind)
     }
 }
 
-/// How much the loss of the inertial unit matters: one that was there is what everything is flown by.
+/// Severity of a loss of the inertial unit: critical only if it had worked, for then the flight depends on it.
 const fn dmu_lost_level(fault: LinkFault) -> Level {
     match fault {
         LinkFault::Startup(_) => Level::Error,
@@ -211,7 +212,7 @@ fn time_of(report: &Report) -> Option<Time> {
     report.innovations().next().map(|one| one.time)
 }
 
-/// Where a heading comes from, in words.
+/// Source of a heading, in words.
 const fn of_source(source: HeadingSource) -> &'static str {
     match source {
         HeadingSource::SecondAntenna => "by two antennas",
@@ -222,7 +223,7 @@ const fn of_source(source: HeadingSource) -> &'static str {
     }
 }
 
-/// The innovations of an update that came to one verdict: the worst with its numbers, and how many more.
+/// Innovations of an update with one verdict: displays the worst one and the number of others.
 struct Beyond<'a> {
     worst: Option<&'a Innovation>,
     count: usize,
@@ -256,7 +257,7 @@ impl fmt::Display for Beyond<'_> {
     }
 }
 
-/// Why a fix was refused, one reason after the other.
+/// Reasons for the rejection of a fix, separated by semicolons.
 struct Reasons<'a>(&'a Failures);
 
 impl fmt::Display for Reasons<'_> {
@@ -268,7 +269,7 @@ impl fmt::Display for Reasons<'_> {
     }
 }
 
-/// What was measured, in words, and its unit as people read it.
+/// Name of a channel, in words, and its unit for people.
 const fn named(channel: Channel) -> (&'static str, &'static str) {
     match channel {
         Channel::PositionNorth => ("the receiver's position north", "m"),
@@ -279,7 +280,7 @@ const fn named(channel: Channel) -> (&'static str, &'static str) {
         Channel::VelocityDown => ("the receiver's velocity down", "m/s"),
         Channel::Roll => ("the inertial unit's roll", "°"),
         Channel::Pitch => ("the inertial unit's pitch", "°"),
-        Channel::Yaw => ("the heading by the unit or its magnetometer", "°"),
+        Channel::Yaw => ("the heading of the inertial unit or its magnetometer", "°"),
         Channel::BaroHeight => ("the barometer's height", "m"),
         Channel::Range => ("the rangefinder's distance", "m"),
         Channel::BaselineHeading => ("the heading of two antennas", "°"),
@@ -309,8 +310,7 @@ mod tests {
             innovation(Channel::VelocityDown, 1.5, 0.3, Verdict::Rejected),
         ];
         let words = Beyond::of(all.iter(), Verdict::Rejected).to_string();
-        let expected =
-            "the heading by the unit or its magnetometer -2.41° off, one-sigma 0.40°, and 1 more";
+        let expected = "the heading of the inertial unit or its magnetometer -2.41° off, one-sigma 0.40°, and 1 more";
         assert_eq!(words, expected);
         let words = Beyond::of(all[2..].iter(), Verdict::Rejected).to_string();
         assert_eq!(words, "the receiver's velocity down +1.50 m/s off, one-sigma 0.30 m/s");

@@ -1,4 +1,4 @@
-//! What a record holds beside the sensors' own data, for a reader.
+//! Description of a record, without the sensors' data, for people.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! The messages, as JSON has them.
+//! Messages of a record in their JSON form.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub struct ConfigurationMessage {
 #[derive(Debug, Serialize, Deserialize)]
 pub struct RawMessage {
     pub time_ns: i64,
-    /// Whether the next message on this topic goes on with the same call.
+    /// Whether the next message on this topic continues the same call.
     pub goes_on: bool,
     pub hex: String,
 }
@@ -39,7 +39,7 @@ impl RawMessage {
         Self { time_ns: time.nanoseconds(), goes_on, hex }
     }
 
-    /// The bytes; `None` of what are not pairs of digits.
+    /// The bytes; `None` if the text is not pairs of hexadecimal digits.
     pub fn bytes(&self) -> Option<Vec<u8>> {
         let value = |digit: u8| char::from(digit).to_digit(16);
         let (pairs, rest) = self.hex.as_bytes().as_chunks::<2>();
@@ -69,7 +69,7 @@ pub struct ImuMessage {
 #[derive(Debug, Serialize)]
 pub struct FixMessage {
     pub time_ns: i64,
-    /// The moment of the fix by the receiver, UTC since the start of 1970.
+    /// Time of the fix by the receiver, ns of UTC since the start of 1970.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub utc_ns: Option<i64>,
     pub used: bool,
@@ -120,8 +120,7 @@ impl FixMessage {
     }
 }
 
-/// Every number of a [`Solution`], in as many digits as it takes to read the same number back, and
-/// what people plot.
+/// Every number of a [`Solution`], with enough digits to read back the same number, and derived values for plots.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SolutionMessage {
     pub time_ns: i64,
@@ -239,7 +238,7 @@ impl LocationMessage {
     }
 }
 
-/// Innovations of one measurement, each under its channel's name.
+/// Innovations of one measurement, by channel name.
 #[derive(Debug, Serialize)]
 pub struct InnovationsMessage {
     pub time_ns: i64,
@@ -325,7 +324,7 @@ impl CycleMessage {
         }
     }
 
-    /// The cycle and its time; `None` of a mode that is not known.
+    /// The cycle and its time; `None` if its mode is unknown.
     pub fn cycle(self) -> Option<(Time, Cycle)> {
         let [north, east, down] = self.asked_velocity_ned_mps;
         let cycle = Cycle {
@@ -362,17 +361,17 @@ pub struct LogMessage<'a> {
     pub name: &'a str,
     pub file: &'static str,
     pub line: u32,
-    /// Whose it is: beside what `foxglove.Log` has.
+    /// Sensor or part of the vehicle, in addition to the fields of `foxglove.Log`.
     pub part: &'static str,
 }
 
-/// What is read of a [`LogMessage`].
+/// The fields of a [`LogMessage`] that are read.
 #[derive(Debug, Deserialize)]
 pub struct ReadLogMessage {
     pub level: u8,
     pub message: String,
     pub name: String,
-    /// Older records have none.
+    /// Absent in older records.
     #[serde(default)]
     pub part: String,
 }

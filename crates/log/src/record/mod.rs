@@ -1,26 +1,25 @@
-//! The flight record: everything that came in, as it came, and what was made of it, in one MCAP file.
+//! The flight record: all input as raw bytes, and the results, in one MCAP file.
 //!
-//! [`Recorder`] writes it beside the loop, [`Record`] reads it, also one that was cut off at any
-//! byte, and [`Record::dataset`] makes the bytes a dataset again, from which the estimator
-//! reproduces what it flew, bit for bit.
+//! [`Recorder`] writes it in parallel to the loop. [`Record`] reads it, even if it was cut off at any byte.
+//! [`Record::dataset`] converts the bytes to a dataset, from which the estimator reproduces the flight bit for bit.
 //!
-//! Every message is JSON with a JSON schema; a few have schemas that Foxglove knows. `log_time` is
-//! when the loop came to it, `publish_time` when what it says was true, both on UTC from the start
-//! in `configuration`; `sequence` counts what the loop recorded, over all topics. Angles, vectors and
-//! units are as in the names: `_ned` and `_body` axes, `xyzw` quaternions.
+//! Every message is JSON with a JSON schema; a few have Foxglove's own schemas. `log_time` is the time at which the
+//! loop received it, `publish_time` its time of validity, both on UTC from the start in `configuration`. `sequence`
+//! counts the recorded entries over all topics. Axes and units are in the names: `_ned` and `_body` axes, `xyzw`
+//! quaternions.
 //!
-//! | topic | what |
+//! | topic | content |
 //! |---|---|
-//! | `configuration` | first of all: `fly.toml`, the start on both clocks, the version |
-//! | `dmu/raw`, `gps/raw`, `servo/raw` | the bytes of one call and its time, none where it had none |
-//! | `gps/restart` | the receiver's conversation began anew |
+//! | `configuration` | first message: `fly.toml`, the start on both clocks, the version |
+//! | `dmu/raw`, `gps/raw`, `servo/raw` | the bytes of one call, if any, and its time |
+//! | `gps/restart` | a restart of the dialogue with the receiver |
 //! | `imu`, `gps/fix`, `gps/location` | decoded: every packet with a time, every fix, used or not |
 //! | `solution`, `solution/location` | after every inertial sample; `solution` holds every bit |
-//! | `innovations` | of every measurement the filter compared |
+//! | `innovations` | innovations of every measurement that the filter compared |
 //! | `servo`, `controls` | pulse widths, stick positions |
-//! | `autopilot` | each cycle of flight control: mode, switch, checks, sticks of pilot and autopilot, what was asked for |
-//! | `events` | in words, with a `name` for programs |
-//! | `lost` | how many entries found no room before this point |
+//! | `autopilot` | each cycle of flight control: mode, switch, checks, sticks of pilot and autopilot, commands |
+//! | `events` | events in words, with a `name` for programs |
+//! | `lost` | number of entries without room before this message |
 
 mod channel;
 mod chunks;

@@ -1,4 +1,4 @@
-//! Reading a record, whole or not.
+//! Reading of a record, intact or damaged.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_toml::read_bytes;
 
-/// A call of the sensors, as the loop made it.
+/// A call of the sensors by the loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Call {
     /// [`Sensors::dmu`](hovernav::sensors::Sensors::dmu) with these bytes.
@@ -30,86 +30,86 @@ pub enum Call {
     Gps(Vec<u8>),
     /// [`Sensors::restart_gps`](hovernav::sensors::Sensors::restart_gps).
     RestartGps,
-    /// Bytes of the servo pulses' line.
+    /// Bytes from the line of the servo pulses.
     Servo(Vec<u8>),
 }
 
-/// An event of a flight, as the record has it.
+/// An event of a flight, from the record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordedEvent {
-    /// When it happened.
+    /// Time of the event.
     pub time: Time,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// What kind it is, for programs.
+    /// Kind, for programs.
     pub kind: String,
-    /// Which sensor or part of the vehicle did it or is at fault; empty where the record does not say.
+    /// Sensor or part of the vehicle that caused it or is at fault; empty if the record does not contain it.
     pub part: String,
-    /// What happened, for people.
+    /// Text for people.
     pub text: String,
 }
 
-/// A cycle of flight control, as the record has it.
+/// A cycle of flight control, from the record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordedCycle {
-    /// When, on the flight's clock.
+    /// Time on the flight's clock.
     pub time: Time,
-    /// How many of [`Record::calls`] came before it.
+    /// Number of [`Record::calls`] before it.
     pub calls_before: usize,
-    /// What it went by and came to.
+    /// Its inputs and results.
     pub cycle: Cycle,
 }
 
-/// What a flight record holds, in the order of the loop.
+/// Content of a flight record, in the order of the loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// What it begins with.
+    /// Beginning of the record.
     pub header: Header,
-    /// The calls of the sensors, and when.
+    /// The calls of the sensors, with their times.
     pub calls: Vec<(Time, Call)>,
-    /// The solutions as flown.
+    /// The solutions computed in flight.
     pub solutions: Vec<Solution>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
-    /// The cycles of flight control, where an autopilot was configured.
+    /// The cycles of flight control, if an autopilot was configured.
     pub cycles: Vec<RecordedCycle>,
-    /// What happened.
+    /// The events.
     pub events: Vec<RecordedEvent>,
-    /// Entries without room that a replay needs; it cannot reproduce the flight after them.
+    /// Number of lost entries that a replay needs; it cannot reproduce the flight after them.
     pub lost_raw: u64,
-    /// Other entries without room.
+    /// Number of other lost entries.
     pub lost_decoded: u64,
-    /// The last moment of the loop.
+    /// The last time of the loop.
     pub end: Time,
-    /// Whether the record was ended, and not cut off; of one that was repaired, whether it was before.
+    /// Whether the record was ended regularly, not cut off; for a repaired record, whether the original was.
     pub is_ended: bool,
-    /// What a repair left of the file that this one was made of; `None` of a record as it was flown.
+    /// Description of the repair that made this file; `None` for an original record.
     pub repair: Option<Repair>,
-    /// What of the file is damaged.
+    /// Damaged parts of the file.
     pub damages: Vec<Damage>,
-    /// What is missing or damaged, one plain sentence each.
+    /// Missing and damaged parts, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
 impl Record {
-    /// Whether the file `path` begins as an MCAP file does. A file that cannot be read does not.
+    /// Whether the file `path` begins like an MCAP file; false if it cannot be read.
     #[must_use]
     pub fn is_mcap(path: &Path) -> bool {
         let mut magic = [0; mcap::MAGIC.len()];
-        // A pipe would keep its reader waiting.
+        // Reading a pipe would block.
         path.is_file()
             && std::fs::File::open(path)
                 .and_then(|mut file| std::io::Read::read_exact(&mut file, &mut magic))
                 .is_ok_and(|()| magic == mcap::MAGIC)
     }
 
-    /// Reads the record `path`. One that was cut off or damaged gives what is whole, and
-    /// [`warnings`](Self::warnings) of the rest.
+    /// Reads the record `path`. Of one that was cut off or damaged it reads the intact parts, with
+    /// [`warnings`](Self::warnings) on the rest.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Bytes`] where the file is empty, no MCAP file, another program's,
-    /// or cut off or damaged before the end of its configuration; [`LogError::Unusable`] for a
-    /// configuration that this version refuses.
+    /// [`LogError::Io`]; [`LogError::Bytes`] if the file is empty, not MCAP, from another program, or cut off or
+    /// damaged before the end of its configuration; [`LogError::Unusable`] for a configuration that this version
+    /// rejects.
     pub fn open(path: &Path) -> Result<Self, LogError> {
         Self::read(&read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?, path)
     }
@@ -144,12 +144,11 @@ impl Record {
     }
 }
 
-/// An empty record with the first configuration that is whole: where the first chunk is damaged, a later
-/// one holds it too.
+/// An empty record with the first intact configuration: if the first chunk is damaged, a later one contains it too.
 fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
     let mut finder = Reader::default();
     for (_, piece) in pieces(bytes) {
-        // What is damaged is told of when all is read.
+        // Damage is reported in the pass over all pieces.
         if let Piece::Chunk(data) = piece {
             finder.chunk(&data, path)?;
         }
@@ -177,12 +176,12 @@ fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
 struct Reader {
     topics: Topics,
     record: Option<Record>,
-    /// A call of which more is to come, per line.
+    /// An incomplete call for each line.
     begun: [Option<Vec<u8>>; 3],
-    /// The last number of an entry, and how many different ones there were.
+    /// Number of the last entry, and count of different numbers.
     sequence: u32,
     entries: u32,
-    /// Messages read, and as many as the writer says there are.
+    /// Number of messages read, and number according to the writer.
     messages: u64,
     expected_messages: Option<u64>,
     unreadable: usize,
@@ -192,7 +191,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Takes in what a whole chunk holds; an error where the configuration is wrong.
+    /// Reads the content of an intact chunk; an error if the configuration is wrong.
     fn chunk(&mut self, data: &[u8], path: &Path) -> Result<(), LogError> {
         for record in records(data) {
             match record {
@@ -286,7 +285,7 @@ impl Reader {
         record.is_ended = self.is_ended;
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if let Some(repair) = &self.repair {
-            // What was lost before is lost still: the file is whole, the record is not.
+            // The repaired file is intact, but earlier losses remain.
             record.is_ended &= repair.was_ended;
             record.warnings.extend(repair.warnings(&name));
         }
@@ -295,7 +294,7 @@ impl Reader {
             record.warnings.push(format!("{name}: {damage}"));
         }
         record.damages = self.damages;
-        // A chunk whose kind is damaged is skipped like anything that is not known.
+        // A chunk with a damaged kind is skipped like an unknown record, so only the count reveals it.
         if let Some(expected) = self.expected_messages.filter(|&expected| expected != self.messages)
         {
             let reason = format!("found {} messages, expected {expected}", self.messages);
@@ -305,13 +304,13 @@ impl Reader {
         }
         if self.unreadable > 0 {
             let count = self.unreadable;
-            record.warnings.push(format!("{name}: {count} messages are not what their topic is"));
+            record.warnings.push(format!("{name}: {count} messages do not match their topic"));
         }
         let missing = u64::from(self.sequence - self.entries);
         let unexplained = missing.saturating_sub(record.lost_raw + record.lost_decoded);
         if unexplained > 0 {
             record.warnings.push(format!(
-                "{name}: {unexplained} entries are missing between others: a replay may differ"
+                "{name}: {unexplained} entries are missing in between: a replay may differ"
             ));
         }
         Ok(record)

@@ -1,4 +1,4 @@
-//! The loop's side of the recorder: a queue that never makes it wait.
+//! The loop's side of the recorder: a queue that never blocks the loop.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -16,23 +16,22 @@ use super::status::{Progress, Status};
 use crate::error::LogError;
 use hovernav::time::Time;
 
-/// Entries the queue holds: some 15 s of a flight.
+/// Number of entries in the queue, about 15 s of a flight.
 const QUEUE: usize = 4096;
-/// Filled so far, the queue takes only what a replay needs.
+/// Fill level above which the queue accepts only entries that a replay needs.
 const QUEUE_FOR_ALL: u64 = QUEUE as u64 * 3 / 4;
-/// How often what is written is brought safely to the disk, against a loss of power.
+/// Interval at which written data are synchronised to the disk, against a loss of power.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Longest that the end of a record waits for a disk that hangs.
+/// Longest time that the end of a record waits for an unresponsive disk.
 const LONGEST_END: Duration = Duration::from_secs(10);
 
 /// Records a flight. The loop [`push`](Self::push)es, a thread of its own writes.
 ///
-/// No call but [`create`](Self::create), [`catch_up`](Self::catch_up) and [`finish`](Self::finish) waits:
-/// entries go
-/// into a bounded queue that is made once. When it fills up, because the disk is full or slow, what
-/// a replay can compute again is left out first, raw bytes last; every loss is counted, and reported
-/// in the record as soon as there is room.
+/// Only [`create`](Self::create), [`catch_up`](Self::catch_up) and [`finish`](Self::finish) block. Entries go into a
+/// preallocated queue of bounded length. If it fills up, because the disk is full or slow, entries that a replay can
+/// compute again are dropped first, raw bytes last. Every loss is counted, and reported in the record as soon as there
+/// is room.
 #[derive(Debug)]
 pub struct Recorder {
     queue: Option<SyncSender<Queued>>,
@@ -51,15 +50,14 @@ struct Lost {
 }
 
 impl Recorder {
-    /// Begins the record `path` with `header`, which is in the file when this returns; until then
-    /// the file has another name, so that whatever is called `path` can be read.
+    /// Begins the record `path` with `header`, which is in the file when this returns. Until then the file has another
+    /// name, so that any file named `path` is readable.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] where `path` exists: no record is ever written over;
-    /// [`LogError::Io`].
+    /// [`LogError::Unusable`] if `path` exists, for no record is ever overwritten; [`LogError::Io`].
     pub fn create(path: &Path, header: &Header) -> Result<Self, LogError> {
         if path.exists() {
-            let reason = "exists already, and no record is written over".into();
+            let reason = "exists already, and no record is overwritten".into();
             return Err(LogError::Unusable { path: path.into(), reason });
         }
         let mut unready = path.as_os_str().to_owned();
@@ -69,7 +67,7 @@ impl Recorder {
         let to_sync = file.try_clone().map_err(LogError::io(unready))?;
         let mut recorder = Self::start(file, header).map_err(LogError::io(unready))?;
         std::fs::rename(unready, path).map_err(LogError::io(path))?;
-        // The new name outlives a loss of power once its directory is on the disk.
+        // The new name survives a loss of power once its directory is on the disk.
         if let Some(directory) = path.parent().and_then(|directory| File::open(directory).ok()) {
             directory.sync_all().map_err(LogError::io(path))?;
         }
@@ -82,10 +80,10 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Records to `out`, as [`create`](Self::create) does to a file.
+    /// Records to `out` as [`create`](Self::create) does to a file.
     ///
     /// # Errors
-    /// What `out` says to the first bytes, or the system to a new thread.
+    /// Those of `out` for the first bytes, or of the system for a new thread.
     pub fn start(out: impl Write + Send + 'static, header: &Header) -> io::Result<Self> {
         let progress = Arc::new(Progress::default());
         let drain = Drain::begin(out, header, Arc::clone(&progress))?;
@@ -103,9 +101,8 @@ impl Recorder {
         })
     }
 
-    /// Records a call of the sensors with `bytes` of `line` at the time `now`, with
-    /// which [`Sensors`](hovernav::sensors::Sensors) was or will be called too; no bytes where it was
-    /// called without any. Calls must be recorded in the order they are made.
+    /// Records a call of [`Sensors`](hovernav::sensors::Sensors) with `bytes` of `line` at the time `now`; a call
+    /// without bytes has empty `bytes`. Calls must be recorded in the order in which they are made.
     pub fn raw(&mut self, line: Line, bytes: &[u8], now: Time) {
         let mut rest = bytes;
         loop {
@@ -118,13 +115,13 @@ impl Recorder {
         }
     }
 
-    /// Records `entry`, to which the loop came at `now`.
+    /// Records `entry`, which the loop received at `now`.
     pub fn push(&mut self, now: Time, entry: impl Into<Entry>) {
         let entry = entry.into();
         if !entry.is_recorded() {
             return;
         }
-        // A replay must know of lost bytes before it meets the next ones.
+        // A replay must see the loss of raw bytes before the next bytes.
         if self.unreported.raw > 0 || self.unreported.decoded > 0 && self.fill() < QUEUE_FOR_ALL {
             let few = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
             let Lost { raw, decoded } = self.unreported;
@@ -157,8 +154,8 @@ impl Recorder {
         sent
     }
 
-    /// Waits until the queue has room again: for a flight that is faster than real time. Where the
-    /// disk refuses for good, it does not wait.
+    /// Waits until the queue has room again, for flights that run faster than real time. Does not wait if the disk
+    /// refuses permanently.
     pub fn catch_up(&self) {
         while self.fill() > QUEUE_FOR_ALL / 2
             && self.progress.waiting.load(Ordering::Relaxed) < MOST_WAITING
@@ -168,7 +165,7 @@ impl Recorder {
         }
     }
 
-    /// How it goes.
+    /// Status of the recording.
     #[must_use]
     pub fn status(&self) -> Status {
         let progress = &self.progress;
@@ -186,8 +183,8 @@ impl Recorder {
         }
     }
 
-    /// Ends the record with what is still in the queue and an index, and waits until it is on the
-    /// disk. What could not be written stays counted as waiting.
+    /// Ends the record with the rest of the queue and an index, and waits until it is on the disk. Data that could not
+    /// be written stay counted as waiting.
     pub fn finish(mut self) -> Status {
         self.end();
         self.status()
@@ -202,9 +199,9 @@ impl Recorder {
             while !thread.is_finished() && asked.elapsed() < LONGEST_END {
                 thread::sleep(Duration::from_millis(2));
             }
-            // A disk that hangs does not keep the process: its thread is left to itself.
+            // An unresponsive disk does not block the process: its thread is abandoned.
             if thread.is_finished() {
-                // A thread that panicked has printed why; what it left unwritten is counted.
+                // A thread that panicked has printed the reason; its unwritten data are counted.
                 let _ = thread.join();
             }
         }
@@ -217,7 +214,7 @@ impl Drop for Recorder {
     }
 }
 
-/// Brings `file` to the disk at intervals, on a thread of its own: it may take the disk long.
+/// Synchronises `file` to the disk at intervals, on a separate thread because it may take long.
 fn sync(file: &File, progress: &Progress) {
     loop {
         let is_last = progress.finished.load(Ordering::Acquire);

@@ -1,4 +1,4 @@
-//! A record that was cut off or damaged, written anew with its index.
+//! Repair of a record that was cut off or damaged: a new file with its index.
 
 use std::io::{BufWriter, ErrorKind};
 use std::path::Path;
@@ -13,24 +13,23 @@ use crate::error::LogError;
 use crate::table::LARGEST_BYTES;
 use hovernav_toml::{WholeFile, read_bytes};
 
-/// What came of a repair.
+/// Result of a repair.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repaired {
-    /// Messages carried over, each as it was.
+    /// Number of messages copied unchanged.
     pub messages: u64,
-    /// What the new record tells of it.
+    /// Description of the repair in the new record.
     pub repair: Repair,
-    /// What was missing or damaged, one plain sentence each.
+    /// Missing and damaged parts, one plain sentence each.
     pub warnings: Vec<String>,
 }
 
-/// Writes what is whole of the record `path` to the new file `out`, with the index and the summary that
-/// other programs need to open it. Messages are carried over byte for byte, in their order; metadata tell that it was
-/// repaired, and what was lost.
+/// Writes the intact parts of the record `path` to the new file `out`, with the index and the summary that other
+/// programs need to open it. Messages are copied byte for byte, in their order. Metadata state the repair and the
+/// losses.
 ///
 /// # Errors
-/// As [`Record::open`]; [`LogError::Unusable`] where `out` is there already, [`LogError::Io`] where it cannot be
-/// written.
+/// As [`Record::open`]; [`LogError::Unusable`] if `out` exists, [`LogError::Io`] if it cannot be written.
 pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
     let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
     let Record { header, warnings, damages, repair, is_ended, .. } = Record::read(&bytes, path)?;
@@ -46,7 +45,7 @@ pub fn repair(path: &Path, out: &Path) -> Result<Repaired, LogError> {
     let written = |error: mcap::McapError| LogError::io(out)(std::io::Error::other(error));
     let mut buffer = BufWriter::new(file);
     let mut writer = MessageWriter::new(&mut buffer, &header).map_err(written)?;
-    // Before the messages: what is cut off again has it still.
+    // Before the messages, so that the metadata survive another cut.
     writer.metadata(&repair.metadata()).map_err(written)?;
     let mut topics = Topics::default();
     let mut messages = 0;

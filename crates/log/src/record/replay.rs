@@ -1,4 +1,4 @@
-//! A flight again, from its bytes.
+//! Replay of a flight from its raw bytes.
 
 use super::read::{Call, Record};
 use crate::dataset::{Dataset, Source};
@@ -10,30 +10,29 @@ use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
 
-/// How a replay compares with what was flown.
+/// Comparison of a replay with the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reproduction {
-    /// Flown solutions.
+    /// Number of solutions compared.
     pub compared: usize,
-    /// Where the replay first differs in any bit; `None` if it never does.
+    /// First difference in any bit; `None` if there is none.
     pub first_difference: Option<Difference>,
 }
 
-/// The first solution of a replay that is not the flown one.
+/// The first solution of a replay that differs from the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
-    /// The flown solution's time.
+    /// Time of the solution in flight.
     pub time: Time,
-    /// How far apart the positions are, m, the velocities, m/s, and the attitudes, rad; `None` where
-    /// the replay has no solution at that time.
+    /// Differences of position, m, velocity, m/s, and attitude, rad; `None` if the replay has no solution at that time.
     pub distance: Option<[f64; 3]>,
 }
 
 impl Record {
-    /// What the recorded bytes come to: the dataset that the estimator had in flight, in its order.
+    /// Dataset from the recorded bytes: the estimator's input in flight, in its order.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] for a configuration of sensors that cannot be.
+    /// [`LogError::Unusable`] for an impossible configuration of sensors.
     pub fn dataset(&self) -> Result<Dataset, LogError> {
         let (dmu, gps) = self.header.config.sensors().map_err(|error| LogError::Unusable {
             path: self.header.config.navigation.name.clone().into(),
@@ -46,7 +45,7 @@ impl Record {
             warnings: self.warnings.clone(),
             ..Dataset::default()
         };
-        // The flight's clock reads zero where the computer was started.
+        // The flight's clock reads zero at the start of the computer.
         let zero_ns = self.header.start_unix_ns.saturating_sub(self.header.start.nanoseconds());
         dataset.manifest.date = utc::moment(zero_ns).or(dataset.manifest.date);
         let mut sensors = Sensors::new(dmu, gps, self.header.start);
@@ -78,7 +77,7 @@ impl Record {
         Ok(dataset)
     }
 
-    /// What of each of the sticks was a test input; empty where none was flown.
+    /// The test input in each of the sticks; empty without test inputs.
     fn injected(&self) -> Vec<[f64; 4]> {
         let mut injected: Vec<(Time, [f64; 4])> = self
             .cycles
@@ -95,8 +94,8 @@ impl Record {
         self.controls.iter().map(|(time, _)| of(time)).collect()
     }
 
-    /// Compares the `replayed` solutions with the flown ones, bit for bit. Solutions that the record
-    /// lacks, because it was cut off or had no room for them, are not compared.
+    /// Compares the `replayed` solutions with those of the flight, bit for bit. Solutions that are missing in the
+    /// record, because it was cut off or had no room, are not compared.
     #[must_use]
     pub fn reproduced_by(&self, replayed: &[Solution]) -> Reproduction {
         let mut replayed = replayed.iter().peekable();

@@ -1,4 +1,4 @@
-//! Flight control again, from the bytes of the sensors and of the pilot.
+//! Replay of flight control from the raw bytes of sensors and pilot.
 
 use std::collections::VecDeque;
 
@@ -14,16 +14,16 @@ use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::PacketCapture;
 use hovernav::time::Time;
 
-/// How the sticks of a replay compare with those that flew.
+/// Comparison of the sticks of a replay with those of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StickReproduction {
-    /// Cycles compared.
+    /// Number of cycles compared.
     pub compared: usize,
-    /// When the replay first differs in any bit of a stick; `None` if it never does.
+    /// Time at which a stick of the replay first differs in any bit; `None` if none does.
     pub first_difference: Option<Time>,
 }
 
-/// The flight computer again, without its lines.
+/// The flight computer in a replay, without its lines.
 struct Replay {
     control: FlightControl,
     estimator: Estimator<WithoutHeightAids, 26>,
@@ -31,12 +31,12 @@ struct Replay {
     flown: Option<Solution>,
     last_fix: Option<Time>,
     pulses: PacketCapture,
-    /// What the sensors came to, and when the loop heard of it.
+    /// Events from the sensors, with the time at which the loop received them.
     events: VecDeque<(Time, Event)>,
 }
 
 impl Replay {
-    /// Takes in events up to and including the next inertial sample, or all there are.
+    /// Processes the events up to and including the next inertial sample, or all of them.
     fn estimate(&mut self, up_to_sample: bool) {
         while let Some((now, event)) = self.events.pop_front() {
             let is_sample = matches!(event, Event::Imu(_));
@@ -58,12 +58,12 @@ impl Replay {
 }
 
 impl Record {
-    /// Flies the record's flight control again, from the raw bytes of the sensors and of the pilot, and
-    /// compares the sticks bit for bit; `None` where there is nothing to compare: no autopilot, a pilot
-    /// on GPIO lines, whose edges are not recorded, or a record of an older version.
+    /// Replays the record's flight control from the raw bytes of sensors and pilot, and compares the sticks bit for
+    /// bit. `None` without a comparison: no autopilot, a pilot on GPIO lines, whose edges are not recorded, or a record
+    /// of an older version.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] for a configuration that cannot be flown.
+    /// [`LogError::Unusable`] for a configuration with which no flight is possible.
     pub fn sticks_reproduced(&self) -> Result<Option<StickReproduction>, LogError> {
         let unusable = |error: &dyn std::fmt::Display| LogError::Unusable {
             path: self.header.config.navigation.name.clone().into(),

@@ -1,4 +1,4 @@
-//! Bytes on their way to a disk that may be full or gone.
+//! Buffer of bytes for a disk that may be full or gone.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use super::status::Progress;
 
-/// Keeps what the disk does not take, and tries again: to MCAP, the disk is never full.
+/// Keeps the bytes that the disk does not take, and tries again: the MCAP writer never meets a full disk.
 pub struct Spool<W> {
     out: W,
     waiting: Vec<u8>,

@@ -1,64 +1,63 @@
-//! How a recording goes, for both of its sides.
+//! Status of a recording, shared by both of its sides.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
 
-/// How the recording goes.
+/// Status of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
-    /// Entries in the queue.
+    /// Number of entries in the queue.
     pub queued: u64,
-    /// Entries lost that a replay needs: with any, it cannot reproduce the flight.
+    /// Number of lost entries that a replay needs: with any, it cannot reproduce the flight.
     pub lost_raw: u64,
-    /// Other entries lost.
+    /// Number of other lost entries.
     pub lost_decoded: u64,
-    /// Bytes in the file.
+    /// Number of bytes in the file.
     pub bytes_written: u64,
-    /// Bytes in memory that the file has not taken yet: more than 0 for long means a disk that is
-    /// full or gone.
+    /// Number of bytes in memory that are not in the file yet; a lasting number above 0 means a disk that is full or
+    /// gone.
     pub bytes_waiting: u64,
-    /// Attempts to write that failed; the same bytes were tried again.
+    /// Number of failed writes; each was repeated with the same bytes.
     pub failed_writes: u64,
-    /// Attempts to bring the file safely to the disk that failed.
+    /// Number of failed synchronisations of the file to the disk.
     pub failed_syncs: u64,
-    /// The operating system's number of the last failure, for
-    /// [`std::io::Error::from_raw_os_error`].
+    /// The operating system's error number of the last failure, for [`std::io::Error::from_raw_os_error`].
     pub os_error: Option<i32>,
 }
 
-/// What the loop and the threads that write know of each other.
+/// State shared by the loop and the writing threads.
 #[derive(Debug, Default)]
 pub(super) struct Progress {
-    /// Entries the writer took from the queue.
+    /// Number of entries that the writer has taken from the queue.
     pub taken: AtomicU64,
-    /// Bytes the disk took.
+    /// Number of bytes that the disk has accepted.
     pub written: AtomicU64,
-    /// Bytes it has not taken yet.
+    /// Number of bytes that it has not accepted yet.
     pub waiting: AtomicU64,
     pub failed_writes: AtomicU64,
     pub failed_syncs: AtomicU64,
-    /// The system's number of the last error; 0 before any.
+    /// The operating system's number of the last error; 0 without one.
     pub os_error: AtomicI32,
-    /// Nothing more comes: the writer need not wait for a disk that refuses for good.
+    /// The queue has ended: the writer does not wait for a disk that refuses permanently.
     pub ending: AtomicBool,
-    /// The writer is done; only a last sync is missing.
+    /// The writer has finished, except for a last synchronisation.
     pub finished: AtomicBool,
 }
 
 impl Progress {
-    /// Counts a write that failed with `error`; what it did not take is tried again. It is counted
-    /// last: whoever has read of it reads what the disk took before it, too.
+    /// Counts a write that failed with `error`; its bytes are written again. The counter changes last, so that a reader
+    /// of it also sees the bytes written before.
     pub fn write_failed(&self, error: &std::io::Error) {
         self.os_error.store(error.raw_os_error().unwrap_or(0), Ordering::Relaxed);
         self.failed_writes.fetch_add(1, Ordering::Release);
     }
 
-    /// Counts an attempt to bring the file safely to the disk that failed with `error`.
+    /// Counts a synchronisation to the disk that failed with `error`.
     pub fn sync_failed(&self, error: &std::io::Error) {
         self.failed_syncs.fetch_add(1, Ordering::Relaxed);
         self.os_error.store(error.raw_os_error().unwrap_or(0), Ordering::Relaxed);
     }
 
-    /// The last error of the operating system; `None` before any.
+    /// The last error of the operating system; `None` without one.
     pub fn os_error(&self) -> Option<i32> {
         Some(self.os_error.load(Ordering::Relaxed)).filter(|&number| number != 0)
     }

@@ -1,4 +1,4 @@
-//! Messages to an MCAP file.
+//! Writing of messages to an MCAP file.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -19,23 +19,22 @@ pub struct MessageWriter<W: Write> {
     channels: [u16; Channel::ALL.len()],
     pub header: Header,
     json: Vec<u8>,
-    /// Of the entry being written, or the last one.
+    /// Number of the current or last entry.
     pub sequence: u32,
-    /// When the loop came to that entry.
+    /// Time at which the loop received that entry.
     pub now: Time,
-    /// When the configuration was written last.
+    /// Time of the last configuration.
     configured: Time,
 }
 
-/// The configuration is written again after so long, s: a record whose first bytes are damaged can still
-/// be read.
+/// Interval at which the configuration is written again, s, so that a record with damaged first bytes stays readable.
 const CONFIGURATION_S: f64 = 5.0;
 
 impl<W: Write> MessageWriter<W> {
-    /// Writes all that stands before the flight.
+    /// Writes the beginning of the record, before the flight.
     ///
     /// # Errors
-    /// What `out` says.
+    /// Those of `out`.
     pub fn begin(out: W, header: &Header) -> io::Result<Self> {
         let mut writer = Self::new(out, header).map_err(into_io)?;
         writer.configuration().map_err(into_io)?;
@@ -43,7 +42,7 @@ impl<W: Write> MessageWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the topics, and no configuration.
+    /// Writes the topics, without a configuration.
     pub fn new(out: W, header: &Header) -> McapResult<Self> {
         let mut mcap = WriteOptions::new()
             .compression(None)
@@ -79,7 +78,7 @@ impl<W: Write> MessageWriter<W> {
         self.message(Channel::Configuration, self.header.start, &message)
     }
 
-    /// Writes the configuration again when it is time to.
+    /// Writes the configuration again if it is due.
     pub fn configure_again(&mut self) -> McapResult<()> {
         if self.now - self.configured < CONFIGURATION_S {
             return Ok(());
@@ -88,7 +87,7 @@ impl<W: Write> MessageWriter<W> {
         self.configuration()
     }
 
-    /// Writes a message that was true at `time`.
+    /// Writes a message with the time of validity `time`.
     pub fn message(
         &mut self,
         channel: Channel,
@@ -106,18 +105,18 @@ impl<W: Write> MessageWriter<W> {
         self.mcap.write_to_known_channel(&header, &self.json)
     }
 
-    /// Writes a message as another file has it.
+    /// Copies a message from another file unchanged.
     pub fn copy(&mut self, channel: Channel, header: MessageHeader, data: &[u8]) -> McapResult<()> {
         let header = MessageHeader { channel_id: self.channels[channel as usize], ..header };
         self.mcap.write_to_known_channel(&header, data)
     }
 
-    /// Writes what is to be told of the file itself.
+    /// Writes metadata on the file itself.
     pub fn metadata(&mut self, metadata: &Metadata) -> McapResult<()> {
         self.mcap.write_metadata(metadata)
     }
 
-    /// Ends the chunk and hands it on.
+    /// Ends the current chunk and writes it.
     pub fn flush(&mut self) -> io::Result<()> {
         self.mcap.flush().map_err(into_io)
     }
