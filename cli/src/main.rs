@@ -92,7 +92,7 @@ enum Verb {
     Ground(ground::Arguments),
     /// Convert any log to a dataset directory
     Convert(convert::Arguments),
-    /// List every file, column and key of the settings, with defaults and units; same text as `help config`
+    /// List every file, column and key of the settings, with defaults and units; `help config` prints the same
     Config(config::Arguments),
     /// Map the columns of foreign text files to quantities, units and axes; writes a mapping and a commented
     /// dataset.toml that estimate, info and convert read

@@ -96,9 +96,9 @@ fn holds_earlier_run(out: &Path) -> bool {
     summary["tool"] == "hovernav"
 }
 
-/// Removes files of an earlier run from `out` that the present run does not write, so that they are not mistaken for
-/// its results. `names` are these files. Without the summary of an earlier run, a file may be the user's own: the
-/// function then only warns.
+/// Removes those of the files `names` in `out` that an earlier run wrote; they are not part of the present results and
+/// could be mistaken for them. Without the summary of an earlier run, a file may be the user's own: the function then
+/// only warns.
 pub fn remove_stale(out: &Path, names: impl IntoIterator<Item = impl AsRef<Path>>) {
     let is_ours = holds_earlier_run(out);
     let paths = names.into_iter().map(|name| out.join(name));

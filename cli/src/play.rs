@@ -24,15 +24,15 @@ pub struct Arguments {
     /// Speed of the replay, as a factor of real time
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = within(0.001, 1000.0, ""))]
     speed: f64,
-    /// Cut the wire of `dmu` or `gps` for DURATION seconds, START seconds of the log's clock on; may be repeated
+    /// Cut the wire of `dmu` or `gps` at START for DURATION, in seconds of the log's clock; may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     cut: Vec<SensorWindow>,
-    /// Unplug the port of `dmu` or `gps` for DURATION seconds, START seconds of the log's clock on, then plug it in
-    /// again; may be repeated
+    /// Unplug the port of `dmu` or `gps` at START and plug it in again after DURATION, in seconds of the log's clock; may
+    /// be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     pull: Vec<SensorWindow>,
-    /// Start this many seconds after the ports exist, instead of waiting until they are opened and packets are
-    /// requested from the inertial unit
+    /// Start this many seconds after the ports exist [default: start when the ports are open and packets are requested
+    /// from the inertial unit]
     #[arg(long, value_name = "SECONDS", value_parser = delay)]
     start_delay: Option<f64>,
 }

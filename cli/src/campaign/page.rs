@@ -107,8 +107,8 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
     };
     let HoverBounds { lasts_s, speed_mps, tilt_rad, distance_m, turned_rad } = campaign.hover;
     let bounds = format!(
-        "A flight counts as a hover if it ends in position mode and its last {lasts_s:.0} s stay below \
-         {speed_mps} m/s and {:.0}° of tilt, within {distance_m:.0} m and {:.0}° of heading of its state at {:.0} s.",
+        "A flight counts as a hover if it ends in position mode. Its last {lasts_s:.0} s must stay below {speed_mps} m/s \
+         and {:.0}° of tilt, within {distance_m:.0} m and {:.0}° of heading of the state at {:.0} s.",
         tilt_rad.to_degrees(),
         turned_rad.to_degrees(),
         campaign.judged_from_s

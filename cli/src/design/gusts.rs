@@ -40,8 +40,8 @@ pub fn in_gusts(checked: &CheckedDesign) -> Section {
         "Gusts",
         format!(
             "Dryden gusts of {horizontal} m/s along each horizontal axis and {vertical} m/s vertically, one \
-             sigma, with scale lengths of {} and {} m, passing at {passing_mps} m/s along the nose. The table lists the \
-             steady-state response of the linear loops. Estimation errors add to it in flight.",
+             sigma. Their scale lengths are {} and {} m, and they pass at {passing_mps} m/s along the nose. The \
+             table lists the steady-state response of the linear loops. Estimation errors add to it in flight.",
             length_m[0], length_m[1]
         ),
     )

@@ -47,8 +47,8 @@ pub fn handling(checked: &CheckedDesign) -> Section {
         "Attitude loops: the frequency up to which attitude disturbances are attenuated, the largest \
          amplification, and the speed of the response to commands. The limits are for comparison only and do not \
          affect the verdict. They are quoted for helicopters of several tons in hover after Blanken and others \
-         (2009), were not checked against the paper, and are not part of ADS-33E-PRF. A small helicopter responds \
-         faster and should be well within them.",
+         (2009) and were not checked against the paper. They are not part of ADS-33E-PRF. A small helicopter \
+         responds faster and should be well within them.",
     )
     .with(Table {
         caption: "Disturbance rejection, bandwidth and phase delay of each attitude loop, with the other loops closed".into(),

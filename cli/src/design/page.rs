@@ -222,10 +222,11 @@ fn disturbances(checked: &CheckedDesign) -> Section {
         "Disturbances",
         format!(
             "The nine disturbances of Paw (2005), table 6.1, one at a time, simulated for {:.0} s in the \
-             linear loop. The columns list the time until the disturbed state is back within 5 and 2 % of its size, \
-             the time until the whole vehicle is back at trim, and the largest deflection of each stick, in percent \
-             of its travel on one side. With stops: time to 5 % with the flight regulators, each stick limited to \
-             ±100 % about trim and to four times that per second.",
+             linear loop. \"To 5 %\" and \"To 2 %\" are the times until the disturbed state is back within that \
+             share of its size. \"All at trim\" is the time until the whole vehicle is back at trim. The stick \
+             columns list the largest deflection, in percent of the travel on one side. \"With stops\" is the time \
+             to 5 % with the flight regulators; each stick is then limited to ±100 % about trim and to four times \
+             that per second.",
             CheckedDesign::FOLLOWED_S
         ),
     )

@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Smooth the solution: run backwards over the whole log too, so that each solution also uses later measurements
     #[arg(long)]
     smooth: bool,
-    /// Ignore the GPS for DURATION seconds, START seconds of the log's clock on; may be repeated
+    /// Ignore the GPS from START on for DURATION, in seconds of the log's clock; may be repeated
     #[arg(long, value_name = "START:DURATION", allow_hyphen_values = true)]
     outage: Vec<OutageWindow>,
     /// Reduce the GPS to at most this rate

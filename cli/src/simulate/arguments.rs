@@ -48,8 +48,8 @@ pub struct Arguments {
     /// it; with --truth it is instantaneous
     #[arg(long, value_name = "NAME=VALUE[@SECOND]", allow_hyphen_values = true)]
     pub disturbance: Vec<TimedDisturbance>,
-    /// Fly test points for `hovernav identify`: from 30 s on, each stick is stepped three times by SIZE of its full
-    /// travel, for 1.5 s each, by a pilot who knows the true state
+    /// Fly test points for `hovernav identify`, by a pilot who knows the true state. From 30 s on, each stick is
+    /// stepped three times by SIZE of its full travel, for 1.5 s each
     #[arg(
         long,
         value_name = "SIZE",
@@ -70,8 +70,8 @@ pub struct Arguments {
         conflicts_with_all = ["disturbance", "test_points", "flight"]
     )]
     pub excite: Vec<TestInput>,
-    /// Simulate a failure: the engine (power-loss), after which only the air drives the rotors, or the servo of a
-    /// stick, which stays at its position (jam-lateral, jam-longitudinal, jam-collective, jam-pedal); may be repeated
+    /// Simulate a failure; may be repeated. With power-loss the engine stops, and only the air drives the rotors. With
+    /// jam-lateral, jam-longitudinal, jam-collective or jam-pedal the servo of that stick stays at its position
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
     /// Duration of the flight, s [default: 120, or until 30 s after the last disturbance, test point or test input].
@@ -95,8 +95,8 @@ pub struct Arguments {
     /// Do not write report.html
     #[arg(long)]
     pub no_report: bool,
-    /// Connect the helicopter, its sensors and a pilot to the serial lines that --config names, in real time, as the
-    /// environment of `hovernav fly --config` with the same file
+    /// Connect the simulated helicopter, sensors and pilot to the serial lines that --config names, in real time;
+    /// `hovernav fly --config` with the same file then flies it
     #[cfg(feature = "lines")]
     #[arg(long, requires = "config", conflicts_with_all = [
         "flight", "disturbance", "test_points", "excite", "outage", "truth", "fault"
@@ -106,8 +106,10 @@ pub struct Arguments {
     #[cfg(feature = "lines")]
     #[arg(long, value_name = "FILE", requires = "lines")]
     pub config: Option<PathBuf>,
-    /// With --lines: actions of the pilot and failures of sensors, as ACT@START[:DURATION] in seconds, such as
-    /// `engage@30:60` or `stick-pedal=0.3@50:2`; may be repeated
+    /// With --lines: an action of the pilot or a failure of the sensors, ACT@START[:DURATION] in seconds, such as
+    /// `engage@30:60` or `stick-pedal=0.3@50:2`; may be repeated. ACT is one of engage, stick-CHANNEL=VALUE, still,
+    /// pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, no-fix, frozen-fix, frozen-imu,
+    /// servos-cut. Without DURATION it lasts to the end
     #[cfg(feature = "lines")]
     #[arg(long = "do", value_name = "ACT", requires = "lines")]
     pub act: Vec<hovernav_hil::TimedAct>,

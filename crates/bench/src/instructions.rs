@@ -162,7 +162,7 @@ mod tests {
 
     /// Largest number of instructions of each work in [`Work::ALL`]: the count of the test build plus 5 %. The test
     /// build needs up to 70 % more than a release build. The steps and the fix of 15 states have a further 2 % for the
-    /// vibration monitor, and the last entry a further 1 % for the test of ambiguous positions.
+    /// vibration monitor. The last entry has a further 1 % for the test of ambiguous positions.
     const MOST: [u64; Work::ALL.len()] = [
         5_160, 28_670, 10_100, 5_410, 6_190, 6_780, 5_530, 640, 2_280, 8_530, 47_650, 4_590,
         17_450, 1_710, 4_510, 23_400,
