@@ -1,5 +1,5 @@
-//! What the pages under `docs` say of the house: the direction of flow, the size of its rooms, the number of
-//! crates under the flight core, where equations stand, which findings there are.
+//! Claims of the pages under `docs` about the code: direction of data flow, length of files, crates under the flight
+//! core, places of equations, kinds of findings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -23,8 +23,7 @@ fn cargo(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The workspace's packages, each with those of them that it is built on; what only its tests need
-/// does not count.
+/// The workspace's packages, each with its dependencies among them; dependencies of tests alone do not count.
 fn packages() -> BTreeMap<String, BTreeSet<String>> {
     let metadata: Value =
         serde_json::from_str(&cargo(&["metadata", "--no-deps", "--format-version", "1"])).unwrap();
@@ -66,8 +65,8 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
     }
 }
 
-/// The modules of the flight core in the order of the tour in `src/lib.rs`, first what is no part of
-/// it: none imports one that stands after it.
+/// The modules of the flight core in the order of the tour in `src/lib.rs`, after those outside it. No module imports
+/// one that follows it.
 const TOUR: [&str; 17] = [
     "buffer",
     "scalar",
@@ -112,7 +111,7 @@ fn data_flows_one_way_through_the_flight_core() {
     }
 }
 
-/// Crates in the tree of the flight core, itself among them.
+/// Number of crates in the tree of the flight core, including itself.
 fn crates_in_core(features: &[&str]) -> usize {
     let mut arguments = vec!["tree", "-p", "hovernav", "-e", "normal,build", "--prefix", "none"];
     arguments.extend_from_slice(features);
@@ -134,7 +133,7 @@ fn the_flight_core_has_few_crates_under_it() {
     assert!(all <= 20, "{all} crates");
 }
 
-/// Every Rust file below folders of the checkout, but not below a folder of a name in `without`.
+/// Every Rust file below folders of the checkout, except below a folder named in `without`.
 fn rust_files(folders: &[&str], without: &[&str]) -> Vec<PathBuf> {
     let mut files = Vec::new();
     let mut places: Vec<PathBuf> =
@@ -268,8 +267,8 @@ fn every_file_that_the_documentation_names_exists() {
     }
 }
 
-/// The documentation is served from where the README's files are not: each link to one has a definition in
-/// `src/lib.rs`, in which a link leads to the same file in the repository.
+/// The documentation is served from another location than the README's files. Each link to one has a definition in
+/// `src/lib.rs`, which points to the same file in the repository.
 #[test]
 fn every_relative_link_of_the_readme_leads_somewhere_from_the_documentation() {
     let readme = fs::read_to_string(format!("{ROOT}/README.md")).unwrap();

@@ -1,18 +1,18 @@
-//! Every loop of the flight core ends after a number of turns that can be told: what `docs/timing.md` says is proven.
+//! Every loop of the flight core ends after a known number of iterations, as `docs/timing.md` claims.
 //!
-//! A `for` over an array, a slice or what an iterator makes of one ends with it. Of all else the source has to say so:
-//! a comment just above that begins with `Turns:`, for people to judge. What needs one is found by its words, not by
-//! the compiler: `while`, `loop`, a range whose end is no constant, an iterator without an end. A range that goes by a
-//! name is not seen. That no function calls itself, `.ci/panic-free` finds in what is linked.
+//! A `for` over an array, a slice or an iterator over one ends with it. Every other loop needs a comment directly
+//! above that begins with `Turns:`; people judge its content. This test finds such loops by words, not with the
+//! compiler: `while`, `loop`, a range without a constant end, an iterator without an end. It does not detect a range
+//! in a variable. `.ci/panic-free` proves that no linked function calls itself.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Makers of iterators that need not end, and what would hide them.
+/// Iterators that may be endless, and imports that would hide them.
 const ENDLESS: [&str; 5] =
     ["iter::repeat", "iter::successors", "iter::from_fn", ".cycle()", "use core::iter"];
 
-/// Why the turns of what begins on this line have to be told.
+/// Reason why a loop on this line needs a `Turns:` comment.
 fn needs_telling(line: &str) -> Option<&'static str> {
     let words: Vec<&str> = line.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
     if words.contains(&"while") {
@@ -24,7 +24,7 @@ fn needs_telling(line: &str) -> Option<&'static str> {
     if ENDLESS.iter().any(|maker| line.contains(maker)) {
         return Some("an iterator that may be endless");
     }
-    // A slice from somewhere on ends with its array, and what is counted beside something else with that.
+    // A slice from an index ends with its array, and a counter zipped with an iterator ends with it.
     let open = line.match_indices("..)").any(|(end, _)| {
         let (before, from) = line[..end].rsplit_once('(').unwrap_or_default();
         let is_number = !from.is_empty() && from.chars().all(char::is_numeric);
@@ -39,7 +39,7 @@ fn needs_telling(line: &str) -> Option<&'static str> {
         return None;
     }
     let end = end.trim_start_matches('=').trim_end_matches('{').trim();
-    // A number or a constant, alone or with others, or no more than one.
+    // A number or a constant, alone or in an expression, or at most one.
     let is_constant = |end: &str| {
         let end =
             end.split(" as ").next().and_then(|end| end.split(')').next()).unwrap_or_default();
@@ -53,7 +53,7 @@ fn needs_telling(line: &str) -> Option<&'static str> {
         .then_some("a range up to no constant")
 }
 
-/// Loops of `text` whose turns are not told: line, from 1, and why they should be.
+/// Loops of `text` without a `Turns:` comment: line, from 1, and the reason why they need one.
 fn untold(text: &str) -> Vec<(usize, &'static str)> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let (mut found, mut is_told) = (Vec::new(), false);
@@ -63,7 +63,7 @@ fn untold(text: &str) -> Vec<(usize, &'static str)> {
             is_told |= line.starts_with("// Turns: ");
             continue;
         }
-        // What is quoted is no code.
+        // Quoted text is not code.
         let unquoted: String = line.split('"').step_by(2).collect();
         let code = unquoted.split("//").next().unwrap_or_default();
         match needs_telling(code) {
@@ -93,7 +93,7 @@ fn every_loop_of_the_flight_core_says_after_how_many_turns_it_ends() {
     assert!(loops.is_empty(), "no comment above begins with \"// Turns: \":\n{loops}");
 }
 
-/// The check of the check.
+/// The test of the check.
 #[test]
 fn a_loop_that_may_not_end_is_found() {
     for bad in [
@@ -110,7 +110,7 @@ fn a_loop_that_may_not_end_is_found() {
         "for value in iter::repeat(1.0) {",
         "let all = core::iter::from_fn(|| self.next());",
         "use core::iter::{once, repeat};",
-        "// the comment\n// tells of something else\nwhile waiting {",
+        "// the comment\n// is about another subject\nwhile waiting {",
         "// Turns: at most 3.\nlet a = 1;\nwhile waiting {",
     ] {
         assert_eq!(untold(bad).len(), 1, "{bad}");

@@ -1,4 +1,4 @@
-//! What an estimator takes of a flight computer's memory: its own size, and the stack of its calls.
+//! Memory of an estimator on a flight computer: its own size, and the stack of its calls.
 
 use std::hint::black_box;
 use std::process::Command;
@@ -34,8 +34,8 @@ fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_42_kb() {
 
 const PERIOD_S: f64 = 0.02;
 
-/// A flight that does all an estimator does: it aligns without a heading, circles at 10 m/s until the
-/// heading is found, and goes on with every aid, 3 000 samples in all. Says whether it was found.
+/// A flight that uses all functions of an estimator. It aligns without a heading, circles at 10 m/s until the heading
+/// is found, and continues with every aid, 3 000 samples in all. Returns whether the heading was found.
 #[inline(never)]
 fn fly(estimator: &mut Estimator, samples: u32) -> bool {
     let home = Geodetic::from_degrees(48.1, 11.6, 500.0).unwrap();
@@ -85,7 +85,7 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
     found
 }
 
-/// An estimator that is to search its heading, in a place of its own.
+/// An estimator with a search for its heading, on the heap.
 fn estimator() -> Box<Estimator> {
     let mut config = EstimatorConfig::default();
     config.alignment.heading = Some(hovernav::ins::HeadingSource::Unknown);
@@ -97,7 +97,7 @@ fn the_flight_finds_its_heading() {
     assert!(fly(&mut estimator(), 3_000));
 }
 
-/// Runs `run` below `ballast` frames; gives the stack they took, bytes.
+/// Runs `run` below `ballast` frames; returns the stack taken, bytes.
 #[inline(never)]
 fn beneath(ballast: usize, top: usize, run: &mut dyn FnMut()) -> usize {
     let block = black_box([0_u8; 64]);
@@ -115,7 +115,7 @@ fn beneath(ballast: usize, top: usize, run: &mut dyn FnMut()) -> usize {
 const STACK: usize = 64 * 1024;
 const CASE: &str = "HOVERNAV_STACK_CASE";
 
-/// A child process is what overflows its stack, not the test.
+/// The stack of a child process overflows, not that of the test.
 #[test]
 fn child() {
     let Ok(case) = std::env::var(CASE) else { return };
@@ -130,7 +130,7 @@ fn child() {
     println!("took {}", thread.unwrap().join().unwrap());
 }
 
-/// The most ballast, bytes, beneath which a child survives a flight of so many samples.
+/// Largest ballast, bytes, below which a child survives a flight of `samples`.
 fn most_ballast(samples: u32) -> usize {
     let survives = |ballast: usize| {
         let output = Command::new(std::env::current_exe().unwrap())

@@ -1,12 +1,11 @@
-//! Many flights: what holds for a few here, `cargo test --release --test closed_loop -- --ignored
-//! --nocapture` shows for hundreds.
+//! Many flights. A few run here; `cargo test --release --test closed_loop -- --ignored --nocapture` flies hundreds.
 
 use hovernav::autopilot::Mode;
 use hovernav_sim::{Flight, FlightConfig, HoverStatistics, WindConfig};
 
 use crate::autopilot;
 
-/// Flies `config` for every seed, on as many threads as there are, and keeps what `keep` says.
+/// Flies `config` for every seed on all available threads, and collects the results of `keep`.
 pub fn fly_all<T: Send>(
     config: &FlightConfig,
     seeds: u64,
@@ -81,8 +80,8 @@ fn two_hundred_gusty_hovers_are_held() {
 const WINDS_MPS: [f64; 6] = [0.0, 3.0, 8.0, 12.0, 16.0, 20.0];
 const GUSTS_MPS: [f64; 5] = [0.75, 1.5, 3.0, 4.5, 6.0];
 
-/// Flies 120 s per seed in `wind_mps` with `gust_mps`: the velocity of each flight in ascending order, RMS of
-/// its worst axis; infinite for a crash.
+/// Flies 120 s per seed in `wind_mps` with `gust_mps`. Returns the velocity of each flight in ascending order: RMS of
+/// its worst axis, infinite for a crash.
 fn velocities_mps(wind_mps: f64, gust_mps: f64, seeds: u64) -> Vec<f64> {
     let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
     config.wind = WindConfig::from_direction(wind_mps, 2.3, gust_mps);
@@ -94,7 +93,7 @@ fn velocities_mps(wind_mps: f64, gust_mps: f64, seeds: u64) -> Vec<f64> {
     velocities_mps
 }
 
-/// How many flights of `velocities_mps` crash, and the worst velocity of the others.
+/// Number of crashes among the flights of `velocities_mps`, and the worst velocity of the others.
 fn blown(wind_mps: f64, gust_mps: f64, seeds: u64) -> (usize, f64) {
     let velocities_mps = velocities_mps(wind_mps, gust_mps, seeds);
     let held = velocities_mps.partition_point(|velocity_mps| velocity_mps.is_finite());

@@ -1,22 +1,22 @@
-//! Where the heading goes in gusts, and by whose doing: the filter finds its magnetometer in error all the while,
-//! and the vehicle shall not turn by it.
+//! Heading in gusts, and its causes. The filter revises its magnetometer's error all the time, and the vehicle must
+//! not turn because of it.
 
 use hovernav_sim::{Feedback, Flight, FlightConfig};
 
 use crate::autopilot;
 use crate::campaign::fly_all;
 
-/// What of a flight concerns the heading, ° and full sticks, from 30 s on.
+/// Heading and pedal of a flight, ° and full sticks, from 30 s on.
 struct Heading {
-    /// Farthest the vehicle turned from where it pointed at first.
+    /// Largest turn of the vehicle from its first heading.
     farthest_deg: f64,
-    /// Farthest from the middle of what the autopilot was told.
+    /// Largest deviation of the commanded heading from its mean.
     told_deg: f64,
-    /// Farthest the estimate's error went from what it was at first.
+    /// Largest change of the estimate's error from its first value.
     error_deg: f64,
-    /// Slope of where it points over the estimate's error.
+    /// Slope of the heading over the estimate's error.
     slope: f64,
-    /// Farthest the pedal went.
+    /// Largest deflection of the pedal.
     pedal: f64,
 }
 
@@ -51,7 +51,7 @@ fn heading(flight: &Flight) -> Heading {
     }
 }
 
-/// Mean and worst of what `of` says.
+/// Mean and worst value of `of`.
 fn mean_and_worst(flights: &[Heading], of: impl Fn(&Heading) -> f64) -> [f64; 2] {
     let sum: f64 = flights.iter().map(&of).sum();
     [sum / flights.len() as f64, flights.iter().map(of).fold(0.0, f64::max)]
@@ -68,7 +68,7 @@ fn tell_apart(seeds: u64) {
     let pedal = mean_and_worst(&flown, |own| own.pedal);
     let by_truth = mean_and_worst(&truth, |own| own.farthest_deg);
     println!(
-        "by the estimate: farthest {farthest:.2?}°, from what it is told {told:.2?}°, error {error:.2?}°"
+        "by the estimate: farthest {farthest:.2?}°, from the commanded heading {told:.2?}°, error {error:.2?}°"
     );
     println!("pedal {pedal:.2?} of its travel; flown by the truth, farthest {by_truth:.2?}°");
     let slopes = || flown.iter().map(|own| own.slope);

@@ -1,4 +1,4 @@
-//! The 60-class helicopter, nonlinear, with everything inside.
+//! The complete closed loop of the nonlinear 60-class helicopter.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Mode, Reason, SetPoint};
@@ -10,7 +10,7 @@ use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, FlightSample, Wi
 
 use crate::{STATES, STOP, allowed_s, autopilot, disturbances, settled_s};
 
-/// The loops alone: no sensor errors, no wind.
+/// The loops alone, without sensor errors and wind.
 fn calm(duration_s: f64, events: Vec<(f64, FlightEvent)>) -> Flight {
     let config = FlightConfig {
         feedback: Feedback::Truth,
@@ -95,7 +95,7 @@ fn it_flies_slowly_forward_and_stops_where_it_is_told() {
 fn the_pilot_takes_over_in_flight_and_the_autopilot_after_him() {
     let mut config = FlightConfig::new(autopilot());
     config.duration_s = 40.0;
-    // The stick goes 0.3 from where the pilot left it; then the switch is opened and closed.
+    // The stick moves 0.3 from the pilot's last position; then the switch is opened and closed.
     config.events = vec![
         (25.0, FlightEvent::PilotSticks(Sticks { lateral: 0.3, ..Sticks::NEUTRAL })),
         (25.4, FlightEvent::PilotSticks(Sticks::NEUTRAL)),
@@ -174,7 +174,7 @@ fn the_record_replayed_gives_what_the_autopilot_flew_on() {
     assert_eq!(read.controls.len(), flight.samples.len());
     let settings = read.settings().unwrap();
     let replayed = read.estimate(&settings, |_| {}).solutions;
-    // A solution is replayed as it was at the sample, before a fix or height of the same sample.
+    // A solution is replayed as of the sample, before a fix or height of the same sample.
     let aided = |time| {
         flight.fixes.iter().any(|fix| fix.time == time)
             || flight.baro.iter().any(|(measured, _)| *measured == time)

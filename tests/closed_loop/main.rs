@@ -1,4 +1,4 @@
-//! The closed loop: what was designed flies, with servos, delay, sensors, estimator and wind inside.
+//! The closed loop: the designed autopilot flies with servos, delay, sensors, estimator and wind.
 
 mod campaign;
 mod heading;
@@ -21,11 +21,11 @@ fn autopilot() -> HoverConfig {
     HoverConfig::new(design.period_s, design.synthesise(&shipped::raptor60()).unwrap())
 }
 
-/// No velocity and no turn: what the regulators alone do, without a place to go back to.
+/// Holds zero velocity and heading: tests the regulators alone, without a position to return to.
 const STOP: SetPoint =
     SetPoint::Velocity { forward_mps: 0.0, right_mps: 0.0, down_mps: 0.0, yaw_rate_radps: 0.0 };
 
-/// The states a disturbance may be in, in the order of [`disturbances`].
+/// States of the disturbances, in the order of [`disturbances`].
 const STATES: [&str; 9] = ["phi", "theta", "psi", "p", "q", "r", "u", "v", "w"];
 
 /// Paw (2005), table 6.1: each disturbance alone, by its state's name and size.
@@ -47,13 +47,13 @@ fn disturbances() -> [(&'static str, f64, Disturbance); 9] {
     ]
 }
 
-/// When a value last was further from zero than `band`, s; samples from 0 on.
+/// Last time, s, at which a value was further from zero than `band`; samples from 0 on.
 fn settled_s(values: impl Iterator<Item = f64>, period_s: f64, band: f64) -> f64 {
     let last = values.enumerate().filter(|(_, value)| value.abs() > band).last();
     last.map_or(0.0, |(k, _)| (k + 1) as f64 * period_s)
 }
 
-/// How long each disturbance may take: heave 2 s, yaw 1 s, all others 8 s.
+/// Longest settling time of each disturbance: heave 2 s, yaw 1 s, all others 8 s.
 fn allowed_s(name: &str) -> f64 {
     match name {
         "w" => 2.0,

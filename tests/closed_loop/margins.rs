@@ -1,4 +1,4 @@
-//! What the loops can stand.
+//! Stability margins of the loops.
 
 use hovernav_design::hover::{Cut, FlightMode, HoverDesign, Wanted};
 use hovernav_design::{CheckedDesign, Margins};
@@ -6,7 +6,7 @@ use hovernav_model::{StateSpace, shipped};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Every loop broken at its actuator, all others closed, in every mode that flies.
+/// Every loop broken at its actuator, with all others closed, in every flying mode.
 #[track_caller]
 fn assert_margins(design: &HoverDesign, model: &StateSpace) {
     let gains = design.synthesise(model).unwrap();
@@ -36,7 +36,7 @@ fn every_loop_of_the_60_class_has_6_db_and_45_degrees() {
     assert_margins(&HoverDesign::default(), &shipped::raptor60());
 }
 
-/// An integral has no finite gain at rest: its rounding was told as a margin of -297 dB.
+/// The gain of an integral at rest is infinite: its rounding must not be reported as a margin of -297 dB.
 #[test]
 fn a_gain_that_may_fall_to_nothing_has_no_margin_downwards() {
     for model in [shipped::raptor60(), shipped::mettler_r50(), shipped::thesis()] {
@@ -72,8 +72,7 @@ fn a_loop_with_many_modes_at_zero_and_at_one_has_poles() {
     }
 }
 
-/// `model` with every derivative off by up to `share` of it, each for itself; what is kinematics or
-/// gravity stays.
+/// `model` with an independent error of up to `share` in every derivative; terms of kinematics and gravity stay.
 fn perturbed(model: &StateSpace, share: f64, random: &mut ChaCha8Rng) -> StateSpace {
     let mut off = || 1.0 + share * (2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0);
     let names: Vec<&str> = model.states().iter().map(|state| state.name.as_str()).collect();
@@ -91,14 +90,14 @@ fn perturbed(model: &StateSpace, share: f64, random: &mut ChaCha8Rng) -> StateSp
     StateSpace::new("perturbed", model.time(), states, inputs, a, b).unwrap()
 }
 
-/// How many of 500 perturbed models the gains of the nominal one keep stable.
+/// Number of 500 perturbed models that the gains of the nominal one keep stable.
 fn stable_of_500(design: &HoverDesign, model: &StateSpace) -> usize {
     let gains = design.synthesise(model).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     (0..500)
         .filter(|_| {
             let other = perturbed(model, 0.2, &mut random);
-            // Every disturbance has died out after 2¹⁵ samples, a quarter of an hour.
+            // Every disturbance has decayed after 2¹⁵ samples, a quarter of an hour.
             let open = design.close(&other, &gains).unwrap().open().clone();
             assert!(open.d().iter().all(|&direct| direct == 0.0));
             let mut step = open.a() - open.b() * open.c();
@@ -117,9 +116,9 @@ fn every_derivative_off_by_a_fifth_leaves_the_60_class_stable() {
     assert!(stable >= 495, "{stable}");
 }
 
-/// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i, beside its
-/// unstable poles at 0.71 ± 0.08i, 0.99 and 1.04: these gains are fast enough for table 6.1. Gains that
-/// leave velocity more time lean on nothing.
+/// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i, in addition to its unstable
+/// poles at 0.71 ± 0.08i, 0.99 and 1.04. These gains are fast enough for table 6.1. Gains with a slower velocity loop
+/// do not depend on the zeros.
 #[test]
 fn the_printed_model_is_fast_and_robust() {
     let fast = stable_of_500(&HoverDesign::thesis(), &shipped::thesis());
@@ -133,7 +132,7 @@ fn the_printed_model_is_fast_and_robust() {
     assert!(fast >= 450 && robust >= 495, "{fast} {robust}");
 }
 
-/// What the search finds for the printed model by itself, from even weights.
+/// Result of the search for the printed model, from equal weights.
 #[test]
 #[ignore = "half a minute of search"]
 fn the_weights_searched_for_the_printed_model_have_all_that_is_required() {

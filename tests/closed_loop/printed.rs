@@ -1,4 +1,4 @@
-//! The model as Paw (2005) prints it, under the autopilot's own code.
+//! The model printed by Paw (2005), under the autopilot's own code.
 
 use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs, Mode};
 use hovernav::controls::Sticks;
@@ -15,7 +15,7 @@ use crate::{STATES, STOP, allowed_s, disturbances, settled_s};
 
 /// Steps of servo and model between two samples.
 const STEPS: usize = 20;
-/// When the disturbance comes, samples.
+/// Time of the disturbance, samples.
 const DISTURBED: usize = 66;
 
 /// The printed model with a heading, behind servos with bandwidth, range and rate, and one sample of
@@ -83,7 +83,7 @@ impl Printed {
         }
     }
 
-    /// To the next sample; `sticks` act one sample later.
+    /// Advances to the next sample; `sticks` act one sample later.
     fn advance(&mut self, sticks: Sticks) {
         for _ in 0..STEPS {
             let mut stand = DVector::zeros(4);

@@ -1,4 +1,4 @@
-//! The flight computer in single precision beside the one in double: the same flight, as near as rounding allows.
+//! The flight computer in single precision, compared with double precision: the same flight to within rounding.
 
 use hovernav::autopilot::{Mode, SetPoint};
 use hovernav::controls::Sticks;
@@ -16,8 +16,9 @@ fn both(config: &FlightConfig) -> [Flight; 2] {
     flights
 }
 
-/// How far the second flight was from the first, at most, from its start on. Headings from where the pilot left them:
-/// his hands are off the pedals of a vehicle that turns as it likes, by what servos with a dead band make of rounding.
+/// Largest differences of the second flight from the first, from its start on. Headings are relative to the heading
+/// at the pilot's release. The pilot does not use the pedals: until then the vehicle turns freely, and servos with a
+/// dead band amplify rounding.
 #[derive(Debug, Default)]
 struct Apart {
     stick: f64,
@@ -48,7 +49,7 @@ fn apart([one, other]: &[Flight; 2]) -> Apart {
     most
 }
 
-/// Everything that is asked of the loops in flight: places, velocities, a turn over north, a pilot who takes over.
+/// All kinds of commands in flight: positions, velocities, a turn across north, a pilot who takes over.
 fn orders(config: &FlightConfig) -> Vec<(f64, FlightEvent)> {
     let goal = config.start.displaced(Vector::new(15.0, -20.0, -5.0));
     let place = SetPoint::Place { position: goal, heading_rad: Some(-2.0) };
@@ -77,7 +78,7 @@ fn the_loops_alone_fly_the_same_way_in_either_precision() {
         duration_s: 120.0,
         ..FlightConfig::new(autopilot())
     };
-    // Servos with a dead band make what rounding does into what they do.
+    // Servos with a dead band amplify rounding.
     for servo in [&mut config.vehicle.servo, &mut config.vehicle.tail_servo] {
         (servo.dead_band, servo.resolution) = (0.0, 0.0);
     }
@@ -108,9 +109,9 @@ fn estimator_and_autopilot_together_hold_as_well_in_either_precision() {
             assert!((one - other).abs() < 0.01 * one, "seed {seed}: {one} and {other} m/s");
         }
         let (one, other) = (one.heading_worst_deg, other.heading_worst_deg);
-        // One moment of each: of ten seeds two are 0.03° apart, the others within 0.015°.
+        // Largest momentary differences: of ten seeds two differ by 0.03°, the others by less than 0.015°.
         assert!((one - other).abs() < 0.05, "seed {seed}: {one} and {other} deg");
-        // At one moment of seed 5 velocities are 0.0246 m/s apart, within 0.02 in the others.
+        // At one moment of seed 5 the velocities differ by 0.0246 m/s, in the others by less than 0.02.
         assert!(apart.velocity_mps < 0.025 && apart.heading_deg < 0.1, "seed {seed}: {apart:?}");
         assert!(apart.place_m < 0.2 && apart.stick < 0.01, "seed {seed}: {apart:?}");
     }

@@ -1,5 +1,5 @@
-//! The first seconds after alignment: as sure as it is right, with a barometer whose level nobody knows and a
-//! receiver that states one figure for its velocity.
+//! The first seconds after alignment: one-sigmas match the errors, with a barometer of unknown level and a receiver
+//! that reports one figure for its velocity.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
@@ -21,7 +21,7 @@ fn normalised(truth: &Truth, found: &Solution) -> [f64; 8] {
     let tilt = (found.body_to_ned * truth.body_to_ned.inverse()).rotation_vector().to_array();
     let [north, east, down] = found.position_sigma_m.to_array();
     let [v_north, v_east, v_down] = found.velocity_sigma_mps.to_array();
-    // Roll and pitch are told about the vehicle's axes; the larger is that of any.
+    // Roll and pitch sigmas are about the vehicle's axes; the larger bounds that of any axis.
     let level_rad = found.attitude_sigma_rad[0].max(found.attitude_sigma_rad[1]);
     [
         place[0] / north,
@@ -64,7 +64,7 @@ fn from_the_first_seconds_on_errors_are_as_large_as_stated() {
         }
         for (moment_s, squares) in MOMENTS_S.into_iter().zip(squares) {
             for (what, square) in WHAT.into_iter().zip(squares) {
-                // Sixty draws of one-sigma 1 lie between 0.7 and 1.3 but once in a thousand times.
+                // The rms of sixty draws of one-sigma 1 is between 0.7 and 1.3, except once in a thousand times.
                 let rms = square.sqrt();
                 println!("{} at {moment_s} s, {what}: {rms:.2} of its one-sigma", grade.name());
                 assert!(rms < 1.35, "{} at {moment_s} s, {what}: {rms:.2}", grade.name());

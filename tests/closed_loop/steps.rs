@@ -1,8 +1,8 @@
-//! What a fix does to the sticks, told apart from what gusts and vibration do.
+//! Effect of a fix on the sticks, separated from that of gusts and vibration.
 //!
-//! A flight is flown once. Its sensors are then heard again by the same estimator and autopilot, sample by
-//! sample, and at every fix by a twin of both that does not get that fix. What of the sticks differs is the
-//! fix's doing, gusts and all else being the same.
+//! A flight is flown once. Then the same estimator and autopilot process its sensor data again, sample by sample. At
+//! every fix a twin of both processes the data without this fix. Gusts and everything else are equal, so the
+//! difference of the sticks is the effect of the fix.
 
 use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::controls::Sticks;
@@ -15,10 +15,10 @@ use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
 
 use crate::autopilot;
 
-/// So long a fix has its effect before the next one comes, cycles.
+/// Duration of a fix's effect before the next one, cycles.
 const AFTER: usize = 33;
 
-/// Estimator and autopilot, as the flight computer has them.
+/// Estimator and autopilot as in the flight computer.
 #[derive(Clone)]
 struct Hearing {
     estimator: Estimator<Full, 28>,
@@ -60,19 +60,19 @@ fn largest(values: [f64; 4]) -> f64 {
 /// The largest steps of a stick from one cycle to the next, in full sticks.
 #[derive(Clone, Copy, Debug, Default)]
 struct Steps {
-    /// In cycles in which a fix is taken, and in all others.
+    /// In cycles with a fix, and in all others.
     at_fixes: f64,
     between: f64,
-    /// The fix's own, in whichever cycle after it.
+    /// Step due to the fix itself, in any cycle after it.
     by_fixes: f64,
-    /// The same of all axes together, root mean square, of ordinary cycles.
+    /// Root mean square of the steps of all axes, in ordinary cycles.
     usual: f64,
     fixes: u32,
 }
 
 fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
     let mut hearing = Hearing::new(config);
-    // Those who have not heard the newest fix, since how many cycles, and what it had done then.
+    // Twins without the latest fix: their age in cycles, and the previous effect of the fix.
     let mut twin: Option<(Hearing, usize, [f64; 4])> = None;
     let mut steps = Steps::default();
     let mut pilot = flight.samples[0].sticks;
@@ -97,9 +97,9 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
             hearing.hear(&events[1]);
         }
         let flown = hearing.step(now, pilot, engage).sticks;
-        assert_eq!(flown, sample.sticks, "heard again as flown, {now}");
+        assert_eq!(flown, sample.sticks, "replayed as flown, {now}");
 
-        // Once it has settled after engagement.
+        // After the transients of engagement.
         let judged = now.seconds() > config.engage_s + 5.0;
         let moved = before.replace(flown).map_or([0.0; 4], |before| difference(flown, before));
         if judged {
@@ -112,7 +112,7 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
         }
         if fix.is_some() {
             steps.fixes += u32::from(judged);
-            // It has this cycle's sample already; the barometer's height is not the fix's doing.
+            // The twin already has this cycle's sample; the barometer's height is not an effect of the fix.
             let mut other = without;
             events[1..].iter().for_each(|event| other.hear(event));
             let done = difference(flown, other.step(now, pilot, engage).sticks);
@@ -159,7 +159,7 @@ fn no_fix_moves_a_stick_by_more_than_3_percent() {
     }
 }
 
-/// The same of twenty whole flights.
+/// The same for twenty complete flights.
 #[test]
 #[ignore = "a minute"]
 fn no_fix_of_twenty_flights_moves_a_stick_by_more_than_3_percent() {
@@ -169,12 +169,12 @@ fn no_fix_of_twenty_flights_moves_a_stick_by_more_than_3_percent() {
     }
 }
 
-/// The pilot flies the hover, closes the switch, and opens it 8 s later; fifty times, in gusts: whoever takes
-/// over takes the sticks from where they are.
+/// The pilot flies the hover, closes the switch, and opens it 8 s later; fifty times, in gusts. At each takeover the
+/// sticks start from their current positions.
 #[test]
 fn fifty_engagements_and_releases_move_no_stick_by_more_than_3_percent() {
     let (engage_s, release_s) = (12.0, 20.0);
-    // In the cycle of a change, in the half second after engagement, after release, and while it flies.
+    // In the cycle of a change, in the half second after engagement, after release, and during flight.
     let mut largest_step = [0.0f64; 4];
     for seed in 1..=50 {
         let events = vec![(release_s, FlightEvent::Engage(false))];
@@ -208,13 +208,13 @@ fn fifty_engagements_and_releases_move_no_stick_by_more_than_3_percent() {
     assert!(change < 3.0 && engaged < 3.0 && released < 3.0, "{largest_step:?}");
 }
 
-/// Roll, pitch or heading between two attitudes, whichever is most, rad.
+/// The largest difference of roll, pitch or heading between two attitudes, rad.
 fn between_rad(one: EulerAngles, other: EulerAngles) -> f64 {
     let [roll, pitch] = [one.roll_rad - other.roll_rad, one.pitch_rad - other.pitch_rad];
     roll.abs().max(pitch.abs()).max(wrap_angle(one.yaw_rad - other.yaw_rad).abs())
 }
 
-/// When, and which, the attitudes of a flight are in the `until_s` after `from_s`.
+/// Times and attitudes of a flight in the `until_s` after `from_s`.
 fn attitudes(
     flight: &Flight,
     from_s: f64,
@@ -225,7 +225,7 @@ fn attitudes(
     attitudes.filter(move |(time, _)| (0.0..=until_s).contains(&(time.seconds() - from_s)))
 }
 
-/// Farthest that roll, pitch or heading of two flights are apart in the `until_s` after `from_s`, °.
+/// Largest difference of roll, pitch or heading between two flights in the `until_s` after `from_s`, °.
 fn apart_deg(one: &Flight, other: &Flight, from_s: f64, until_s: f64) -> f64 {
     let [one, other] = [one, other].map(|flight| attitudes(flight, from_s, until_s));
     let apart_rad = one.zip(other).map(|((time, one), (same, other))| {
@@ -235,22 +235,22 @@ fn apart_deg(one: &Flight, other: &Flight, from_s: f64, until_s: f64) -> f64 {
     apart_rad.fold(0.0, f64::max).to_degrees()
 }
 
-/// Farthest that roll, pitch or heading of a flight go in the `until_s` after `from_s` from where they were, °.
+/// Largest change of roll, pitch or heading of a flight in the `until_s` after `from_s`, °.
 fn moved_deg(flight: &Flight, from_s: f64, until_s: f64) -> f64 {
     let (_, first) = attitudes(flight, from_s, until_s).next().unwrap();
     let moved_rad = attitudes(flight, from_s, until_s).map(|(_, now)| between_rad(now, first));
     moved_rad.fold(0.0, f64::max).to_degrees()
 }
 
-/// What fifty engagements and releases do to the attitude, °, median and worst.
+/// Effect of fifty engagements and releases on the attitude, °, median and worst.
 struct Excursions {
     engaged: [f64; 2],
     released: [f64; 2],
 }
 
-/// Every flight is flown twice in the same gusts, with the change and without it: what their attitudes are
-/// apart is the change's doing. By the truth that is what the transfer itself takes; by the estimate the
-/// autopilot also brings the velocity to where the estimate has it wrong.
+/// Every flight is flown twice in the same gusts, with and without the change: the difference of their attitudes is
+/// the effect of the change. With the true state as feedback this is the effect of the transfer itself. With the
+/// estimate the autopilot also corrects the velocity for the estimate's error.
 fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
     let release_s = engage_s + 8.0;
     let mut apart = [const { Vec::new() }; 5];
@@ -267,7 +267,7 @@ fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
         apart[1].push(apart_deg(&flown, &handed_back, release_s, 0.6));
         apart[2].push(moved_deg(&flown, engage_s, 2.0));
         apart[3].push(moved_deg(&by_pilot, engage_s, 2.0));
-        // What the hold does when the taking over is long past.
+        // Effect of the hold long after engagement.
         apart[4].extend([4.0, 6.0].map(|later_s| moved_deg(&flown, engage_s + later_s, 2.0)));
     }
     let [engaged, released, moved, by_pilot, held] = apart.map(|mut apart| {
@@ -282,7 +282,7 @@ fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
     Excursions { engaged, released }
 }
 
-/// As over the lines, where the pilot has flown for three quarters of a minute.
+/// As with the serial lines, where the pilot has flown for three quarters of a minute.
 #[test]
 fn fifty_engagements_and_releases_move_the_attitude_by_no_more_than_3_degrees() {
     for feedback in [Feedback::Truth, Feedback::Estimator] {
@@ -291,7 +291,7 @@ fn fifty_engagements_and_releases_move_the_attitude_by_no_more_than_3_degrees() 
     }
 }
 
-/// Twelve seconds after the filter's first sample neither its errors nor the vehicle are at rest yet.
+/// Twelve seconds after the filter's first sample its errors and the vehicle are still in motion.
 #[test]
 fn an_engagement_soon_after_the_start_moves_the_attitude_by_little_more() {
     for (feedback, most_deg) in [(Feedback::Truth, 4.0), (Feedback::Estimator, 5.0)] {

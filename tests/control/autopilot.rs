@@ -1,4 +1,4 @@
-//! What the autopilot promises whoever flies: no bump, the pilot on top, and no bad input followed.
+//! Guarantees of the autopilot in every mode: no bump, the pilot's priority, and rejection of invalid inputs.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::*;
@@ -18,7 +18,7 @@ pub fn config() -> HoverConfig {
     HoverConfig::new(PERIOD_S, gains)
 }
 
-/// A vehicle that hovers and is known to.
+/// A vehicle that hovers, with an accurate estimate.
 pub fn hovering() -> Solution {
     Solution {
         body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(3.0, 0.5, 40.0)),
@@ -32,7 +32,7 @@ pub fn hovering() -> Solution {
 pub const PILOT: Sticks =
     Sticks { lateral: 0.06, longitudinal: -0.04, collective: 0.12, pedal: -0.05 };
 
-/// An autopilot and the moment it is at.
+/// An autopilot and its current time.
 pub struct Bench {
     pub autopilot: HoverAutopilot,
     step: u64,
@@ -43,7 +43,7 @@ impl Bench {
         Self { autopilot: HoverAutopilot::new(config()).unwrap(), step: 0 }
     }
 
-    /// One step with an estimate as fresh as the step.
+    /// One step with an estimate of the time of the step.
     pub fn step(
         &mut self,
         solution: Option<Solution>,
@@ -71,7 +71,7 @@ impl Bench {
         last
     }
 
-    /// Flown by the pilot for a while, then by the autopilot for a while.
+    /// Flown by the pilot for a while, then by the autopilot.
     fn engaged() -> Self {
         let mut bench = Self::new();
         bench.steps(5.0, Some(hovering()), Some(PILOT), false);
@@ -258,7 +258,7 @@ fn set_points_that_cannot_be_flown_are_refused_and_the_old_one_stays() {
     assert_eq!(bench.autopilot.set(velocity(f64::NAN)), Err(SetPointError::NotFinite));
     assert_eq!(bench.autopilot.set(velocity(50.0)), Err(SetPointError::TooFast));
     let level = bench.step(Some(hovering()), Some(PILOT), true).sticks.longitudinal;
-    // Forward flight is still wanted: the nose goes down.
+    // Forward flight is still commanded: the nose goes down.
     let later = bench.steps(1.0, Some(hovering()), Some(PILOT), true).sticks.longitudinal;
     assert!(later < level - 0.05, "{later} {level}");
 }
@@ -325,8 +325,8 @@ proptest! {
                 engage,
             });
             let sticks = outputs.sticks;
-            // The pilot's own sticks pass, as far as a transmitter goes; from beyond full travel the
-            // autopilot comes back at its rate.
+            // The pilot's own sticks pass up to the limit of a transmitter. From beyond full travel the autopilot
+            // returns at its rate.
             for (stick, last) in sticks.to_array().into_iter().zip(last.to_array()) {
                 let most = match outputs.mode {
                     Mode::Manual => FARTHEST_PILOT,

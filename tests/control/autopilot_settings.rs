@@ -1,4 +1,4 @@
-//! What the autopilot can be told to be: numbers within range, the same read back, in double and in single precision.
+//! Settings of the autopilot: numbers within range are read back unchanged, in double and in single precision.
 
 use hovernav::autopilot::*;
 
@@ -31,7 +31,7 @@ fn the_configuration_survives_toml() {
 
 #[test]
 fn limits_in_single_precision_are_those_that_were_written() {
-    // None of them is a number of single precision; the nearest of two are beyond what is allowed.
+    // These limits are not exact in single precision; two of their nearest numbers exceed the allowed range.
     let mut config = config();
     config.guidance.speed_mps = 2.3;
     config.transfer.fade_s = 0.01;
@@ -45,7 +45,7 @@ fn limits_in_single_precision_are_those_that_were_written() {
     };
     assert_eq!(autopilot.set(forward(2.3)), Ok(()));
     assert_eq!(autopilot.set(forward(2.301)), Err(SetPointError::TooFast));
-    // What is no number of it is refused.
+    // A value beyond the range of single precision is rejected.
     config.gains.heave.proportional = 1e300;
     assert_eq!(HoverAutopilot::new(config.cast::<f32>()).unwrap_err().what, "gains.heave");
     assert!(HoverAutopilot::new(config).is_ok());

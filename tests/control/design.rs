@@ -1,4 +1,4 @@
-//! What the design promises.
+//! Guarantees of the design.
 
 use approx::assert_abs_diff_eq;
 use hovernav_design::hover::HoverDesign;
@@ -179,7 +179,7 @@ fn the_sampled_cost_is_the_continuous_cost_of_the_sampled_flight() {
                 let u = if part < late { &old } else { &new };
                 let next = step.a() * &x + step.b() * u;
                 let middle = (&x + &next) * 0.5;
-                // Simpson's rule needs the state between; half a step of the mean is near enough.
+                // Simpson's rule needs the state at the middle; the mean of both ends is accurate enough.
                 let form = |x: &DVector<f64>| x.dot(&(&q * x)) + u.dot(&(&r * u));
                 cost +=
                     (form(&x) + 4.0 * form(&middle) + form(&next)) / 6.0 * period_s / fine as f64;
@@ -202,7 +202,7 @@ fn sampling_fast_brings_back_the_continuous_gain() {
 
 #[test]
 fn a_steady_kalman_gain_is_that_of_its_closed_form() {
-    // A random walk seen in noise: p² = w·p + w·v for the prediction.
+    // A random walk measured with noise: p² = w·p + w·v for the prediction.
     let (w, v) = (0.01, 0.25);
     let walk = StateSpace::new(
         "walk",
@@ -252,10 +252,10 @@ fn what_has_no_design_is_refused_with_the_reason() {
     assert!(error.contains("the model is discrete, expected a continuous"), "{error}");
     let error = told(zero_order_hold(&free, 0.1, -0.1).map(drop));
     assert!(error.contains("delay_s"), "{error}");
-    // A double integrator whose cost sees neither state: nothing asks for stability.
+    // A double integrator whose cost contains neither state: nothing requires stability.
     let error = told(lqr(&free, &DMatrix::zeros(2, 2), &r).map(drop));
     assert!(error.contains("no stabilising solution"), "{error}");
-    // One that its cost sees in part: the other part would stay where it is.
+    // A double integrator whose cost contains one state: the other would stay where it is.
     let error = told(
         lqr(
             &model(diagonal(&[0.0, 1.0]), DMatrix::identity(2, 2)),
@@ -270,7 +270,7 @@ fn what_has_no_design_is_refused_with_the_reason() {
     assert!(error.contains("no input controls it"), "{error}");
 }
 
-/// A model in degrees once was designed for as if its numbers were radians.
+/// A model in degrees must not be designed for as if its numbers were radians.
 #[test]
 fn a_state_in_another_unit_is_refused_by_name() {
     let model = shipped::raptor60().to_toml();
@@ -312,7 +312,7 @@ fn margins_of_a_textbook_loop_are_those_of_its_closed_form() {
     let open = third_order(1.0).open().linear().frequency_response(bandwidth).unwrap()[(0, 0)];
     let sensitivity = (Complex::new(1.0, 0.0) + open).inv().norm();
     assert_abs_diff_eq!(sensitivity, 0.5f64.sqrt(), epsilon = 1e-9);
-    // The guarantee of the disk lies within the margins one at a time.
+    // The guaranteed disk margin is within the single-channel margins.
     assert!(margins.disk_gain()[1] <= up.margin && margins.disk_phase_rad() <= phase.margin);
     assert!(margins.sensitivity.value > 1.0);
 }

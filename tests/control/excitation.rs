@@ -1,4 +1,4 @@
-//! Test inputs that the autopilot flies on top of what it commands.
+//! Test inputs that the autopilot adds to its commands.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::*;

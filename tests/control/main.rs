@@ -1,4 +1,4 @@
-//! Models, what is designed for them, and the autopilot that flies it.
+//! Models, designs for them, and the autopilot that flies them.
 
 mod autopilot;
 mod autopilot_settings;

@@ -1,4 +1,4 @@
-//! What the models promise.
+//! Guarantees of the models.
 
 use approx::assert_abs_diff_eq;
 use hovernav::controls::Sticks;
@@ -22,7 +22,7 @@ fn hover_is_steady_right_side_low_and_feels_one_g() {
     let rest = helicopter.derivative(hover, &Sticks::default(), CALM);
     assert!(rest.velocity_mps2.norm() < 1e-9);
     assert!(rest.rate_radps2.norm() < 1e-9);
-    // An accelerometer in hover reads gravity upwards.
+    // An accelerometer in hover measures gravity upwards.
     let up = hover.body_to_ned * rest.specific_force_mps2;
     assert_abs_diff_eq!(up.z(), -helicopter.parameters().gravity_mps2, epsilon = 1e-9);
     // The tail pushes left, so the clockwise helicopter hovers right side low.
@@ -118,7 +118,7 @@ fn what_no_helicopter_can_do_is_refused_with_the_reason() {
     assert!(matches!(error, HelicopterError::NoTrim { .. }), "{error}");
 }
 
-/// The state whose 13 numbers these are, and back.
+/// The state of these 13 numbers, and back.
 fn state_of(x: &[f64; 13]) -> HelicopterState {
     HelicopterState {
         velocity_mps: Vector::new(x[0], x[1], x[2]),

@@ -1,4 +1,4 @@
-//! What a model's file promises, and a model that is refused.
+//! Guarantees of a model's file, and rejected models.
 
 use hovernav_model::{ModelError, Parameter, Signal, Slope, StateSpace, TimeDomain, shipped};
 use nalgebra::DMatrix;
@@ -159,12 +159,13 @@ fn parameters_and_covariances_that_none_has_are_refused_by_name() {
     assert!(refused(late("lag_lat", -0.1), &one).contains("lag_lat: found a servo's lag outside"));
     let sure = refused(late("Ma", 1.0), &[1.0, 75.0, 75.0, 1.0]);
     assert!(sure.contains("Ma: found a correlation beyond 1"), "{sure}");
-    // What a search finds of a stick that comes early by less than a sample, and a rotor's own time.
+    // Valid results of a search: a stick that is early by less than a sample, and a time constant of the rotor.
     let found = vec![parameter("tau_lat", -0.015), parameter("tau_f", 0.1)];
     assert!(shipped::thesis().with_parameters(found, None).is_ok());
 }
 
-/// Each pair may be, all three may not: what goes with two that go together cannot go against one of them.
+/// Each pair is possible, all three together are not: a parameter cannot correlate positively with one and negatively
+/// with the other of two that correlate positively.
 #[test]
 fn correlations_that_no_variables_have_together_are_refused() {
     let named = |name: &str| Parameter { name: name.into(), value: 1.0, unit: String::new() };
@@ -175,7 +176,7 @@ fn correlations_that_no_variables_have_together_are_refused() {
         shipped::thesis().with_parameters(parameters.clone(), Some(covariance))
     };
     assert!(with(0.9).is_ok());
-    // What was held or dropped has no variance.
+    // A held or dropped parameter has no variance.
     let exact = Some(DMatrix::zeros(3, 3));
     assert!(shipped::thesis().with_parameters(parameters.clone(), exact).is_ok());
     assert!(shipped::thesis().with_parameters(Vec::new(), Some(DMatrix::zeros(0, 0))).is_ok());

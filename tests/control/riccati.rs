@@ -1,4 +1,4 @@
-//! What the Riccati equations promise: every benchmark to rounding, singular weights too.
+//! Guarantees of the Riccati solvers: every benchmark to rounding, also with singular weights.
 
 use approx::assert_abs_diff_eq;
 use hovernav_design::{DesignError, care, dare};
@@ -11,7 +11,7 @@ fn matrix(value: &Value) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
-/// Solves every row of a collection and says how far each solution is from the 300-digit one.
+/// Solves every row of a collection and prints the distance of each solution from the 300-digit one.
 fn errors(
     collection: &str,
     solve: impl Fn(&Value) -> Result<DMatrix<f64>, DesignError>,
@@ -75,8 +75,8 @@ fn large_and_long_problems_meet_their_closed_forms() {
         &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
     assert!((x - &expected).norm() < 1e-12 * expected.norm());
 
-    // A chain of 21 integrators, seen at one end and pushed at the other: that corner of X is 1
-    // (CAREX 4.1, Laub 1979).
+    // A chain of 21 integrators, measured at one end and driven at the other: this corner of X is 1 (CAREX 4.1, Laub
+    // 1979).
     let n = 21;
     let chain = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
     let end = DMatrix::from_fn(n, 1, |i, _| if i == n - 1 { 1.0 } else { 0.0 });
@@ -108,7 +108,7 @@ fn a_singular_weight_under_an_indefinite_cost_is_solved() {
 
 #[test]
 fn every_weight_at_zero_is_solved_where_the_cost_is_in_the_states() {
-    // Deadbeat: what costs nothing to move is at rest in two steps.
+    // Deadbeat: states without cost of control are at rest in two steps.
     let a = dmatrix![1.0, 0.1; 0.0, 1.0];
     let b = dmatrix![0.005; 0.1];
     let solution = dare(&a, &b, &dmatrix![1.0, 0.0; 0.0, 1.0], &dmatrix![0.0], None).unwrap();
@@ -122,7 +122,7 @@ fn every_weight_at_zero_is_solved_where_the_cost_is_in_the_states() {
 
 #[test]
 fn a_mode_that_must_stay_on_the_border_is_refused_by_name() {
-    // The cost is blind to an undamped oscillation: the pencil has it on the border twice.
+    // The cost does not contain an undamped oscillation: the pencil has it twice on the border.
     let turn = dmatrix![0.8, 0.6; -0.6, 0.8];
     let (b, none) = (dmatrix![0.0; 1.0], DMatrix::zeros(2, 2));
     let error = dare(&turn, &b, &none, &dmatrix![1.0], None).unwrap_err().to_string();

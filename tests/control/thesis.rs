@@ -1,4 +1,4 @@
-//! The control design as Paw (2005) prints it, reproduced.
+//! The control design printed by Paw (2005), reproduced.
 
 use hovernav_design::thesis::PrintedDesign;
 use hovernav_design::{DISTURBED, DisturbanceResponse, TABLE_6_1};

@@ -1,4 +1,4 @@
-//! An aid that pauses, ends early, begins late, repeats itself or speaks in another unit is named.
+//! Findings for an aid that pauses, ends early, begins late, repeats its values or uses another unit.
 
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
@@ -8,8 +8,8 @@ use hovernav_sim::{
     BaroConfig, DmuConfig, FlightPlan, GpsConfig, SimulatedBaro, fly, sensor_manifest,
 };
 
-/// Three minutes of hover with four climbs and descents of 20 m, with a barometer ten times a second and a
-/// magnetometer of its own.
+/// Three minutes of hover with four climbs and descents of 20 m, with a barometer at 10 Hz and a separate
+/// magnetometer.
 fn flight(seed: u64) -> Dataset {
     let start = Geodetic::from_degrees(1.352, 103.82, 50.0).unwrap();
     let mut plan = FlightPlan::hover_at(start, 0.7).hold(30.0);
@@ -33,7 +33,7 @@ fn flight(seed: u64) -> Dataset {
     }
 }
 
-/// The warnings of a run over `dataset` that are `sensor`'s.
+/// The warnings of a run over `dataset` about `sensor`.
 fn warnings(dataset: &mut Dataset, sensor: Sensor) -> Vec<Finding> {
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});

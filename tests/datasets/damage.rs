@@ -1,5 +1,4 @@
-//! However a dataset's files are damaged, reading them ends in sound data or an error that names the
-//! file; and what is written comes back.
+//! Reading a damaged file of a dataset gives valid data or an error that names the file. Written data is read back.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -16,7 +15,7 @@ use proptest::prelude::*;
 const FILES: [&str; 6] =
     ["dataset.toml", "imu.csv", "gps.csv", "controls.csv", "baro.csv", "mag.csv"];
 
-/// Sound files, one of each kind: the first rows of the hover flight, and made-up baro and mag.
+/// Valid files, one of each kind: the first rows of the hover flight, and made-up baro and mag.
 fn sound_files() -> Vec<Vec<u8>> {
     let heli = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
     let beginning = |file: &str| {
@@ -35,7 +34,7 @@ fn sound_files() -> Vec<Vec<u8>> {
     ]
 }
 
-/// One way in which a file goes wrong; positions are fractions of its length.
+/// A kind of damage to a file; positions are fractions of its length.
 #[derive(Clone, Debug)]
 enum Damage {
     DeleteBytes(f64, usize),
@@ -293,7 +292,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
         });
     (imu, prop::collection::vec(fix, 0..20), manifest, prop::array::uniform4(-1.0..1.0)).prop_map(
         |(mut imu, mut fixes, manifest, sticks)| {
-            // Intervals become times from a clock that counts since 1970.
+            // Intervals are replaced by times of a clock that counts since 1970.
             let mut now = 1_752_000_000_123_456_789;
             for sample in &mut imu {
                 now += sample.time.nanoseconds();

@@ -1,4 +1,4 @@
-//! An aid that certainly lies is left out, the flight is estimated without it, and that is said.
+//! A certainly wrong aid is excluded and reported, and the flight is estimated without it.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ fn heli_hover() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
 }
 
-/// Two minutes that turn and accelerate, by a unit without an attitude of its own.
+/// Two minutes of turns and accelerations, with an inertial unit without its own attitude.
 fn flight(seed: u64) -> (Dataset, Recording) {
     let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
     let plan = FlightPlan::hover_at(start, 0.7).hold(15.0).turn(1.5, 0.3).test_points();
@@ -30,7 +30,7 @@ fn flight(seed: u64) -> (Dataset, Recording) {
     (dataset, recording)
 }
 
-/// Root of the mean square of the yaw's error over its one-sigma.
+/// Root mean square of the yaw's error over its one-sigma.
 fn yaw_over_sigma(dataset: &mut Dataset, recording: &Recording) -> f64 {
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});
@@ -113,7 +113,7 @@ fn what_nothing_can_do_without_is_not_left_out() {
     assert_eq!(dataset.leave_out(vec![denied]), []);
 }
 
-/// A second antenna that turns away by 0.3 °/s, as no gate sees.
+/// A second antenna that drifts by 0.3 °/s, too slowly for a gate.
 #[test]
 fn a_second_antenna_without_which_the_fixes_agree_is_not_used() {
     for seed in 1..5 {

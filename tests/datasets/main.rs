@@ -1,4 +1,4 @@
-//! Dataset directories: read as they were meant, damaged, judged, scored.
+//! Dataset directories: reading, damage, findings, scoring.
 
 mod aids_told;
 mod damage;

@@ -1,4 +1,4 @@
-//! What `dataset.toml` says is taken as it was meant, or refused with its line.
+//! Reading of `dataset.toml`: valid keys are used as intended, invalid ones are rejected with their line.
 
 use hovernav_log::{Dataset, Manifest, SolutionPoint};
 use tempfile::TempDir;

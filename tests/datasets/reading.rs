@@ -1,4 +1,4 @@
-//! A dataset directory is read as it was meant, and says what was wrong with it.
+//! Reading of a dataset directory: valid data is used as intended, faults are reported.
 
 use std::path::{Path, PathBuf};
 
@@ -333,7 +333,7 @@ fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
             "gps.csv: fixes of type 2, 1 of them: two-dimensional, used for the horizontal alone",
         ]
     );
-    // Where 1 is a type as well, 2 is a quality and no dimension.
+    // A table with type 1 contains qualities, so that 2 is not a dimension.
     let dataset =
         open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", &gps.replace("250,3", "250,1"))]);
     assert!(!dataset.unwrap().fixes[2].two_dimensional);
@@ -350,8 +350,7 @@ fn fixes_before_the_first_height_are_at_that_and_without_any_at_nought() {
     assert_eq!(of(gps), [(250.0, true), (250.0, true), (250.0, false), (250.0, true)]);
     let without = gps.replace("250", "");
     assert_eq!(of(&without), [(0.0, true); 4]);
-    let said =
-        "gps.csv: no fix has a height: 0 m is assumed, and the height is unknown";
+    let said = "gps.csv: no fix has a height: 0 m is assumed, and the height is unknown";
     assert!(read(&without).warnings.iter().any(|warning| warning == said));
 }
 

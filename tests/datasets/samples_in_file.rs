@@ -1,4 +1,4 @@
-//! Inertial samples that stay in their file give what samples in memory give, bit for bit.
+//! Inertial samples that stay in their file give the same bits as samples in memory.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,14 +11,14 @@ fn heli_hover() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")
 }
 
-/// The dataset with its samples in memory, and the same with all of them in their file.
+/// The dataset with its samples in memory, and with all of them in their file.
 fn both(log: &Path) -> [Dataset; 2] {
     let [whole, left] = [usize::MAX, 0].map(|most| Dataset::open_within(log, most).unwrap());
     assert!(whole.imu_file.is_none() && left.imu_file.is_some() && left.imu.is_empty());
     [whole, left]
 }
 
-/// What is to be the same of both.
+/// Results that must be equal.
 fn assert_same([whole, left]: &[Dataset; 2]) {
     assert_eq!(left.samples().collect::<Vec<_>>(), whole.imu);
     assert_eq!(left.warnings, whole.warnings);
@@ -67,7 +67,7 @@ fn smoothing_is_the_same_to_the_last_bit() {
     assert_eq!(left.solutions, whole.solutions);
 }
 
-/// The flight with every row of its samples made what `change` makes of it, by its number.
+/// The flight with every row of its samples replaced by `change` of the row and its number.
 fn changed(change: impl Fn(usize, &str) -> String) -> tempfile::TempDir {
     let place = tempfile::tempdir().unwrap();
     fs::copy(heli_hover().join("gps.csv"), place.path().join("gps.csv")).unwrap();
@@ -77,7 +77,7 @@ fn changed(change: impl Fn(usize, &str) -> String) -> tempfile::TempDir {
     place
 }
 
-/// What is made of a row, by its number.
+/// The replacement of a row, by its number.
 type Change = Box<dyn Fn(usize, &str) -> String>;
 
 fn later(row: &str, by_s: f64) -> String {
@@ -188,26 +188,26 @@ fn a_file_that_is_changed_in_use_is_told_of() {
     fs::remove_file(&path).unwrap();
     assert_eq!(dataset.samples().count(), 0);
     assert!(dataset.ensure_read().is_err());
-    // What a logger adds meanwhile is left for another time.
+    // Rows appended by a logger after opening are ignored.
     fs::write(&path, format!("{text}400,0,0,0,0,0,-9.8,0,0,0,0.2,0.1,0.3\n")).unwrap();
     assert_eq!(dataset.samples().count(), 9_899);
     dataset.ensure_read().unwrap();
 }
 
-/// A dataset whose `file` holds `text`, beside the flight's samples and fixes.
+/// A dataset whose `file` contains `text`, with the flight's samples and fixes.
 fn with(file: &str, text: &str) -> tempfile::TempDir {
     let place = changed(|_, row| format!("{row}\n"));
     fs::write(place.path().join(file), text).unwrap();
     place
 }
 
-/// `file` of the flight with every row made what `change` makes of it, by its number.
+/// `file` of the flight with every row replaced by `change` of the row and its number.
 fn rows_of(file: &str, change: impl Fn(usize, &str) -> String) -> String {
     let text = fs::read_to_string(heli_hover().join(file)).unwrap();
     text.lines().enumerate().map(|(number, row)| change(number, row)).collect()
 }
 
-/// What may be wrong with a table, as changes of its rows; its first column is the time.
+/// Faults of a table, as changes of its rows; its first column is the time.
 fn damages() -> [Change; 4] {
     let plain = |row: &str| format!("{row}\n");
     [
@@ -274,7 +274,7 @@ fn sticks_that_are_changed_in_use_are_told_of() {
 
 #[test]
 fn a_reference_read_for_some_moments_is_the_whole_one_there() {
-    // Attitude once a second, velocity with a gap, and no velocity in body axes at all.
+    // Attitude once a second, velocity with a gap, and no velocity in body axes.
     let sparse: Change = Box::new(|number, row| {
         let mut fields: Vec<&str> = row.split(',').collect();
         if number > 0 {

@@ -1,4 +1,4 @@
-//! Solutions are written as others expect them and scored as the reference's point and time demand.
+//! Solutions are written in the expected format, and scored at the reference's point and time.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn written(solutions: &[Solution]) -> Result<String, LogError> {
     Ok(std::fs::read_to_string(path).unwrap())
 }
 
-/// The reference that `reference.csv` of this text gives, scored from the first sample on.
+/// The reference from a `reference.csv` of this text, scored from the first sample on.
 fn reference(text: &str, manifest: &str) -> Reference {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("reference.csv"), text).unwrap();
@@ -139,7 +139,7 @@ fn the_truth_scores_zero_against_itself() {
     assert_eq!(score.from, seconds(30.05));
     assert_eq!(score.axes.len(), Axis::ALL.len());
     for axis in &score.axes {
-        // u, v, w and the angles come in rounded to their last digit.
+        // u, v, w and the angles are rounded to their last digit.
         let rounding = if axis.axis.name().ends_with("_mps") { 1e-4 } else { 1e-9 };
         assert!(axis.statistics.max < rounding, "{}: {:?}", axis.axis.name(), axis.statistics);
         assert!(axis.within_3_sigma.is_none_or(|fraction| fraction == 1.0));
@@ -149,8 +149,8 @@ fn the_truth_scores_zero_against_itself() {
 
 #[test]
 fn a_turning_vehicle_is_scored_at_the_references_own_point() {
-    // A vehicle turning at 1 rad/s about a fixed centre of gravity; the reference rides on an antenna
-    // 2 m ahead, the solution speaks of an inertial unit 1 m behind.
+    // A vehicle turning at 1 rad/s about a fixed centre of gravity. The reference is that of an antenna 2 m ahead,
+    // the solution that of an inertial unit 1 m behind.
     let rate = Vector::new(0.0, 0.0, 1.0);
     let centre = Geodetic::from_degrees(45.0, -93.0, 250.0).unwrap();
     let moving = |arm_m: Vector<Body>, time_s: f64| {
@@ -208,7 +208,7 @@ fn the_reference_is_read_between_its_rows_but_not_beyond_them_nor_across_a_gap()
     assert_abs_diff_eq!(between.position[2], 100.5, epsilon = 1e-12);
     assert_abs_diff_eq!(between.velocity_mps[0], 2.0, epsilon = 1e-12);
     assert_abs_diff_eq!(between.attitude_rad[2].to_degrees().abs(), 180.0, epsilon = 1e-9);
-    // Going south at 2 m/s and facing south is going forward.
+    // Moving south at 2 m/s while facing south is forward motion.
     assert_abs_diff_eq!(between.body_velocity_mps[0], -2.0, epsilon = 1e-9);
     for outside in [0.99, 1.41, 2.0, 2.39, 2.41] {
         let moment = reference.at(seconds(outside));
@@ -253,7 +253,7 @@ fn what_the_reference_errs_by_itself_is_not_held_against_the_sigmas() {
         let axis = score.axis(Axis::VelocityNorth).unwrap();
         (axis.within_3_sigma.unwrap(), axis.error_over_sigma.unwrap())
     };
-    // Off by 0.5 m/s at a sigma of 0.1, and of a reference of 0.24 beside it.
+    // An error of 0.5 m/s at a sigma of 0.1, and with a reference of 0.24 in addition.
     let (within, ratio) = ratios("");
     assert_eq!(within, 0.0);
     assert_abs_diff_eq!(ratio, 5.0, epsilon = 1e-12);

@@ -1,4 +1,4 @@
-//! What cannot be is said before anything is estimated, by its likely cause; what can be is not.
+//! Impossible set-ups are reported with their likely cause before the estimation; possible ones are not.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -22,12 +22,12 @@ fn dataset(name: &str) -> Option<PathBuf> {
     shared(format!("datasets/{name}"))
 }
 
-/// The datasets that there are, real ones where they are at hand.
+/// The available datasets, including real ones if present.
 fn datasets() -> Vec<PathBuf> {
     FLIGHTS.into_iter().filter_map(dataset).chain([heli_hover()]).collect()
 }
 
-/// A copy of `log` with a fault in it.
+/// A copy of `log` with a fault.
 fn copy(log: &Path, fault: &str) -> tempfile::TempDir {
     let faults: [Fault; 1] = [fault.parse().unwrap()];
     let dir = tempfile::tempdir().unwrap();
@@ -35,7 +35,7 @@ fn copy(log: &Path, fault: &str) -> tempfile::TempDir {
     dir
 }
 
-/// What `hovernav estimate` refuses a log for.
+/// Reasons for which `hovernav estimate` rejects a log.
 fn refusal(dir: &Path) -> String {
     let dataset = Dataset::open(dir).unwrap();
     dataset.check_fitness(dir).err().map_or_else(String::new, |error| error.to_string())
@@ -199,7 +199,7 @@ fn samples_too_slow_for_inertial_work_are_refused_with_the_rate() {
     assert!(text.contains("found 8.250 samples a second"), "{text}");
 }
 
-/// Three minutes of slow wandering at half a metre a second, with a receiver whose velocity is off by as much.
+/// Three minutes of slow motion at half a metre a second, with a receiver whose velocity error is as large.
 fn wandering(seed: u64) -> Vec<Fix> {
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |sigma: f64| -> f64 {
@@ -237,8 +237,8 @@ fn a_velocity_that_scatters_as_much_as_the_vehicle_moves_is_in_no_other_unit() {
     }
 }
 
-/// A minute of `dataset`'s clock in which the vehicle sways by 0.1 rad/s and rolls right over in a second every
-/// `every_s`, its thrust along its own axis throughout and cut by half upside down; rates times `scale`.
+/// A minute of `dataset`'s clock in which the vehicle sways by 0.1 rad/s, and rolls fully over within a second every
+/// `every_s`. Its thrust is always along its own axis, and halved upside down; rates are multiplied by `scale`.
 fn turning_over(mut dataset: Dataset, every_s: f64, scale: f64) -> Dataset {
     let sample = |k: i64| {
         let time_s = 0.01 * k as f64;

@@ -1,4 +1,4 @@
-//! Fixes that are garbage for a while are no wrong set-up, and hide none.
+//! Temporary garbage fixes are not reported as a wrong set-up, and do not hide one.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Garbage that starts at a time, s, lasts for a time, s, and has a one-sigma, m, north and east.
+/// Garbage with a start, s, a duration, s, and a one-sigma, m, north and east.
 #[derive(Clone, Copy, Debug)]
 struct Garbage {
     start_s: f64,
@@ -67,7 +67,7 @@ fn hover() -> Vec<Fix> {
     Dataset::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")).unwrap().fixes
 }
 
-/// A multirotor that goes to and fro, turns and climbs, and fixes at 5 Hz.
+/// A multirotor that flies to and fro, turns and climbs, and fixes at 5 Hz.
 fn multirotor() -> Vec<Fix> {
     let start = Geodetic::from_degrees(47.4, 8.5, 450.0).unwrap();
     let mut plan = FlightPlan::hover_at(start, 0.4).hold(20.0);

@@ -1,4 +1,4 @@
-//! Velocities of exactly zero while the positions move are not used; those of a vehicle that stands are.
+//! Velocities of exactly zero are rejected while the positions move, and used for a vehicle at rest.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// How a vehicle moves north, east and down, m, at a time, s.
+/// Motion of a vehicle: north, east and down, m, at a time, s.
 type Path3 = fn(f64) -> [f64; 3];
 
 const STANDING: Path3 = |_| [0.0; 3];
@@ -24,8 +24,8 @@ const AWAY: Path3 = |time_s| {
 /// Up at 3 m/s from 100 to 140 s.
 const UP: Path3 = |time_s| [0.0, 0.0, -3.0 * (time_s - 100.0).clamp(0.0, 40.0)];
 
-/// Fixes of 240 s at 5 Hz, positions off by slow errors of 2 m and by noise of 0.5 m, twice this in height, and
-/// velocities by 0.1 m/s.
+/// Fixes of 240 s at 5 Hz. Positions have slow errors of 2 m and noise of 0.5 m, twice this in height; velocities
+/// have errors of 0.1 m/s.
 fn fixes(path: Path3, seed: u64) -> Vec<Fix> {
     let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -56,7 +56,7 @@ fn fixes(path: Path3, seed: u64) -> Vec<Fix> {
     fixes
 }
 
-/// The fixes with velocities of zero, horizontal and vertical, where their times, s, are within a span.
+/// The fixes with velocities of zero, horizontal and vertical, within a span of time, s.
 fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range<f64>) -> Vec<Fix> {
     for fix in fixes.iter_mut().filter(|fix| span_s.contains(&fix.time.seconds())) {
         fix.horizontal_velocity_mps = fix.horizontal_velocity_mps.filter(|_| !level);
@@ -67,7 +67,7 @@ fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range
     fixes
 }
 
-/// What is left out of a log of these fixes, and which of their horizontal and vertical velocities stay.
+/// Findings of a log with these fixes, and which of their horizontal and vertical velocities are kept.
 fn left_out(fixes: Vec<Fix>) -> (Vec<SetupFinding>, [usize; 2]) {
     let mut dataset = Dataset { fixes, ..Dataset::default() };
     let denied = dataset.ensure_possible(Path::new("log")).unwrap();
@@ -116,7 +116,7 @@ fn a_vehicle_that_stands_keeps_its_zeros() {
         for fix in jumping.iter_mut().filter(|fix| (83.0..113.0).contains(&fix.time.seconds())) {
             fix.position = fix.position.displaced(Vector::<Ned>::new(60.0, -40.0, 30.0));
         }
-        // Standing for 90 s before it moves, with zeros for as long.
+        // At rest for 90 s before it moves, with zeros for the same time.
         let starting = zeroed(fixes(AWAY, seed), [true, true], 0.0..100.0);
         for fixes in [standing, jumping, starting] {
             let (told, stay) = left_out(fixes);

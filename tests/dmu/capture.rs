@@ -1,4 +1,4 @@
-//! The synthetic captures: golden packets with their values, a clean and a damaged stream.
+//! The synthetic captures: reference packets with their values, a clean and a damaged stream.
 
 use hovernav::dmu::{AnglePacket, Calibration, Decoder, Mode, Packet};
 use hovernav_testing::shared;
@@ -18,7 +18,7 @@ fn packets(stream: &[u8]) -> Vec<Packet> {
     stream.chunks(30).map(|chunk| Packet::decode(Mode::Angle, chunk).unwrap()).collect()
 }
 
-/// The counts that a file of values in deg, deg/s, g, gauss and °C stands for.
+/// The counts of the values in a file, in deg, deg/s, g, gauss and °C.
 fn counts(value: &Value) -> AnglePacket {
     let number = |key: &str| value[key].as_f64().unwrap();
     let rate_range = value["RR"].as_f64().unwrap_or(200.0);

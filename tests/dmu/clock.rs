@@ -1,4 +1,4 @@
-//! Sample times from a timer that turns every 51.8 ms and from arrivals that jitter.
+//! Sample times from a timer that wraps every 51.8 ms and from arrivals with jitter.
 
 use approx::assert_abs_diff_eq;
 use hovernav::dmu::{Basis, ClockFault, SampleClock, Stamp};
@@ -9,7 +9,7 @@ use crate::generator::Random;
 
 const LATENCY_S: f64 = 0.0078;
 
-/// A unit whose timer ticks at its own pace, and the line behind it.
+/// A unit whose timer has its own tick, and its line.
 struct Source {
     tick_s: f64,
     start: Time,
@@ -22,8 +22,7 @@ impl Source {
         Self { tick_s: 0.79e-6 * (1.0 + tick_error), start, random: Random(seed) }
     }
 
-    /// Timer, arrival and true sample time of a packet sampled `time_s` after the start that came
-    /// `late_s` later than it could.
+    /// Timer, arrival and true sample time of a packet sampled `time_s` after the start, with a delay of `late_s`.
     fn packet(&self, time_s: f64, late_s: f64) -> (u16, Time, Time) {
         let timer = 0x1234u16.wrapping_sub((time_s / self.tick_s) as u64 as u16);
         let sampled = self.start + time_s;
@@ -99,7 +98,7 @@ fn packets_read_late_in_one_heap_keep_their_intervals() {
     let mut clock = SampleClock::new(LATENCY_S);
     for index in 0..2000u32 {
         let time_s = f64::from(index) * 0.0303;
-        // For 0.6 s the reader sleeps; then it finds all packets at once.
+        // The reader sleeps for 0.6 s; then it reads all packets at once.
         let heap_s = 1000.0 * 0.0303..1020.0 * 0.0303;
         let late_s = if heap_s.contains(&time_s) { heap_s.end - time_s } else { 0.0 };
         let (stamp, error_s) = stamp(&mut clock, source.packet(time_s, late_s), index.into());

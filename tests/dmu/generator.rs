@@ -1,8 +1,8 @@
-//! Streams as a flight makes them, and the decoder run over them.
+//! Streams of a simulated flight, and the decoder applied to them.
 
 use hovernav::dmu::{AnglePacket, Decoder, Mode, Packet};
 
-/// Random numbers that are the same everywhere: SplitMix64.
+/// Reproducible random numbers: SplitMix64.
 #[derive(Clone)]
 pub struct Random(pub u64);
 
@@ -30,8 +30,8 @@ impl Random {
     }
 }
 
-/// `count` packets of a helicopter that hovers badly: every word moves with the motion and with
-/// noise, many are small and negative, so that the header byte is everywhere.
+/// `count` packets of an unsteady hover: every word changes with the motion and with noise. Many are small and
+/// negative, so that the header byte is frequent.
 pub fn flight(count: usize, seed: u64) -> Vec<AnglePacket> {
     let mut random = Random(seed);
     (0..count)

@@ -1,4 +1,4 @@
-//! Counts in units, and packets that cannot be.
+//! Counts in physical units, and impossible packets.
 
 use approx::assert_abs_diff_eq;
 use hovernav::dmu::{

@@ -1,26 +1,26 @@
-//! A unit at the far end of a serial line, and the conversation of a link with it.
+//! A unit at the far end of a serial line, and the exchange of a link with it.
 
 use hovernav::dmu::{AnglePacket, Link, LinkAction, LinkFault, Mode, Packet, Received};
 use hovernav::time::Time;
 use hovernav_fly::devices::{Device, DmuDevice, Firmware};
 
-/// Seconds between packets of continuous mode.
+/// Interval of packets in continuous mode, s.
 const PACKET_S: f64 = 1.0 / 60.0;
 
-/// Packets that it has to send: half a minute.
+/// Number of packets available: half a minute.
 const PACKETS: u32 = 1_800;
 
 #[derive(Clone, Debug)]
 pub struct SimulatedUnit {
     pub device: DmuDevice,
-    /// Neither hears nor speaks.
+    /// The unit neither receives nor sends.
     pub unplugged: bool,
-    /// All that it put on the line.
+    /// All bytes that the unit sent.
     sent: Vec<u8>,
 }
 
 impl SimulatedUnit {
-    /// Its words are `AH`: bytes of replies to commands.
+    /// The words of the unit are `AH`: bytes of replies to commands.
     pub fn new(firmware: Firmware, mode: Mode, continuous: bool) -> Self {
         let words = [0x4148; 3];
         let packet = AnglePacket {
@@ -42,7 +42,7 @@ impl SimulatedUnit {
         self.device.send_unsolicited(bytes, now);
     }
 
-    /// Whether it put this packet on the line, byte for byte.
+    /// Whether the unit sent this packet, byte for byte.
     pub fn has_sent(&self, packet: &Packet) -> bool {
         let bytes = match packet {
             Packet::Voltage(packet) => packet.encode().to_vec(),
@@ -58,7 +58,7 @@ impl SimulatedUnit {
         }
     }
 
-    /// What has arrived at the other end up to `now`.
+    /// The bytes that arrived at the other end up to `now`.
     fn arrived(&mut self, now: Time) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.device.transmit(now, &mut bytes);
@@ -84,7 +84,7 @@ impl Conversation {
         Self { link, unit, now, packets: Vec::new(), faults: Vec::new() }
     }
 
-    /// Lets `duration_s` pass. The reader wakes every 2 ms at most, so bytes come in pieces.
+    /// Simulates `duration_s`. The reader wakes every 2 ms at most, so bytes arrive in pieces.
     pub fn run(&mut self, duration_s: f64) {
         let end = self.now + duration_s;
         while self.now < end {

@@ -1,4 +1,4 @@
-//! What the decoder promises whatever happens to the bytes on their way.
+//! Guarantees of the decoder for damaged streams.
 
 use hovernav::dmu::{
     AnglePacket, Decoder, Mode, Packet, PacketCounts, PacketError, ScaledPacket, VoltagePacket,
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use crate::generator::{Random, decode, decode_angle, encode, flight};
 
-/// Without its timer: the bytes after the last measurement are the weakest protected.
+/// The packet without its timer: the bytes after the last measurement have the weakest protection.
 fn measured(packet: &AnglePacket) -> AnglePacket {
     AnglePacket { timer: 0, temperature: 0, ..*packet }
 }
@@ -16,12 +16,12 @@ fn false_packets<'a>(truth: &[AnglePacket], found: &'a [AnglePacket]) -> Vec<&'a
     found.iter().filter(|packet| !truth.contains(packet)).collect()
 }
 
-/// A copy of `bytes` without the one at `at`.
+/// A copy of `bytes` without the byte at `at`.
 fn without(bytes: &[u8], at: usize) -> Vec<u8> {
     [&bytes[..at], &bytes[at + 1..]].concat()
 }
 
-/// A copy of `bytes` with one more before `at`.
+/// A copy of `bytes` with one byte inserted before `at`.
 fn with(bytes: &[u8], at: usize, byte: u8) -> Vec<u8> {
     [&bytes[..at], &[byte], &bytes[at..]].concat()
 }
@@ -42,7 +42,7 @@ fn a_stream_cut_at_any_length_gives_every_packet_that_is_complete() {
     let stream = encode(&truth);
     for end in 0..=stream.len() {
         let complete = end / 30;
-        // The first packet is believed once a second one follows.
+        // The first packet is accepted once a second one follows.
         let expected = if complete < 2 { 0 } else { complete };
         assert_eq!(decode_angle(&stream[..end]), truth[..expected], "up to byte {end}");
     }
@@ -108,8 +108,7 @@ fn a_lost_byte_costs_its_own_packet_at_most_and_falsifies_no_measurement() {
         assert!(found.len() >= window.len() - 1, "byte {at}: {} left", found.len());
         wrong_timers += wrong.len();
     }
-    // The additive checksum lets one in 256 pass; only the last two bytes before it leave no other
-    // trace.
+    // The additive checksum passes one in 256; only the last two bytes before it leave no other trace.
     assert!(wrong_timers <= 2 * 330 / 64, "{wrong_timers} wrong timers");
 }
 
@@ -139,11 +138,11 @@ fn an_added_byte_costs_its_own_packet_at_most_and_seldom_makes_a_false_one() {
         }
     }
     println!("{cases}: {wrong_timers} wrong timers, {falsified} and {headers} wrong measurements");
-    // The checksum alone lets one in 256 pass.
+    // The checksum alone passes one in 256.
     assert!(wrong_timers < cases / 3000, "{wrong_timers} of {cases}");
     assert!(falsified < cases / 20_000, "{falsified} of {cases}");
-    // A header byte added to a packet whose first word begins with another leaves a sum and an end
-    // that are right, one byte further on.
+    // A header byte added to a packet whose first word begins with another leaves a valid sum and end, one byte
+    // later.
     let beginnings = truth.iter().filter(|packet| packet.attitude[0] >> 8 == -1).count();
     assert!(headers <= 30 * beginnings, "{headers} of {beginnings} packets");
 }
@@ -167,7 +166,7 @@ fn of_twenty_thousand_packets_with_one_in_a_hundred_short_of_a_byte_none_is_fals
     for packet in &found {
         assert!(rest.any(|truth| truth == packet), "a false packet: {packet:?}");
     }
-    // Lost beyond the damaged ones: intact packets with damage on both sides.
+    // Lost in addition to the damaged ones: intact packets with damage on both sides.
     assert!(intact.len() - found.len() <= 6, "{} of {}", found.len(), intact.len());
 }
 

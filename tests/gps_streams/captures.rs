@@ -1,8 +1,8 @@
-//! Real receivers' streams against what other programs read in them.
+//! Real receivers' streams, compared with the decoding of other programs.
 //!
-//! `gpsd` publishes captures with its own decoding (`.chk`, JSON), the Lassen iQ ones have been
-//! decoded a third time, packet by packet (`.decoded.jsonl`). Where gpsd is known to be wrong the
-//! bytes win, and the table below says how.
+//! `gpsd` publishes captures with its own decoding (`.chk`, JSON). The Lassen iQ captures have been decoded a third
+//! time, packet by packet (`.decoded.jsonl`). Where gpsd is known to be wrong the bytes decide, and the table below
+//! gives the reason.
 
 use std::fs;
 use std::path::Path;
@@ -15,28 +15,26 @@ use serde_json::{Value, json};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 
-/// A capture in a protocol that is read.
+/// A capture in a supported protocol.
 struct Capture {
     name: &'static str,
     protocol: Protocol,
-    /// Fixes in it.
+    /// Number of fixes in it.
     fixes: usize,
-    /// Of these, printed by gpsd, which reports an epoch once the next has begun and so leaves out
-    /// some at the ends.
+    /// Number of these that gpsd prints. It reports an epoch once the next has begun, and so skips some at the ends.
     confirmed: usize,
-    /// Positions that gpsd prints and that are no fix by the rules here, with the reason.
+    /// Positions that gpsd prints but that are not fixes by the rules here, with the reason.
     beyond: (usize, &'static str),
     time: Agreement,
 }
 
-/// How far gpsd's times can be compared.
+/// Precision to which gpsd's times can be compared.
 #[derive(Clone, Copy, PartialEq)]
 enum Agreement {
     DateAndTime,
-    /// gpsd takes the date for a rolled-over one and adds 1024 weeks, or guesses it before the
-    /// receiver tells it.
+    /// gpsd assumes a rollover of the date and adds 1024 weeks, or guesses the date before the receiver reports it.
     TimeOfDay,
-    /// gpsd takes the time from GLL, which this receiver stamps a second apart from its fix.
+    /// gpsd uses the time of GLL, which differs from that of this receiver's fix by a second.
     Nothing,
 }
 
@@ -70,7 +68,7 @@ const READ: &[Capture] = &[
     capture("nmea-rtk", Protocol::Nmea, 122, 122),
     Capture { beyond: (1, TWICE), ..capture("tcp-test", Protocol::Nmea, 1, 1) },
     Capture {
-        beyond: (2, "GGA with | among its digits, where gpsd's replay cuts what it sends"),
+        beyond: (2, "GGA with | among its digits, which gpsd's replay truncates"),
         time: Agreement::TimeOfDay,
         ..capture("tcp-torture", Protocol::Nmea, 1, 1)
     },
@@ -78,7 +76,7 @@ const READ: &[Capture] = &[
     capture("ublox-8", Protocol::Nmea, 72, 72),
     capture("ublox-lea-4h", Protocol::Nmea, 9, 8),
     capture("ublox-lea-5h", Protocol::Nmea, 20, 19),
-    // Before NAV-TIMEGPS gpsd takes 18 leap seconds, where there were 14 and 15.
+    // Before NAV-TIMEGPS gpsd assumes 18 leap seconds, where there were 14 and 15.
     Capture {
         beyond: (1, "time with guessed leap seconds"),
         ..capture("ublox-aek-4t", Protocol::Ubx, 4, 3)
@@ -156,7 +154,7 @@ fn fixes_of(protocol: Protocol, bytes: &[u8]) -> Vec<ReceiverFix> {
     fixes
 }
 
-/// Nanoseconds since midnight UTC. Without leap seconds from the receiver, gpsd takes 18.
+/// Nanoseconds since midnight UTC. Without leap seconds from the receiver, gpsd assumes 18.
 fn time_of_day_ns(time: ReceiverTime) -> i64 {
     match time {
         ReceiverTime::Utc { time_of_day_ns, .. } => time_of_day_ns as i64,
@@ -166,8 +164,7 @@ fn time_of_day_ns(time: ReceiverTime) -> i64 {
     }
 }
 
-/// Whether the two are one epoch at one place, to the 2e-7° that gpsd's constant for semicircles
-/// and its digits allow.
+/// Whether the two are one epoch at one position, to the 2e-7° of gpsd's constant for semicircles and of its digits.
 fn agree(capture: &Capture, fix: &ReceiverFix, reported: &Reported) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= 2e-7;
     let same_time = capture.time == Agreement::Nothing
@@ -179,8 +176,8 @@ fn agree(capture: &Capture, fix: &ReceiverFix, reported: &Reported) -> bool {
         && near(fix.longitude_rad.to_degrees(), reported.longitude_deg)
 }
 
-/// The least difference between a value of ours and any of gpsd's for the epoch: it prints an epoch
-/// after each message, and fills in what is not there yet from the fix before.
+/// The least difference between a value of ours and any of gpsd's for the epoch. It prints an epoch after each
+/// message, and fills in missing values from the previous fix.
 fn least_difference<'a>(
     ours: Option<f64>,
     reported: impl Iterator<Item = &'a Value>,
@@ -227,7 +224,7 @@ fn every_capture_gives_the_fixes_that_gpsd_reports() {
             }
             match capture.protocol {
                 Protocol::Nmea => {
-                    // Without a course gpsd works the speed out from the positions.
+                    // Without a course gpsd computes the speed from the positions.
                     let told = values().any(|value| value["track"].is_number());
                     let course = north.zip(east).filter(|_| fix.ground_speed_mps > Some(0.0));
                     let course = course.map(|(n, e)| e.atan2(n).to_degrees().rem_euclid(360.0));
@@ -240,8 +237,8 @@ fn every_capture_gives_the_fixes_that_gpsd_reports() {
                     compare(east, "velE", 6e-4);
                     compare(fix.down_velocity_mps, "velD", 6e-4);
                 }
-                // gpsd prints 0.000 for all velocities here, and six of the packets say otherwise:
-                // these are compared packet by packet below.
+                // gpsd prints 0.000 for all velocities here, but six of the packets contain others: these are
+                // compared packet by packet below.
                 Protocol::Tsip => {}
             }
             if capture.time == Agreement::DateAndTime {
@@ -319,14 +316,13 @@ fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
         let mut framer = Framer::default();
         let mut found = Vec::new();
         for (offset, byte) in file.iter().enumerate().skip(first) {
-            // The offset stands in for the time of arrival.
+            // The offset replaces the time of arrival.
             let arrival = Time::from_nanoseconds(offset as i64);
             let mut bytes = std::slice::from_ref(byte);
             if let Some(packet) = framer.next(&mut bytes, arrival) {
                 let report = Report::read(packet.id, packet.payload).unwrap();
                 let described = describe(&report, packet.arrival.nanoseconds()).to_string();
-                // Through text, as the expected values came: serde_json reads some of their digits
-                // one bit off.
+                // Through text, like the expected values: serde_json reads some of their digits one bit off.
                 found.push(serde_json::from_str::<Value>(&described).unwrap());
             }
         }
@@ -340,7 +336,7 @@ fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
     }
 }
 
-/// A report in the words of the `.decoded.jsonl` files.
+/// A report in the notation of the `.decoded.jsonl` files.
 fn describe(report: &Report, offset: i64) -> Value {
     let double = |value: f32| f64::from(value);
     let mut value = match report {

@@ -1,8 +1,7 @@
 //! Bytes dropped, inserted and flipped.
 //!
-//! A fix is false if it says what the receiver did not. NMEA and UBX carry checksums, which a single
-//! damaged byte cannot get past; TSIP does not, so a byte that is changed (and whose parity still
-//! holds) may change the fix that it is in, but no other.
+//! A fix is false if it differs from the receiver's data. NMEA and UBX have checksums, which detect any single
+//! damaged byte. TSIP has none, so a changed byte with valid parity may change its own fix, but no other.
 
 use std::ops::Range;
 
@@ -15,7 +14,7 @@ use hovernav_fly::devices::encode::Epoch;
 
 const EPOCHS: u32 = 5;
 const BUT_THE_LAST: Range<usize> = 0..EPOCHS as usize - 1;
-/// Enough where every value of every byte is tried: the epochs differ in few bytes.
+/// Number of epochs for tests with every value of every byte: the epochs differ in few bytes.
 const THE_SECOND: Range<usize> = 1..2;
 
 /// A protocol with the messages of one epoch.
@@ -83,8 +82,8 @@ fn is_true(fix: &ReceiverFix) -> bool {
     })
 }
 
-/// Applies `damage` at every byte of the epochs `seconds`, one at a time, and hands the fixes to
-/// `check` with the epoch and the byte that were damaged.
+/// Applies `damage` at every byte of the epochs `seconds`, one at a time, and passes the fixes to `check` with the
+/// damaged epoch and byte.
 fn at_every_byte(
     stream: &Stream,
     seconds: Range<usize>,
@@ -101,7 +100,7 @@ fn at_every_byte(
     }
 }
 
-/// The fixes of epochs that come two or more after the damaged one.
+/// The fixes of epochs that follow two or more after the damaged one.
 fn undisturbed(fixes: &[ReceiverFix], damaged: usize) -> Vec<ReceiverFix> {
     let later = |fix: &&ReceiverFix| fix.arrival >= Time::ZERO + (damaged + 2) as f64;
     fixes.iter().filter(later).copied().collect()
@@ -145,9 +144,9 @@ fn a_dropped_byte_never_gives_a_false_fix() {
     }
 }
 
-/// With one byte more, what follows it in a message moves along, and the message's last byte takes
-/// the place of its checksum's first: in 1 of 65 536 cases a UBX checksum holds by chance. Such a fix
-/// is far off and does not pass the quality checks.
+/// An inserted byte shifts the rest of a message, and the message's last byte becomes the first of its checksum. In 1
+/// of 65 536 cases a UBX checksum is valid by chance. Such a fix has a large error and does not pass the quality
+/// checks.
 #[test]
 fn an_inserted_byte_gives_no_false_fix_but_by_a_checksum_that_holds_by_chance() {
     for stream in &STREAMS {

@@ -1,5 +1,5 @@
-//! Receivers' streams whose truth is known: what goes in comes out, what the receiver does not vouch
-//! for makes no fix, and what is damaged on the way gives no false one.
+//! Receivers' streams with known truth. Encoded data is decoded unchanged, data that the receiver marks as invalid
+//! gives no fix, and damaged data gives no false fix.
 
 mod captures;
 mod damage;
@@ -14,7 +14,7 @@ mod ubx_relative;
 use hovernav::gps::{Protocol, Receiver, ReceiverFix};
 use hovernav::time::Time;
 
-/// The fixes of `wire`, all of it arriving at once.
+/// The fixes of `wire`, with all bytes arriving at once.
 fn fixes(protocol: Protocol, wire: &[u8]) -> Vec<ReceiverFix> {
     let mut receiver = Receiver::new(protocol);
     let mut rest = wire;

@@ -1,4 +1,4 @@
-//! What NMEA sentences do and do not make a fix.
+//! NMEA sentences that give a fix, and sentences that do not.
 
 use approx::assert_abs_diff_eq;
 use hovernav::gps::nmea::Decoder;
@@ -14,7 +14,7 @@ fn read(bodies: &[&str]) -> Vec<ReceiverFix> {
     fixes(Protocol::Nmea, &wire)
 }
 
-/// The fixes of bursts of sentences that arrive a second apart, without flushing between.
+/// The fixes of bursts of sentences that arrive a second apart, without flushes between them.
 fn read_bursts(bursts: &[&[&str]]) -> Vec<ReceiverFix> {
     let mut decoder = Decoder::default();
     let mut fixes = Vec::new();
@@ -39,7 +39,7 @@ fn rmc_and_gga_of_one_time_are_one_fix() {
     assert_eq!((fix.height_m, fix.altitude_msl_m), (Some(38.0), Some(31.0)));
     assert_eq!(fix.satellites, Some(9));
     assert_eq!(fix.correction, Some(Correction::None));
-    // 4 knots eastwards, and nothing invented for the vertical.
+    // 4 knots eastwards, and an unknown vertical velocity.
     assert_abs_diff_eq!(
         fix.horizontal_velocity_mps.unwrap()[1],
         4.0 * 1_852.0 / 3_600.0,
@@ -92,7 +92,7 @@ fn other_impossible_values_are_refused_or_left_out() {
     ] {
         assert_eq!(read(&[body]), [], "{body}");
     }
-    // A date or a dilution that is none costs no more than itself.
+    // An invalid date or dilution only loses its own value.
     let fix = read(&["GPRMC,094812.00,A,0120.5,N,10341.0,E,4.0,90.0,2303-5,,,A"])[0];
     assert_eq!(fix.time.unwrap().unix_ns(), None);
     let fix = read(&["GPGGA,094812.00,0120.5,N,10341.0,E,1,09,0x9,31.0,M,7.0,M,,"])[0];
@@ -112,7 +112,7 @@ fn what_the_receiver_does_not_vouch_for_is_no_fix() {
         let rmc = format!("GPRMC,094812.00,{status},0120.5,N,10341.0,E,4.0,90.0,230305,,,{mode}");
         assert_eq!(read(&[&rmc]), [], "{rmc}");
         assert_eq!(read(&[&rmc, GGA]), [], "{rmc}");
-        // The mode stands behind the magnetic variation, which not all receivers send.
+        // The mode follows the magnetic variation, which some receivers do not send.
         let rmc = rmc.replace(",,,", ",10.5,W,");
         assert_eq!(read(&[&rmc, GGA]), [], "{rmc}");
     }
@@ -155,10 +155,10 @@ fn gsa_gives_the_dimension_and_gst_the_sigmas() {
 fn gsa_with_other_than_twelve_satellites_gives_no_dilution() {
     let twelve = "01,02,03,,,,,,,,,";
     for (satellites, system) in [
-        // Each misses one field, so the system is where the vertical dilution should be.
+        // Each lacks one field, so that the system is in the field of the vertical dilution.
         ("01,02,03,,,,,,,,", ",1"),
         ("01,02,03,04,05,06,07,08,09,10,11", ",2"),
-        // Each has more, so satellites are where the dilutions should be.
+        // Each has additional fields, so that satellites are in the fields of the dilutions.
         ("01,02,03,04,05,06,07,08,09,10,11,12,13", ""),
         ("01,02,03,04,05,06,07,08,09,10,11,12,13,,,,,,,,,,,", ""),
         ("01,02,03,04,05,06,07,08,09,10,11,12,13,14,15,,,,,,,,,", ""),
@@ -203,7 +203,7 @@ fn a_course_left_empty_near_rest_leaves_the_direction_unknown_but_not_the_speed(
     assert_eq!(fix.horizontal_velocity_mps, Some([0.0, 0.0]));
 }
 
-/// The SK8's own choice of sentences is GGA and VTG: neither date nor RMC.
+/// The SK8's default sentences are GGA and VTG: neither date nor RMC.
 #[test]
 fn vtg_gives_the_velocity_where_the_receiver_sends_no_rmc() {
     let gga = |second: u32| {
@@ -220,7 +220,7 @@ fn vtg_gives_the_velocity_where_the_receiver_sends_no_rmc() {
         let bursts: Vec<&[&str]> = order.iter().map(|burst| &burst[..]).collect();
         let speeds: Vec<_> = read_bursts(&bursts).iter().map(north).collect();
         assert_eq!(speeds, [Some(1), Some(2), Some(3), Some(4)], "{order:?}");
-        // A position lost on the way takes its velocity with it.
+        // A position lost in transfer loses its velocity too.
         let mut lost = bursts.clone();
         let alone = [vtg[1].as_str()];
         lost[1] = &alone;
@@ -244,7 +244,7 @@ fn from_the_third_epoch_on_a_fix_is_out_with_its_last_sentence() {
                 fix_at = Some(position);
             }
         }
-        // The last byte of the checksum; its line end does not matter.
+        // The last byte of the checksum; its line end is not needed.
         assert_eq!(fix_at, (index >= 2).then_some(wire.len() - 3), "epoch {index}");
     }
 }

@@ -1,7 +1,7 @@
-//! NMEA sentences by this project's reader and by the `nmea` crate, value by value.
+//! NMEA sentences read by this project's reader and by the `nmea` crate, compared value by value.
 //!
-//! Where the two differ, a row of [`reasons::REASONS`] has the rule of NMEA 0183; a difference
-//! without a row is a failure.
+//! Where the two differ, a row of [`reasons::REASONS`] has the rule of NMEA 0183. A difference without a row is a
+//! failure.
 
 mod readers;
 mod reasons;
@@ -16,12 +16,12 @@ use readers::{Quantity, Values, oracle, ours};
 use reasons::{REASONS, Reason};
 use sentences::{Generator, Kind, Sentence};
 
-/// How the two readers differ over a sentence.
+/// Kind of difference between the two readers for a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Difference {
-    /// The oracle rejects a sentence that our reader takes.
+    /// The oracle rejects a sentence that our reader accepts.
     OnlyOurs,
-    /// Our reader rejects a sentence that the oracle takes.
+    /// Our reader rejects a sentence that the oracle accepts.
     OnlyOracle,
     /// One value differs, or one reader lacks it.
     Value { quantity: Quantity, ours: Option<f64>, oracle: Option<f64> },
@@ -63,7 +63,7 @@ fn agree(quantity: Quantity, ours: f64, oracle: f64, limit: f64) -> bool {
 struct Comparison {
     sentences: usize,
     read_by_both: usize,
-    /// Values that both readers give.
+    /// Values that both readers return.
     values: BTreeMap<(Kind, Quantity), usize>,
     /// For each reason, the differences that no other reason explains.
     explained: BTreeMap<&'static str, usize>,

@@ -1,4 +1,4 @@
-//! A bad fix is refused, and the refusal says why.
+//! A bad fix is rejected with the reason.
 
 use hovernav::frames::Vector;
 use hovernav::gps::quality::{Failure, Limits, QualityCheck};
@@ -24,7 +24,7 @@ fn failures(check: &mut QualityCheck, fix: &ReceiverFix) -> Vec<Failure> {
     check.check(fix).iter().copied().collect()
 }
 
-/// What is wrong with the second fix of a flight after `spoil`.
+/// Failed checks of the second fix of a flight after `spoil`.
 fn found(spoil: impl Fn(&mut ReceiverFix)) -> Vec<Failure> {
     let mut flight = flight(2);
     let mut check = QualityCheck::new(Limits::default());
@@ -145,7 +145,7 @@ fn clocks_that_drift_apart_slowly_are_not_a_delay() {
     let first = flight(1)[0];
     for hour in 0..20u32 {
         let mut fix = first;
-        // Our crystal is 50 ppm fast: 0.18 s an hour.
+        // The host's crystal is 50 ppm fast: 0.18 s an hour.
         let seconds = f64::from(hour) * 3_600.0;
         fix.arrival = first.arrival + seconds * (1.0 + 5e-5);
         if let Some(hovernav::gps::ReceiverTime::Gps { time_of_week_ns, .. }) = &mut fix.time {

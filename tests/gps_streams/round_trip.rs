@@ -1,4 +1,4 @@
-//! What is encoded is decoded, whatever the values and wherever the stream is cut.
+//! Encoded data is decoded unchanged, for any values and any cut of the stream.
 
 use hovernav::frames::Vector;
 use hovernav::gps::tsip::{
@@ -20,7 +20,7 @@ fn epochs() -> impl Strategy<Value = Epoch> {
     )
         .prop_map(|((time, latitude_deg, longitude_deg, height_m), (n, e, d, satellites))| {
             Epoch {
-                // From midnight of the day that the UBX and NMEA encoders write on.
+                // From midnight of the day of the UBX and NMEA encoders.
                 time_of_week_ms: (432_018 + time % 86_000) * 1_000,
                 latitude_deg,
                 longitude_deg,
@@ -32,7 +32,7 @@ fn epochs() -> impl Strategy<Value = Epoch> {
         })
 }
 
-/// The fixes of a stream handed over in two pieces.
+/// The fixes of a stream passed in two pieces.
 fn read(protocol: Protocol, wire: &[u8], cut: usize) -> Vec<ReceiverFix> {
     let mut receiver = Receiver::new(protocol);
     let mut fixes = Vec::new();
@@ -50,7 +50,7 @@ fn near(found: f64, expected: f64, limit: f64) -> bool {
     (found - expected).abs() <= limit
 }
 
-/// Whether position and velocity came back to the steps in which they are sent.
+/// Whether position and velocity are equal to the steps in which they are sent.
 fn came_back(fix: &ReceiverFix, epoch: &Epoch, degrees: f64, metres: f64, mps: f64) -> bool {
     let [north, east, down] = epoch.velocity_ned_mps.unwrap();
     let velocity = fix.horizontal_velocity_mps;
@@ -123,7 +123,7 @@ proptest! {
     #[test]
     fn any_tsip_packet_comes_through_the_framer(
         id in any::<u8>().prop_filter("no id", |id| ![0x03, 0x10].contains(id)),
-        // Half of the bytes are those that framing is made of.
+        // Half of the bytes are those used for framing.
         payload in prop::collection::vec(prop_oneof![any::<u8>(), Just(0x10), Just(0x03)], 0..=255),
         cut: usize,
     ) {
@@ -245,7 +245,7 @@ proptest! {
             let mut framer = Framer::default();
             let packet = framer.next(&mut wire.as_slice(), Time::ZERO).unwrap();
             prop_assert_eq!(Report::read(packet.id, packet.payload), Ok(expected));
-            // A byte more or less is no report.
+            // One byte more or less is not a report.
             prop_assert!(Report::read(id, &payload[1..]).is_err());
         }
     }

@@ -1,4 +1,4 @@
-//! What TSIP reports do and do not make a fix.
+//! TSIP reports that give a fix, and reports that do not.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
@@ -110,7 +110,7 @@ fn what_cannot_be_is_refused() {
     ] {
         assert_eq!(read(&wire), []);
     }
-    // A velocity that cannot be is left out, the position is not.
+    // An impossible velocity is rejected, the position is used.
     let fast = tsip_packet(0x56, &singles(&[1e9, 0.0, 0.0, 0.0, 10.0]));
     let fix = read(&[lla(0.1, 0.2, 30.0, 10.0), fast].concat())[0];
     assert_eq!(fix.horizontal_velocity_mps, None);
@@ -165,7 +165,7 @@ fn a_superpacket_that_says_so_is_no_fix() {
     assert_eq!(with(27, 0x01), []);
     assert_eq!(with(27, 0x04)[0].dimension, Some(Dimension::TwoD));
     assert_eq!(with(27, 0x02)[0].correction, Some(Correction::Differential));
-    // Another datum than WGS-84 is another place.
+    // A datum other than WGS-84 means another position.
     assert_eq!(with(26, 0x05), []);
     let mut overflow = good.clone();
     overflow[4..6].copy_from_slice(&[0x80, 0x00]);
@@ -247,7 +247,7 @@ fn the_week_is_right_on_both_sides_of_its_end_and_of_a_rollover() {
             .collect();
         assert_eq!(weeks, [Some(2_410), Some(2_411), Some(2_410), Some(2_411)], "sent {sent}");
     }
-    // A receiver that does not know the time sends -1.
+    // A receiver with an unknown time sends -1.
     let wire = [time(2_410, -1.0), lla(5.0)].concat();
     assert!(matches!(read(&wire)[0].time, Some(ReceiverTime::Gps { week: None, .. })));
 }

@@ -1,4 +1,4 @@
-//! What UBX messages do and do not make a fix, and how a receiver is set.
+//! UBX messages that give a fix, messages that do not, and the configuration of a receiver.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
@@ -15,7 +15,7 @@ fn read(wire: &[u8]) -> Vec<ReceiverFix> {
     fixes(Protocol::Ubx, wire)
 }
 
-/// A NAV-PVT whose payload was changed, with a checksum that fits.
+/// A NAV-PVT with a changed payload and a valid checksum.
 fn changed(change: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
     let wire = encode::ubx_pvt(&Epoch::flying(0));
     let mut payload = wire[6..wire.len() - 2].to_vec();
@@ -152,7 +152,7 @@ fn the_finer_position_and_velocity_stay_in_whatever_order_they_come() {
         assert_abs_diff_eq!(east, -5.6, epsilon = 1e-12);
         assert_eq!(fix.satellites, Some(epoch.satellites));
     }
-    // Whichever of the two says that there is no fix, there is none.
+    // If either of the two reports no fix, there is no fix.
     assert_eq!(read(&[solution(&epoch, 0, 0x0C), older].concat()), []);
 }
 
@@ -184,7 +184,7 @@ fn where_nav_pvt_comes_too_it_is_the_fix_and_the_only_one() {
 fn a_message_that_starts_inside_a_damaged_one_is_found_with_its_own_arrival() {
     let whole = encode::ubx_pvt(&Epoch::flying(0));
     let mut decoder = Decoder::default();
-    // The first breaks off after 50 bytes, without a sign.
+    // The first is cut off after 50 bytes.
     assert_eq!(decoder.read(&mut &whole[..50], Time::ZERO), None);
     assert_eq!(decoder.read(&mut &whole[..60], Time::ZERO + 1.0), None);
     let fix = decoder.read(&mut &whole[60..], Time::ZERO + 2.0).unwrap();
@@ -206,10 +206,10 @@ fn a_receiver_is_set_message_by_message_each_awaiting_its_acknowledgement() {
     while let Some(asked) = message {
         let bytes = asked.as_bytes();
         sent.push(bytes.to_vec());
-        // Unanswered it is not hurried, then repeated.
+        // Without an answer it is repeated, but not too early.
         assert_eq!(configuration.poll(&mut decoder, now + 0.9), None);
         assert_eq!(configuration.poll(&mut decoder, now + 1.0), Some(asked));
-        // The answer to another message does not count.
+        // The answer to another message is ignored.
         decoder.read(&mut answer(true, 0x06, 0x24).as_slice(), now + 1.1);
         assert_eq!(configuration.poll(&mut decoder, now + 1.1), None);
         decoder.read(&mut answer(true, bytes[2], bytes[3]).as_slice(), now + 1.2);

@@ -1,9 +1,9 @@
-//! From a flight of our own to a model, from the model to an autopilot, from the autopilot to a flight.
+//! From a simulated flight to a model, from the model to an autopilot, from the autopilot to a flight.
 //!
 //! The truth is the simulator's linearisation in the wind of the flight. Seeds 1, 4, 6, 7, 101 to 105, 200 to 219,
-//! 300 to 329, 400 to 429, 500 to 529, 828 to 869, 1000 to 1015 and 1100 to 1139 were looked at while the method was
-//! made, 106 to 130, 600 to 629, 700 to 789, 800 to 827, 870 to 899, 1016 to 1090, 1140 to 1190, 1200 to 1379,
-//! 1400 to 1407, 1410 to 1441, 1500 to 1503, 1510 to 1525 and 2000 to 2031 once.
+//! 300 to 329, 400 to 429, 500 to 529, 828 to 869, 1000 to 1015 and 1100 to 1139 were used in the development of the
+//! method. Seeds 106 to 130, 600 to 629, 700 to 789, 800 to 827, 870 to 899, 1016 to 1090, 1140 to 1190, 1200 to
+//! 1379, 1400 to 1407, 1410 to 1441, 1500 to 1503, 1510 to 1525 and 2000 to 2031 were each evaluated once.
 
 use std::f64::consts::TAU;
 
@@ -23,11 +23,11 @@ use hovernav_sysid::helicopter::{
 };
 use hovernav_sysid::methods::prediction_error::Identified;
 
-/// Stick and the output that answers to it.
+/// Stick and the output that responds to it.
 const PAIRS: [(&str, &str); 4] =
     [("lateral", "p"), ("longitudinal", "q"), ("collective", "w"), ("pedal", "r")];
 
-/// Calm, 3 m/s with gusts of 1.0 and 1.5 m/s, 5 m/s with 1.25, in turn.
+/// Calm, 3 m/s with gusts of 1.0 and 1.5 m/s, 5 m/s with 1.25, in rotation.
 fn wind_of(seed: u64) -> WindConfig {
     match seed % 4 {
         0 => WindConfig::calm(),
@@ -41,12 +41,12 @@ fn config(seed: u64, autopilot: HoverConfig) -> FlightConfig {
     FlightConfig { seed, wind: wind_of(seed), ..FlightConfig::new(autopilot) }
 }
 
-/// Test points as `hovernav simulate --test-points` flies them, and what `hovernav identify` makes of them.
+/// Test points flown by `hovernav simulate --test-points`, and their identification by `hovernav identify`.
 fn identified(seed: u64) -> (Identification, StateSpace) {
     identified_airframe(HelicopterParameters::raptor60(), &shipped::raptor60(), seed)
 }
 
-/// The same of another `helicopter`, held by an autopilot that its own `model` gives.
+/// The same for another `helicopter`, held by an autopilot designed for its own `model`.
 fn identified_airframe(
     helicopter: HelicopterParameters,
     model: &StateSpace,
@@ -81,8 +81,7 @@ fn flown(
     (dataset, solutions)
 }
 
-/// The vehicle's own linearisation in the wind of `seed`, the rotor's speed under its governor among the
-/// states.
+/// The vehicle's own linearisation in the wind of `seed`, with the rotor's speed under its governor as a state.
 fn truth(seed: u64) -> StateSpace {
     let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
     let wind = wind_of(seed).steady_mps;
@@ -110,7 +109,7 @@ fn truth(seed: u64) -> StateSpace {
     StateSpace::new("helicopter", TimeDomain::Continuous, states, inputs, a, b).unwrap()
 }
 
-/// Corners of the servos, Hz, and the sample that their commands wait, s.
+/// Corner frequencies of the servos, Hz, and the delay of their commands, samples.
 const SERVO_HZ: f64 = 8.0;
 const TAIL_SERVO_HZ: f64 = 12.0;
 const WAIT_S: f64 = 1.0 / 33.0;
@@ -119,7 +118,7 @@ fn servo_hz(stick: &str) -> f64 {
     if stick == "pedal" { TAIL_SERVO_HZ } else { SERVO_HZ }
 }
 
-/// How far delay and lag of `stick` together are off, and their bound, s. Apart they take each other's place.
+/// Error of the sum of delay and lag of `stick`, and its bound, s. Delay and lag cannot be separated.
 fn lateness(found: &Identified, stick: &str) -> (f64, f64) {
     let (delay, lag) = (found.delay(stick).unwrap(), found.lag(stick).unwrap());
     let estimates = &found.estimates;
@@ -130,8 +129,7 @@ fn lateness(found: &Identified, stick: &str) -> (f64, f64) {
     (delay.value + lag.value - WAIT_S - 1.0 / (TAU * servo_hz(stick)), variance.sqrt())
 }
 
-/// The cost J of the model's response against the true one behind servo and one sample of delay, from
-/// 0.5 to 12 rad/s.
+/// The cost J of the model's response against the true one with servo and one sample of delay, from 0.5 to 12 rad/s.
 fn cost(
     found: &Identification,
     vehicle: &StateSpace,
@@ -164,17 +162,17 @@ fn cost(
 const CONSTANT: [&str; 13] =
     ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "a", "b", "c", "d"];
 
-/// What became of one seed.
+/// Result of one seed.
 struct Outcome {
     costs: [f64; 4],
     verdict: Verdict,
-    /// Weakest phase and gain margin of the designed autopilot, ° and dB, as promised for the model, and on the true
-    /// vehicle where that is stable.
+    /// Weakest phase and gain margin of the designed autopilot, ° and dB, for the model and for the true vehicle if
+    /// it is stable.
     margins: Option<[Option<(f64, f64)>; 2]>,
     crashed: bool,
 }
 
-/// Weakest phase and gain margin, ° and dB; none of a loop that is not stable.
+/// Weakest phase and gain margin, ° and dB; `None` for an unstable loop.
 fn weakest(cut: &Loop) -> Option<(f64, f64)> {
     let margins = cut.margins().ok()?;
     let channels = || margins.channels.iter();
@@ -215,7 +213,7 @@ fn outcome(seed: u64) -> Outcome {
     outcome
 }
 
-/// What a chain of tools owes its user: a model that is good, or one that says it is not, and no crash.
+/// Requirements on the chain of tools: a good model or one reported as bad, and no crash.
 fn assert_sound(outcome: &Outcome) {
     assert!(!outcome.crashed);
     for ((stick, output), cost) in PAIRS.into_iter().zip(outcome.costs) {
@@ -226,14 +224,14 @@ fn assert_sound(outcome: &Outcome) {
     }
 }
 
-/// By no more than 2 dB and 8° do margins on the vehicle fall below those that the model promised.
+/// Margins on the vehicle are at most 2 dB and 8° below those of the model.
 fn assert_margins_hold(outcome: &Outcome) {
     let [promised, had] = outcome.margins.expect("a model that may be flown by");
     let (Some(promised), Some(had)) = (promised, had) else { panic!("not stable") };
     assert!(had.0 > promised.0 - 8.0 && had.1 > promised.1 - 2.0, "{promised:?} {had:?}");
 }
 
-/// The sample of each day: one flight of five, in 3 m/s with gusts of 1 m/s. `.ci/more` flies the other four.
+/// The daily sample: one flight of five, in 3 m/s with gusts of 1 m/s. `.ci/more` flies the other four.
 #[test]
 fn a_flight_in_gusts_leads_to_a_model_an_autopilot_and_a_flight_with_the_margins_promised() {
     let outcome = outcome(1501);
@@ -241,7 +239,7 @@ fn a_flight_in_gusts_leads_to_a_model_an_autopilot_and_a_flight_with_the_margins
     assert_margins_hold(&outcome);
 }
 
-// One test a flight, so that they run side by side.
+// One test per flight, so that they run in parallel.
 #[test]
 #[ignore = "ten seconds: a flight, its identification and design"]
 fn another_flight_in_gusts_leads_to_a_model_an_autopilot_and_a_flight() {
@@ -266,7 +264,8 @@ fn margins_on_the_vehicle_are_those_promised_in_wind_of_5_mps() {
     assert_margins_hold(&outcome(1503));
 }
 
-/// Without the bar the rotor of this flight was taken for slow, its spring 7 bounds off, and pitch by a cost of 104.
+/// Without the bar the rotor of this flight is identified as too slow, with its spring 7 bounds off, and pitch with a
+/// cost of 104.
 #[test]
 fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     let (found, vehicle) = identified(407);
@@ -279,13 +278,13 @@ fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     assert_abs_diff_eq!(spring.value, true_spring, epsilon = 3.0 * spring.bound);
 }
 
-/// On less than all of this flight the search without a bar ends a sample off in the delay, where one with a bar
-/// is far likelier.
+/// On only a part of this flight the search without a bar ends with a delay error of one sample, where a model with a
+/// bar is far more likely.
 #[test]
 fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
     let mut bare = HelicopterParameters::raptor60();
     (bare.bar.lateral_gain, bare.bar.longitudinal_gain) = (0.0, 0.0);
-    // What the bar did for stick and damping, blades that are heavier and turn further do.
+    // Heavier blades with a larger pitch range replace the effect of the bar on stick and damping.
     (bare.lateral_cyclic_rad, bare.longitudinal_cyclic_rad) = (0.2, 0.25);
     bare.blade_inertia_kgm2 *= 3.0;
     let helicopter = Helicopter::new(bare).unwrap();
@@ -302,8 +301,8 @@ fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
     }
 }
 
-/// With an error of the vertical velocity that could be any size, the collective of this flight was found too weak
-/// by 4.2 of its bounds, and heave by a cost of 196.
+/// With an unlimited error of the vertical velocity, the collective of this flight is identified as too weak by 4.2
+/// of its bounds, and heave with a cost of 196.
 #[test]
 fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let (found, vehicle) = identified(505);
@@ -315,13 +314,13 @@ fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let reasons = &vehicle.verdict().unwrap().reasons;
     println!("heave {heave:.0}, Zcol {} ± {}, {true_strength}", strength.value, strength.bound);
     assert_abs_diff_eq!(strength.value, true_strength, epsilon = 2.0 * strength.bound);
-    // Costs 75: the flight's own gusts leave Zcol 20 % weak, which is one of its bounds.
+    // Costs 75: the flight's own gusts make Zcol 20 % too weak, which is one of its bounds.
     assert!(heave < 80.0, "{heave}");
     assert!(reasons.iter().any(|own| own.contains(&format!("{stick} to {output}"))), "{reasons:?}");
 }
 
-/// The likelihood alone finds the collective of this flight 35 ms late, six bounds off: the autopilot answers gusts
-/// before the measured velocity shows them.
+/// The likelihood alone identifies the collective of this flight as 35 ms late, an error of six bounds: the autopilot
+/// responds to gusts before the measured velocity shows them.
 #[test]
 fn gusts_do_not_make_the_collective_late() {
     let (found, _) = identified(838);
@@ -330,7 +329,7 @@ fn gusts_do_not_make_the_collective_late() {
     assert!(off_s.abs() < 3.0 * bound_s && bound_s < 0.015);
 }
 
-/// How far each entry of A and B that was identified is off, in its own one-sigmas.
+/// Error of each identified entry of A and B, in its own one-sigmas.
 fn normalised_errors(vehicle: &StateSpace, truth: &StateSpace) -> Vec<(String, f64)> {
     let covariance = vehicle.covariance().unwrap();
     let place_of = |name: &str| vehicle.parameters().iter().position(|own| own.name == name);
@@ -400,7 +399,7 @@ fn delays_and_lags_keep_within_their_bounds() {
     }
 }
 
-/// The same of the collective where the record does not say what was injected, as a pilot's does not.
+/// The same for the collective in a record without the injected signal, as for a pilot's inputs.
 #[test]
 #[ignore = "minutes: sixteen flights and identifications"]
 fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
@@ -421,7 +420,7 @@ fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
     assert!(rms < 1.5 && mean_ms.abs() < 10.0 && late.iter().all(|late| late.1.abs() < 4.0));
 }
 
-/// Sticks that are recorded 80 ms late seem to be answered before they move.
+/// Sticks recorded 80 ms late seem to be answered before they move.
 #[test]
 fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     let (mut dataset, solutions) =
@@ -443,7 +442,7 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(0.08));
     let late = verdict(&dataset);
     assert!(names(&late, "the sticks are recorded late"));
-    // The cause before what follows from it.
+    // The cause comes before its consequences.
     assert!(late.reasons[0].starts_with("the sticks are recorded late"));
 }
 

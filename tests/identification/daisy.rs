@@ -1,5 +1,5 @@
-//! Four recorded plants of the DaISy collection, identified on the first half and judged on the
-//! second: free run over the whole half, start state fitted, the first half's means removed.
+//! Four recorded plants of the DaISy collection, identified on the first half and evaluated on the second: free run
+//! over the complete half, start state fitted, the first half's means removed.
 //!
 //! `cargo test --test identification daisy:: -- --nocapture` prints the table.
 
@@ -31,7 +31,7 @@ struct Row {
     searched: [Vec<f64>; 2],
 }
 
-/// Fits on both halves in three ways, each with its own defaults.
+/// Fits on both halves by three methods, each with its own defaults.
 fn table_row(name: &str, inputs: usize, order: usize) -> Option<Row> {
     let (first, second) = halves(&recorded(name, inputs, 1.0)?);
     let pass = SubspaceSettings { order: Some(order), ..SubspaceSettings::default() };
@@ -52,7 +52,7 @@ fn table_row(name: &str, inputs: usize, order: usize) -> Option<Row> {
     Some(row)
 }
 
-/// At least `least` on each half, to the last digit that the comparison is printed with.
+/// At least `least` on each half, to the last printed digit of the comparison.
 fn reaches(fits: &[Vec<f64>; 2], least: [&[f64]; 2], digit: f64) {
     for (fits, least) in fits.iter().zip(least) {
         for (fit, least) in fits.iter().zip(least) {

@@ -1,4 +1,4 @@
-//! The recorded experiments the identification tests share.
+//! Recorded experiments shared by the identification tests.
 
 use std::fs;
 

@@ -30,7 +30,7 @@ fn identified(kind: Kind, velocity: Velocity) -> Identification {
     found
 }
 
-/// What several tests ask for.
+/// Requests shared by several tests.
 static YAW: LazyLock<Identification> = LazyLock::new(|| identified(Kind::Yaw, Velocity::Estimated));
 static HEAVE: LazyLock<Identification> =
     LazyLock::new(|| identified(Kind::Heave, Velocity::Estimated));
@@ -39,7 +39,7 @@ fn percent(fit: &Fit, name: &str) -> f64 {
     fit.channels().0.iter().find(|channel| channel.name == name).unwrap().percent
 }
 
-/// What the dataset was made with: for this scorer alone.
+/// Settings of the dataset's simulation, used only for scoring.
 fn truth() -> HashMap<String, f64> {
     let path = folder().join("true-parameters.json");
     let mut truth: HashMap<String, f64> =
@@ -219,13 +219,13 @@ fn what_was_not_recorded_is_left_out_and_told() {
     }
     score(&found, &["Nr", "Nped"]);
 
-    // What is not recorded is not at rest: the warnings of the sticks once named the same part again.
+    // Times without a record are not at rest: the warnings of the sticks must not name the same part again.
     dataset.controls.retain(|(time, _)| after_s(*time) < 160.0);
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     let warnings = flight_warnings(&flight, Kind::Yaw);
     assert!(!warnings.iter().any(|own| own.contains("does not move")), "{warnings:?}");
 
-    // Sticks on another clock have no part of the flight: they once were said never to move.
+    // Sticks on another clock do not overlap the flight: they must not be reported as never moving.
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
     let told =
         identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).map(drop).unwrap_err();

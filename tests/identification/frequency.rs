@@ -1,4 +1,4 @@
-//! Frequency responses: what was put in comes out, with honest coherence and bounds.
+//! Frequency responses: the simulated response is found, with correct coherence and bounds.
 
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ fn true_response(model: &LinearModel, frequency_hz: f64) -> DMatrix<Complex<f64>
     complex(&model.c) * resolvent.try_inverse().unwrap() * complex(&model.b) + complex(&model.d)
 }
 
-/// A sweep of one stick over so many samples but for their last two seconds.
+/// A sweep of one stick, without its last two seconds.
 fn sweep(samples: usize) -> Vec<f64> {
     let sweep = Maneuver::Sweep {
         amplitude: 1.0,
@@ -47,7 +47,7 @@ fn sweep(samples: usize) -> Vec<f64> {
     sweep.sampled(samples, PERIOD_S, 1.0)
 }
 
-/// A sweep on one stick while the pilot moves the other a little, as pilots do.
+/// A sweep on one stick while the pilot moves the other slightly, as in real flights.
 fn flight(swept: usize, noise: f64, seed: u64) -> Experiment {
     let samples = 5000;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -74,8 +74,8 @@ fn flights(noise: f64) -> Vec<Experiment> {
     vec![flight(0, noise, 1), flight(1, noise, 2)]
 }
 
-/// How many coherent points of the plant's responses are within three times their random error, and how many
-/// there are.
+/// Number of coherent points of the plant's responses within three times their random error, and number of all
+/// points.
 fn within_random_error(found: &FrequencyResponse) -> (usize, usize) {
     let (mut inside, mut all) = (0, 0);
     for (point, &frequency_hz) in found.frequencies_hz.iter().enumerate() {
@@ -127,8 +127,8 @@ fn coherence_falls_with_noise() {
     assert!(quiet > 0.97 && loud < quiet - 0.05, "{quiet} {loud}");
 }
 
-/// Roll and yaw held by a controller that answers the rates, which gusts move too, with both sticks; a
-/// sweep is injected on one after the other.
+/// Roll and yaw held by a controller that responds with both sticks to the rates, which gusts move too. A sweep is
+/// injected on one stick after the other.
 fn held_flight(swept: usize, seed: u64) -> Experiment {
     const FEEDBACK: [[f64; 2]; 2] = [[0.3, 0.05], [-0.05, -0.5]];
     let samples = 10_000;
@@ -167,7 +167,7 @@ fn under_feedback_the_injected_signal_finds_what_the_sticks_alone_do_not() {
         .map(|flight| flight.select(&["lateral", "pedal"], &["p", "r"]).unwrap())
         .collect();
     let direct = frequency_response(&sticks, &settings).unwrap();
-    // The mean error over frequencies is the bias; chance takes itself out of it.
+    // The mean error over frequencies is the bias; random errors average out.
     for at in [(0, 0), (1, 1)] {
         let bias = |found: &[DMatrix<Complex<f64>>]| {
             let errors = joint.frequencies_hz.iter().zip(found).map(|(&frequency_hz, found)| {
@@ -245,7 +245,7 @@ fn derivatives_are_found_from_sweeps_with_bounds_that_hold() {
     let measured = frequency_response(&flights, &ResponseSettings::composite(BAND, 100.0)).unwrap();
     let start = [-1.0, 5.0, -1.0, -5.0];
     let settings = ResponseFitSettings { least_coherence: 0.8, ..ResponseFitSettings::default() };
-    // The responses across are nothing: only those on the diagonal are fitted.
+    // The off-axis responses are zero: only those on the diagonal are fitted.
     let mut direct = measured.clone();
     for coherence in &mut direct.coherence {
         coherence[(0, 1)] = 0.0;

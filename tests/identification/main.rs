@@ -1,5 +1,5 @@
-//! From records to models: preparation, the methods, what they make of data of others and of flights, and what flies on
-//! it.
+//! From records to models: preparation, methods, their results on published data and on flights, and flights on the
+//! models.
 
 mod chain;
 mod daisy;

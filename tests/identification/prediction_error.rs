@@ -1,4 +1,4 @@
-//! Prediction error: what is put in comes out, within the bounds it is given.
+//! Prediction error: the true parameters are found within their bounds.
 
 use approx::assert_abs_diff_eq;
 use hovernav_sysid::helicopter::Kind;
@@ -88,14 +88,14 @@ fn errors_over_many_flights_are_as_large_as_their_bounds() {
         let covariance = found.estimates.covariance.fixed_view::<2, 2>(0, 0).into_owned();
         normalised += error.dot(&(covariance.try_inverse().unwrap() * error)) / flights as f64;
     }
-    // The mean of 200 χ² of two degrees of freedom: 2 ± 3·√(4/200), and a little for finite records.
+    // The mean of 200 χ² of two degrees of freedom: 2 ± 3·√(4/200), with a margin for finite records.
     println!("normalised squared error {normalised:.3}, expected 2");
     assert!((1.6..2.5).contains(&normalised), "{normalised}");
 }
 
 #[test]
 fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
-    // Process noise left out of the model: the residuals of output error are far from white.
+    // Process noise missing in the model: the residuals of output error are far from white.
     let structure = plain_heave();
     let mut settings = Settings::output_error();
     settings.residual_correlation_s = 3.0;
@@ -111,7 +111,7 @@ fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
     assert!(colored < 2.0);
 }
 
-/// What the price of a stabiliser bar is made of.
+/// Components of the price of a stabiliser bar.
 #[test]
 fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_tells() {
     let structure = plain_heave();
@@ -123,7 +123,7 @@ fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_tel
         let flight = [heave(seed, 800, 0)];
         let free = identify(&structure, &flight, &settings).unwrap();
         let held = identify(&known, &flight, &settings).unwrap();
-        // Akaike's criterion has a price of 2 for the parameter that is free.
+        // Akaike's criterion has a price of 2 for the free parameter.
         rise += (held.aic + 2.0 - free.aic) / 100.0;
         told += free.estimates.inflation(&["Zcol"]).unwrap() / 100.0;
     }
@@ -159,7 +159,7 @@ fn several_flights_share_parameters_and_keep_their_own_trim() {
     let structure = plain_heave();
     let mut second = heave(2, 800, 0);
     second.name = "other trim".into();
-    // A stick trimmed elsewhere is another constant force.
+    // A stick trimmed differently is another constant force.
     second.inputs.add_scalar_mut(0.2);
     let flights = [heave(1, 800, 0), second];
     let found = identify(&structure, &flights, &Settings::innovations(vec![0.3])).unwrap();
@@ -212,6 +212,6 @@ fn no_fit_prints_without_the_bounds_behind_it() {
     assert!(text.contains("bound %") && text.contains("Zcol"));
     let (channels, estimates) = fit.channels();
     assert!(estimates.get("Zw").unwrap().bound > 0.0);
-    // What gusts and sensors leave unexplained is what a true model must leave.
+    // A true model reaches the floor that gusts and sensors leave unexplained.
     assert_abs_diff_eq!(channels[0].percent, channels[0].floor_percent, epsilon = 8.0);
 }

@@ -1,4 +1,4 @@
-//! Preparation shifts nothing, and bad data is named before it is fitted.
+//! Preparation adds no shift, and bad data is reported before the fit.
 
 use approx::assert_abs_diff_eq;
 use hovernav_sysid::methods::excitation::{InputFault, check_inputs};
@@ -46,7 +46,7 @@ fn a_low_pass_has_half_power_at_its_cutoff_and_no_phase() {
         (0..2000).map(|k| (std::f64::consts::TAU * hz * period_s * f64::from(k)).sin()).collect()
     };
     let passed = filter.zero_phase(&tone(cutoff_hz)).unwrap();
-    // Twice through, so a half in amplitude, sample by sample: no shift.
+    // Filtered twice, so a half in amplitude, sample by sample: no shift.
     for (before, after) in tone(cutoff_hz)[500..1500].iter().zip(&passed[500..1500]) {
         assert_abs_diff_eq!(*after, 0.5 * before, epsilon = 1e-6);
     }
@@ -214,7 +214,7 @@ fn a_wrong_unit_sign_or_clock_is_named() {
         if (relation.skew_s - 0.12).abs() < 0.021)),
         "{late:?}"
     );
-    // A gyro bias and a slow drift are for the filter to find: no fault of the record.
+    // A gyro bias and a slow drift are estimated by the filter: they are not faults of the record.
     assert!(wrong(&|outputs| outputs.column_mut(2).add_scalar_mut(0.01)).is_empty());
 }
 

@@ -9,7 +9,7 @@ use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 pub const PERIOD_S: f64 = 0.01;
-/// m/s and m/s, m/s, rad/s …: in the order of the structure's outputs.
+/// In the order of the structure's outputs: m/s, m/s, m/s, rad/s …
 pub const MEASUREMENT_SIGMA: [f64; 8] = [0.03, 0.03, 0.03, 0.01, 0.01, 0.01, 0.003, 0.003];
 /// m/s² and rad/s², per sample.
 pub const PROCESS_SIGMA: [f64; 6] = [0.2, 0.2, 0.3, 0.3, 0.2, 0.3];
@@ -59,7 +59,7 @@ pub fn fly(seed: u64, samples: usize) -> Experiment {
         .expect("a simulated flight is finite")
 }
 
-/// Every axis has frequencies of its own, 0.5 to 20 rad/s, so that none is taken for another.
+/// Every axis has its own frequencies, 0.5 to 20 rad/s, so that no axis is confused with another.
 fn multisine(time_s: f64, axis: usize) -> f64 {
     (0..8)
         .map(|harmonic| {
@@ -70,7 +70,7 @@ fn multisine(time_s: f64, axis: usize) -> f64 {
         .sum()
 }
 
-/// The structure started wrong by `fraction`, up and down by turns.
+/// The structure with start values wrong by `fraction`, alternately up and down.
 pub fn wrong_start(fraction: f64) -> Structure {
     let mut structure = Kind::R50.structure();
     for (index, parameter) in structure.parameters.iter_mut().enumerate() {

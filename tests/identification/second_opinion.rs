@@ -1,4 +1,4 @@
-//! The frequency domain's second opinion: agrees with what is right, and says so of what is wrong.
+//! The second opinion of the frequency domain: agrees with right parameters, and reports wrong ones.
 
 use hovernav_log::Dataset;
 use hovernav_model::Grade;
@@ -6,7 +6,7 @@ use hovernav_sysid::helicopter::{
     Basis, FlightRecord, FrequencyDomain, Identification, Kind, Velocity, identify,
 };
 
-/// The flight that every checkout has, identified as `kind`.
+/// The flight included in every checkout, identified as `kind`.
 fn identified(kind: Kind) -> (Identification, FlightRecord) {
     let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
     let mut dataset = Dataset::open(dir.as_ref()).unwrap();

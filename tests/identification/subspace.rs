@@ -1,4 +1,4 @@
-//! Subspace identification finds what made the data, and says why where it cannot.
+//! Subspace identification finds the generating system, and gives the reason where it cannot.
 
 use hovernav_model::{LinearModel, TimeDomain};
 use hovernav_sysid::methods::InnovationModel;
@@ -84,7 +84,7 @@ fn noise_moves_the_poles_little_and_the_gain_is_found() {
     let settings = SubspaceSettings { order: Some(3), ..SubspaceSettings::default() };
     let found = identify(&record, &settings).unwrap();
     assert!(farthest(&found.model.system, &truth.system) < 0.03);
-    // The gain itself depends on the basis; how fast the predictor forgets does not.
+    // The gain itself depends on the basis; the poles of the predictor do not.
     let predictor = |model: &InnovationModel| LinearModel {
         a: &model.system.a - &model.gain * &model.system.c,
         ..model.system.clone()
@@ -166,7 +166,7 @@ fn what_cannot_be_identified_is_refused_with_the_reason() {
 
 #[test]
 fn the_horizon_follows_the_order() {
-    // Four resonances and a lag seen by one output: nine states, which ten samples hardly show.
+    // Four resonances and a lag measured by one output: nine states, which ten samples barely determine.
     let mut a = DMatrix::zeros(9, 9);
     let modes = [(0.98, 0.05), (0.95, 0.15), (0.93, 0.3), (0.9, 0.5)];
     for (mode, (size, turn)) in modes.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The Earth of `hovernav::earth` against published values and against slow, exact formulas.
+//! The Earth of `hovernav::earth`, compared with published values and with slow, exact formulas.
 //!
 //! Published values: NIMA TR8350.2, third edition, amendment 1 (tables 3.3 and 3.4); IOGP
 //! publication 373-7-2, *EPSG Guidance Note 7-2*, methods 9602 and 9837; GeographicLib's `GeodSolve`
@@ -20,7 +20,7 @@ fn place(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Geodetic {
     Geodetic::from_degrees(latitude_deg, longitude_deg, height_m).unwrap()
 }
 
-/// Metres between two places in a straight line.
+/// Straight-line distance between two positions, m.
 fn apart_m(a: &Geodetic, b: &Geodetic) -> f64 {
     (a.to_ecef() - b.to_ecef()).norm()
 }
@@ -148,7 +148,7 @@ fn local_coordinates_match_the_epsg_worked_example() {
 #[test]
 fn gravity_on_the_ellipsoid_has_the_published_values() {
     assert_abs_diff_eq!(at_latitude(0.0).gravity_mps2, 9.780_325_335_9, epsilon = 1e-12);
-    // The published k has twelve digits: the pole comes out 1e-10 off.
+    // The published k has twelve digits: the value at the pole differs by 1e-10.
     assert_abs_diff_eq!(at_latitude(FRAC_PI_2).gravity_mps2, 9.832_184_937_8, epsilon = 2e-10);
     let weighted = |weight: &dyn Fn(&Local) -> f64| {
         integral(0.0, FRAC_PI_2, |latitude| {
@@ -240,7 +240,7 @@ fn north_is_given_up_only_beside_the_poles() {
 }
 
 prop_compose! {
-    /// Anywhere on the globe, poles and date line among the likely places.
+    /// Anywhere on the globe, with poles and date line as frequent positions.
     fn anywhere(heights: std::ops::Range<f64>)(
         latitude_deg in prop_oneof![
             8 => -90.0..=90.0, 1 => Just(90.0), 1 => Just(-90.0), 1 => 89.999..=90.0, 1 => Just(0.0)],
@@ -307,7 +307,7 @@ proptest! {
     ) {
         let offset = there.local_ned_m(&origin);
         prop_assert!((offset.norm() - apart_m(&origin, &there)).abs() < 1e-8 + 2e-15 * offset.norm());
-        // A direction is good to rounding of unity: 26 nm over the Earth's diameter.
+        // A direction is accurate to rounding of unity: 26 nm over the Earth's diameter.
         let rounding_m = 1e-8 + 2e-15 * offset.norm();
         prop_assert!(apart_m(&Geodetic::from_local_ned(&origin, offset).unwrap(), &there) < rounding_m);
         let found = Geodetic::from_local_ned(&origin, near).unwrap().local_ned_m(&origin);
@@ -337,13 +337,13 @@ proptest! {
     fn radii_and_transport_rate_are_the_motion_of_the_local_frame(
         here in navigable(89.0), velocity in vector(30.0),
     ) {
-        // One second apart, centred: what is left is of third order in the angle.
+        // One second apart, centred: the remaining error is of third order in the angle.
         let local = Local::at(&here);
         let [before, after] = [-0.5, 0.5].map(|s| local.displaced(&here, velocity * s));
         let way = here.ecef_to_ned() * (after.to_ecef() - before.to_ecef());
         prop_assert!((way - velocity).norm() < 2e-6);
         let turn = after.ecef_to_ned().quaternion() * before.ecef_to_ned().quaternion().conjugate();
-        // The frame turns by the rate, so coordinates turn back by it.
+        // The frame rotates at the rate, so coordinates rotate in the opposite direction.
         let angle: Vector<Ned> = Vector::claim(turn.xyz() * -2.0 * turn.w.signum());
         prop_assert!((angle - local.transport_rate(velocity)).norm() < 1e-9 * angle.norm() + angle.norm().powi(3) + 2e-15);
     }
@@ -352,7 +352,7 @@ proptest! {
     fn gravity_is_the_exact_normal_gravity_up_to_15_km(here in anywhere(-400.0..15_000.0)) {
         let (outward, northward) = closed_form_gravity(&here);
         prop_assert!((Local::at(&here).gravity_mps2 + outward).abs() < 1e-6);
-        // Groves 2.140, which the module names as what it leaves out.
+        // Groves 2.140, which the module documents as neglected.
         let left_out = -8.08e-9 * here.height_m * (2.0 * here.latitude_rad).sin();
         prop_assert!((northward - left_out).abs() < 1e-6);
     }

@@ -1,5 +1,5 @@
-//! The transition of the covariance is the derivative of the mechanization, but for the terms that
-//! its documentation names.
+//! The transition of the covariance is the derivative of the mechanization, except for the terms in its
+//! documentation.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
@@ -45,7 +45,7 @@ impl Moment {
         integrator.push(&second, errors).unwrap()
     }
 
-    /// The state at the end of the step, for a start and a unit that are off by `error`.
+    /// The state at the end of the step, for a start and a unit with the errors `error`.
     fn end(&self, error: &[f64; STATES]) -> NavState {
         let block = |first: usize| [error[first], error[first + 1], error[first + 2]];
         let mut state = NavState {
@@ -64,7 +64,7 @@ impl Moment {
         state
     }
 
-    /// The transition by central differences of the mechanization, the errors of the unit constant.
+    /// The transition by central differences of the mechanization, with constant errors of the unit.
     fn numeric_transition(&self) -> Matrix {
         let mut phi = Matrix::identity();
         for column in 0..STATES {
@@ -89,8 +89,8 @@ impl Moment {
         phi
     }
 
-    /// The transition that the filter itself uses, taken out of its kernel column by column: of one
-    /// unit variance and no noise, P becomes the square of that column.
+    /// The transition of the filter itself, extracted from its kernel column by column. For one unit variance and no
+    /// noise, P becomes the square of this column.
     fn kernel_transition(&self) -> (Matrix, Transition<f64, N>) {
         let mut step = self.filter_step();
         let used = step;
@@ -113,7 +113,7 @@ impl Moment {
         (phi, used)
     }
 
-    /// The step as the filter makes it from its samples.
+    /// The filter's step from its samples.
     fn filter_step(&self) -> Transition<f64, N> {
         let start = Start {
             state: NavState { time: self.state.time + -1e-9, ..self.state },
@@ -125,7 +125,7 @@ impl Moment {
         };
         let mut config = EkfConfig::default();
         config.imu.covariance_interval_s = 0.0;
-        // Accelerometers without noise, so that all that they feel is motion.
+        // Accelerometers without noise, so that they measure only motion.
         config.imu.velocity_random_walk_mps = 0.0;
         config.imu.accel_vibration_share = 0.0;
         config.imu.accel_bias_sigma_mps2 = 1e-9;
@@ -174,11 +174,11 @@ fn moments() -> Vec<Moment> {
     moments
 }
 
-/// How much may be missing of ∂(row)/∂(column), the states in blocks of three.
+/// Allowed error of ∂(row)/∂(column), the states in blocks of three.
 ///
-/// Left out by the block's documentation: the turning of NED and all else under 2e-4 per second.
-/// Left out by taking the attitude at the step's start and each error's first effect alone: what the
-/// rotation of a step, ω Δt, or the specific force in it, f Δt, make of half a step.
+/// Neglected according to the block's documentation: the rotation of NED and all other terms under 2e-4 per second.
+/// The attitude at the step's start and the first effect of each error neglect the rotation of a step, ω Δt, or the
+/// specific force in it, f Δt, over half a step.
 fn left_out(row: usize, column: usize, interval_s: f64) -> f64 {
     const SLOW: f64 = 2e-4;
     let (rate, force) = (1.7, 12.7);
@@ -203,7 +203,7 @@ fn left_out(row: usize, column: usize, interval_s: f64) -> f64 {
         1 => velocity(column),
         // A metre up or north is on another circle: 30 m/s over its radius, 1e-5 per second.
         _ if column == 2 => 1e-5 * interval_s,
-        // The mean of the velocities at both ends stands for the mean over the step.
+        // The mean of the velocities at both ends replaces the mean over the step.
         _ if column == 0 => interval_s * (velocity(0) + half * force * interval_s),
         _ => interval_s * velocity(column),
     }
@@ -217,7 +217,7 @@ fn the_transition_is_the_derivative_of_the_mechanization() {
         let (kernel, step) = moment.kernel_transition();
         for row in 0..9 {
             for column in 0..STATES {
-                // The biases decay in the kernel, in the mechanization they do not.
+                // The biases decay in the kernel, but not in the mechanization.
                 let off = kernel[(row, column)] - numeric[(row, column)];
                 let allowed = left_out(row / 3, column / 3, moment.interval_s);
                 assert!(
@@ -271,7 +271,7 @@ fn a_second_of_steps_moves_the_covariance_as_the_mechanization_does() {
         for state in 9..N {
             noise[(state, state)] = relaxation.noise[state];
         }
-        // The same step again and again: a hundred of 10 ms, or thirty-three of 30.
+        // The same step repeatedly: a hundred of 10 ms, or thirty-three of 30.
         for _ in 0..(1.0 / moment.interval_s) as usize {
             covariance.propagate::<WithScaleFactors>(&step);
             dense = numeric * dense * numeric.transpose() + noise;

@@ -1,4 +1,4 @@
-//! The Earth, the strapdown mechanization and the simulated motion, each against what is known of it.
+//! The Earth, the strapdown mechanization and the simulated motion, each compared with known results.
 
 mod earth;
 mod jacobians;

@@ -1,4 +1,4 @@
-//! Simulated sensors: what they say differs from the truth by what their configuration says.
+//! Simulated sensors: their errors equal their configuration.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
@@ -116,7 +116,7 @@ fn the_default_unit_is_as_noisy_as_the_thesis_helicopter() {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         (mean, deviation(values.iter().map(|value| value - mean)))
     };
-    // The `heli-hover` data: 0.014 rad/s, 0.9 and 1.3 m/s² after taking out the motion.
+    // The `heli-hover` data: 0.014 rad/s, 0.9 and 1.3 m/s² after removal of the motion.
     assert_near(mean_and_deviation(&|rate, _| rate.x()).1, 0.014, 0.25);
     assert_near(mean_and_deviation(&|_, force| force.x()).1, 0.9, 0.25);
     let (mean, deviation) = mean_and_deviation(&|_, force| force.z());

@@ -1,5 +1,5 @@
-//! Fed without noise, the strapdown mechanization alone follows the truth: the test flight of the
-//! simulation, and motions whose outcome is known in closed form.
+//! Without noise, the strapdown mechanization alone follows the truth: the test flight of the simulation, and motions
+//! with a closed-form solution.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
@@ -54,8 +54,8 @@ impl Ins {
     }
 }
 
-/// Largest errors of position, m, velocity, m/s, and attitude, rad, of a unit flown on
-/// `trajectory`, against its own truth.
+/// Largest errors of position, m, velocity, m/s, and attitude, rad, of a unit flown on `trajectory`, compared with
+/// its own truth.
 fn worst_errors(trajectory: &Trajectory, dmu: &DmuConfig) -> [f64; 3] {
     let recording = fly(trajectory, dmu, &GpsConfig::ideal(1.0), 1).unwrap();
     let start = trajectory.at(0.0).at_point(dmu.lever_arm_m);
@@ -101,10 +101,9 @@ fn the_error_falls_with_the_cube_of_the_interval_for_increments_and_its_square_f
     }
 }
 
-/// What one interval of coning or sculling, at λ = ΩΔt, amounts to (½ (λ − sin λ)) less what the
-/// increments of this interval and the one before tell of it (⅓ sin² ½λ sin λ), in units of the
-/// product of the amplitudes: λ⁵/60 and higher. The first interval has none before it, and keeps the
-/// whole of its ½ (λ − sin λ).
+/// Residual error of one interval of coning or sculling, at λ = ΩΔt, in units of the product of the amplitudes: λ⁵/60
+/// and higher. It is the true term ½ (λ − sin λ) minus the term from the increments of this interval and the previous
+/// one, ⅓ sin² ½λ sin λ. The first interval has no previous one, and keeps the full ½ (λ − sin λ).
 fn left_of_two_samples(lambda: f64) -> f64 {
     0.5 * (lambda - lambda.sin()) - (0.5 * lambda).sin().powi(2) * lambda.sin() / 3.0
 }
@@ -123,7 +122,7 @@ fn coning_motion_drifts_by_the_two_sample_bound_and_no_more() {
     let half_angle = 1f64.to_radians();
     for hz in [2.0, 5.0, 10.0] {
         let omega = core::f64::consts::TAU * hz;
-        // The axis that is turned about circles in y and z; the body turns back about x.
+        // The rotation axis circles in y and z; the body turns back about x.
         let attitude = |t: f64| -> Rotation<Body, Ned> {
             let axis = Vector::<Ned>::new(0.0, (omega * t).cos(), (omega * t).sin());
             Rotation::IDENTITY.turned_in_to(axis * half_angle)
@@ -201,8 +200,7 @@ fn at_rest_on_the_rotating_earth_nothing_drifts_for_an_hour() {
         let off_m = ins.state.position.displacement_from(&place).norm();
         let off_rad = angle_between(ins.state.body_to_ned, attitude);
         println!("at rest: {off_m:e} m, {off_rad:e} rad");
-        // One rounding a step in the same direction, 360 000 × 1e-16 rad, and the Earth's radius
-        // times that.
+        // One rounding per step in the same direction, 360 000 × 1e-16 rad, and the Earth's radius times this.
         assert!(off_m < 5e-4);
         assert!(off_rad < 1e-10);
     }
@@ -245,7 +243,7 @@ fn free_fall_is_down_with_gravity_and_east_with_coriolis() {
     let east_m = turning * gravity * time_s.powi(3) / 3.0;
     assert_abs_diff_eq!(fallen.z(), down_m, epsilon = 1e-4);
     assert_abs_diff_eq!(fallen.y(), east_m, epsilon = 1e-4);
-    // Not turned in inertial space, the body turns against the ground's axes as they turn.
+    // Without rotation in inertial space, the body rotates against the rotating axes of the ground.
     let turned_rad = ins.state.body_to_ned.rotation_vector() + earth.earth_rate_radps * time_s;
     assert!(turned_rad.norm() < 1e-6);
 }
@@ -258,7 +256,7 @@ fn a_cruise_along_the_equator_keeps_its_height_and_its_speed() {
         let heading = EulerAngles::from_degrees(0.0, 0.0, f64::copysign(90.0, speed));
         let attitude = Rotation::from_euler(heading);
         let turning = EARTH_RATE_RADPS + speed / earth.east_radius_m;
-        // Weight less what the circle of the Earth's turning and one's own takes (Eötvös).
+        // Weight minus the centripetal part of the Earth's rotation and the own motion (Eötvös).
         let lift = earth.gravity_mps2
             - 2.0 * EARTH_RATE_RADPS * speed
             - speed * speed / earth.east_radius_m;
@@ -273,7 +271,7 @@ fn a_cruise_along_the_equator_keeps_its_height_and_its_speed() {
         let end = Geodetic { longitude_rad: 600.0 * speed / earth.east_radius_m, ..place };
         let off_m = ins.state.position.displacement_from(&end).norm();
         println!("equator: {off_m:e} m");
-        // The velocity at the middle of a step leaves out Coriolis: 1e-8 m/s² over ten minutes.
+        // The velocity at the middle of a step neglects Coriolis: 1e-8 m/s² over ten minutes.
         assert!(off_m < 4e-3);
         assert!((ins.state.velocity_mps - Vector::new(0.0, speed, 0.0)).norm() < 2e-5);
         assert!(angle_between(ins.state.body_to_ned, attitude) < 5e-9);
@@ -304,7 +302,7 @@ fn a_cruise_along_a_meridian_keeps_its_height_and_its_speed() {
         truth.latitude_rad += PERIOD_S * speed / radius_m;
     }
     assert!((ins.state.velocity_mps - Vector::new(speed, 0.0, 0.0)).norm() < 2e-5);
-    // The Earth's rate is that of the step's start, half a metre behind: 6e-12 rad/s, 6.5e-9 rad over the flight.
+    // The Earth's rate is that at the step's start, half a metre behind: 6e-12 rad/s, 6.5e-9 rad over the flight.
     let off_rad = angle_between(ins.state.body_to_ned, Rotation::IDENTITY);
     assert!(off_rad < 7e-9, "{off_rad:e} rad");
 }
@@ -332,7 +330,7 @@ fn what_the_unit_feels_is_carried_to_the_centre_of_gravity_of_the_test_flight() 
             unit.inertial_rate_radps,
             unit.angular_acceleration_radps2,
         );
-        // What is left is the change of gravity over the arm: 3e-6 s⁻² · 0.28 m.
+        // The remainder is the change of gravity over the arm: 3e-6 s⁻² · 0.28 m.
         assert!((carried - centre.specific_force_mps2).norm() < 2e-6);
     }
 }

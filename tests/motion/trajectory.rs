@@ -1,5 +1,5 @@
-//! The simulated flight is one motion: what its sensors would feel, integrated in a frame and by a
-//! method of its own, is the position, velocity and attitude that it claims.
+//! The simulated flight is consistent: integrating its sensor data, in a separate frame and by a separate method,
+//! gives its position, velocity and attitude.
 
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ impl InEcef {
         }
     }
 
-    /// Derivative under what a unit on the point senses.
+    /// Derivative from the measurements of a unit on the point.
     fn derivative(&self, sensed: &State) -> Self {
         let place = Geodetic::from_ecef(Vector::claim(self.position)).unwrap();
         let down = Vector::new(0.0, 0.0, Local::at(&place).gravity_mps2);
@@ -58,8 +58,8 @@ impl InEcef {
     }
 }
 
-/// Largest distance, speed and angle between the flight and the fourth-order Runge-Kutta
-/// integration of what a unit at the lever arm senses.
+/// Largest distance, speed and angle between the flight and the fourth-order Runge-Kutta integration of the
+/// measurements of a unit at the lever arm.
 fn closure(trajectory: &Trajectory, lever_arm: Vector<Body>, step_s: f64) -> [f64; 3] {
     let steps = (trajectory.duration_s() / step_s).floor() as u32;
     let sensed =
@@ -158,7 +158,7 @@ fn increments_are_the_integrals_of_what_is_sensed() {
             worst[0] = worst[0].max((angle - simpson[0]).norm());
             worst[1] = worst[1].max((velocity - simpson[1]).norm());
         }
-        // What Simpson's rule leaves.
+        // Error of Simpson's rule.
         let bound = 1e-10 * (33.0 / f64::from(rate_hz)).powi(5);
         assert!(worst[0] < bound && worst[1] < bound, "{worst:?} at {rate_hz} Hz");
     }
@@ -229,7 +229,7 @@ fn a_steady_turn_is_a_circle() {
     let opposite = trajectory.at(20.0 + 0.5 * TAU / rate_radps);
     let diameter_m = opposite.position.displacement_from(&start.position).norm();
     assert_abs_diff_eq!(diameter_m, 2.0 * speed_mps / rate_radps, epsilon = 1e-4);
-    // Banked so that the thrust carries the turn: tan(roll) = V r / g, and no force sideways.
+    // Banked so that the thrust gives the turn: tan(roll) = V r / g, and no sideways force.
     let roll_rad = start.body_to_ned.euler().roll_rad;
     assert_abs_diff_eq!(roll_rad, (speed_mps * rate_radps / 9.78f64).atan(), epsilon = 1e-3);
     assert!(start.specific_force_mps2.y().abs() < 1e-2);

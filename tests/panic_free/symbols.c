@@ -1,4 +1,4 @@
-/* What compiled Rust expects of the platform; declared without types, for it is never called. */
+/* Functions that compiled Rust expects from the platform; declared without types, because they are never called. */
 void memcpy(void) {}
 void memmove(void) {}
 void memset(void) {}

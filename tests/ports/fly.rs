@@ -1,4 +1,4 @@
-//! A flight computer with no hardware: `fly` against emulated devices, by emulated time.
+//! A flight computer without hardware: `fly` against emulated devices, in emulated time.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -50,7 +50,7 @@ fn configuration(place: &Path, more: &str) -> FlyConfig {
     FlyConfig::parse(&text, Path::new("fly.toml")).unwrap()
 }
 
-/// The pilot: every 20 ms all sticks at 1.5 ms but the lateral one, at 1.6 ms.
+/// The pilot: every 20 ms all sticks at 1.5 ms except the lateral one, at 1.6 ms.
 fn pilot(start: Time) -> RecordedDevice {
     let packet = |number: u32| {
         let width_ticks = Channels::from_fn(|channel| {
@@ -62,27 +62,26 @@ fn pilot(start: Time) -> RecordedDevice {
     RecordedDevice::new((0..1200).map(packet).collect())
 }
 
-/// What the ground saw.
+/// Data received by the ground.
 #[derive(Default)]
 struct Ground {
     snapshots: Vec<Snapshot>,
     damaged: usize,
     bytes_while_paused: usize,
     decoder: frame::Decoder,
-    /// When frames were last asked for.
+    /// Time of the last request for frames.
     asked: Option<Time>,
     paused: Option<Time>,
     has_paused: bool,
 }
 
-/// The ground's modem: lets frames flow, pauses them for two seconds after 100 frames, and lets them
-/// flow again.
+/// The ground's modem: requests frames, pauses them for two seconds after 100 frames, and requests them again.
 struct GroundModem(Arc<Mutex<Ground>>);
 
 impl Device for GroundModem {
     fn receive(&mut self, bytes: &[u8], now: Time) {
         let mut ground = self.0.lock().unwrap();
-        // What was on its way still comes.
+        // Frames under way still arrive.
         if ground.paused.is_some_and(|since| now - since > 0.05) {
             ground.bytes_while_paused += bytes.len();
             return;
@@ -102,7 +101,7 @@ impl Device for GroundModem {
 
     fn transmit(&mut self, now: Time, wire: &mut Vec<u8>) {
         let mut ground = self.0.lock().unwrap();
-        // What is said before the flight computer listens is lost.
+        // Bytes sent before the flight computer listens are lost.
         if ground.snapshots.is_empty() && ground.asked.is_none_or(|asked| now - asked > 0.2) {
             wire.push(b'#');
             ground.asked = Some(now);
@@ -126,7 +125,7 @@ impl Device for GroundModem {
     }
 }
 
-/// A modem that keeps the bytes.
+/// A modem that stores the bytes.
 struct Keeper(Arc<Mutex<Vec<u8>>>);
 
 impl Device for Keeper {
@@ -149,7 +148,7 @@ impl Device for Keeper {
     }
 }
 
-/// How many of each message a MAVLink 2 stream holds, by number.
+/// Number of each message in a MAVLink 2 stream, by its id.
 fn mavlink_messages(mut bytes: &[u8]) -> BTreeMap<u32, usize> {
     let mut seen = BTreeMap::new();
     while let [0xFD, length, _, _, _, _, _, id0, id1, id2, ..] = bytes {
@@ -163,7 +162,7 @@ fn mavlink_messages(mut bytes: &[u8]) -> BTreeMap<u32, usize> {
     seen
 }
 
-/// Flies by emulated time until `is_over`, and what was told.
+/// Flies in emulated time until `is_over`; returns the events.
 fn flown(
     config: &FlyConfig,
     record: &Path,
@@ -219,13 +218,13 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     player.stop().unwrap();
     let (ground, mavlink) = (ground.lock().unwrap(), mavlink_messages(&mavlink.lock().unwrap()));
 
-    // 20 s with the unit there, at 33 Hz.
+    // 20 s with the unit connected, at 33 Hz.
     assert!((580..=730).contains(&report.cycles), "{} cycles", report.cycles);
     assert!((14..=19).contains(&report.fixes), "{} fixes", report.fixes);
     assert_eq!((report.dmu_port.lost, report.dmu_port.opened), (1, 2));
     assert_eq!((report.record.lost_raw, report.record.lost_decoded), (0, 0));
 
-    // The ground saw all of it but the pause, at 33 Hz, the pilot's sticks within a step of the wire.
+    // The ground received everything except the pause, at 33 Hz, with the pilot's sticks within a step of the wire.
     assert_eq!(ground.damaged, 0);
     assert_eq!(ground.bytes_while_paused, 0, "bytes after $");
     assert!(ground.snapshots.len() > 500, "{} frames", ground.snapshots.len());
@@ -250,7 +249,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
         assert!(mavlink.get(&id).is_some_and(|&count| count > 10), "{id}: {mavlink:?}");
     }
 
-    // The record gives back what was flown.
+    // The record reproduces the flight.
     let record = Record::open(&record).unwrap();
     assert!(record.is_ended && record.warnings.is_empty(), "{:?}", record.warnings);
     assert_eq!(

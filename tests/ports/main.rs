@@ -1,4 +1,4 @@
-//! Serial ports, sensors that are played and a flight computer: on pseudo-terminals, or by emulated time.
+//! Serial ports, played sensors and a flight computer: on pseudo-terminals, or in emulated time.
 
 #[cfg(target_os = "linux")]
 mod fly;

@@ -1,6 +1,6 @@
-//! A flight that is played is the flight that was: what a link and a receiver read from the lines is
-//! what the dataset holds, through cuts and pulls, to the step of the wire. What depends on time is
-//! played by emulated time; pseudo-terminals show that bytes and ports pass through the system.
+//! A played flight equals the original: a link and a receiver read the data of the dataset from the lines, to the
+//! step of the wire, also across cuts and unplugging. Time-dependent tests use emulated time; pseudo-terminals show
+//! that bytes and ports pass through the system.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -24,7 +24,7 @@ use hovernav_fly::serial::{Clock, Item, Port, PortConfig, Read, Reader};
 use hovernav_log::Dataset;
 use tempfile::TempDir;
 
-/// A flight of `seconds` at 33 Hz with fixes at 1 Hz, in which every sample tells its own number.
+/// A flight of `seconds` at 33 Hz with fixes at 1 Hz, in which every sample contains its own number.
 fn flight(seconds: u32) -> Dataset {
     let imu = (0..seconds * 33).map(|index| {
         let time = Time::ZERO + 100.0 + f64::from(index) / 33.0;
@@ -38,7 +38,7 @@ fn flight(seconds: u32) -> Dataset {
             attitude: Some(EulerAngles {
                 roll_rad: 0.1 * phase.sin(),
                 pitch_rad: 0.05,
-                // It turns through south, where the angle wraps.
+                // The heading turns through south, where the angle wraps.
                 yaw_rad: hovernav::frames::wrap_angle(3.0 + 0.2 * phase),
             }),
             magnetic_field_gauss: Some(Vector::new(0.2, 0.1 * phase.cos(), 0.4)),
@@ -78,18 +78,18 @@ impl Place {
     }
 }
 
-/// What a flight computer heard from the inertial unit.
+/// Data of the inertial unit as received by a flight computer.
 #[derive(Default)]
 struct Listened {
     samples: Vec<ImuSample>,
-    /// What the unit's timer said of each.
+    /// The unit's timer at each sample.
     timers: Vec<u16>,
     faults: Vec<LinkFault>,
-    /// Samples since the last fault.
+    /// Number of samples since the last fault.
     since_fault: usize,
 }
 
-/// Converses with the unit until `enough` or for 60 s of flight.
+/// Exchanges data with the unit until `enough` or for 60 s of flight.
 fn listen(
     mut port: Port,
     clock: &Clock,
@@ -136,7 +136,7 @@ fn rate(sample: &ImuSample) -> Vector<Body> {
     angular_rate_radps
 }
 
-/// Whether two samples are the same to half a step of the wire.
+/// Whether two samples are equal to half a step of the wire.
 fn same(found: &ImuSample, sent: &ImuSample) -> bool {
     let turn = hovernav::frames::wrap_angle(
         found.attitude.unwrap().yaw_rad - sent.attitude.unwrap().yaw_rad,
@@ -177,7 +177,7 @@ fn a_polled_unit_never_says_the_same_twice() {
     });
     assert!(heard.samples.len() >= 100, "{}", heard.samples.len());
     assert!(heard.samples.windows(2).all(|pair| rate(&pair[0]) != rate(&pair[1])));
-    // Between samples it measures what lies between them.
+    // Between samples the unit measures interpolated values.
     let within = |found: &ImuSample| {
         dataset.imu.windows(2).any(|pair| {
             let (a, b, x) = (rate(&pair[0]).y(), rate(&pair[1]).y(), rate(found).y());
@@ -205,7 +205,7 @@ fn a_cut_wire_and_a_pulled_adapter_are_gaps_from_which_the_link_recovers() {
     }
 }
 
-/// Sets the receiver and reads `count` fixes.
+/// Configures the receiver and reads `count` fixes.
 fn fixes(path: PathBuf, clock: &Clock, protocol: Protocol, count: usize) -> Vec<ReceiverFix> {
     let reader = Reader::spawn(port(&path, clock), clock, 64).unwrap();
     let mut receiver = Receiver::new(protocol);
@@ -252,7 +252,7 @@ fn a_receiver_of_each_protocol_is_set_and_sends_the_fixes_of_the_flight() {
     for protocol in [Protocol::Nmea, Protocol::Tsip, Protocol::Ubx] {
         let (place, dataset, clock) = (Place::new(), flight(40), &Clock::emulated());
         let ports = vec![EmulatedPort::new(place.path("gps"), play::gps(&dataset, protocol))];
-        // Setting a receiver takes up to some seconds of its fixes.
+        // Configuring a receiver costs some seconds of its fixes.
         let _player =
             Player::start(ports, clock, Begin::After(Duration::from_millis(100))).unwrap();
         let found = fixes(place.path("gps"), clock, protocol, 7);
@@ -304,7 +304,7 @@ fn a_host_that_does_not_read_does_not_hold_the_player() {
     let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
     let player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let mut port = port(&place.path("gps"), clock);
-    // Opens the port, and reads no more.
+    // Opens the port without reading further.
     let _opened = port.read_until(&mut [0; 1], clock.now() + 5.0);
     while !player.is_finished() {
         std::thread::sleep(Duration::from_millis(10));

@@ -1,5 +1,5 @@
-//! Serial lines on pseudo-terminals, opened by the same calls as real ones: whatever happens on the
-//! line, what was whole is read, what was not is counted, and the port comes back.
+//! Serial lines on pseudo-terminals, opened by the same calls as real ones. After any fault of the line, complete
+//! packets are read, damaged ones are counted, and the port returns.
 
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use hovernav_fly::serial::{Dropped, WriteError};
 use serialport::{SerialPort as _, TTYPort};
 use tempfile::TempDir;
 
-/// A pseudo-terminal under a path that stays the same when it is replaced.
+/// A pseudo-terminal with a path that stays the same when it is replaced.
 struct Wire {
     device: Option<TTYPort>,
     link: PathBuf,
@@ -52,7 +52,7 @@ impl Wire {
         PortConfig::new(path, 38_400)
     }
 
-    /// A port that is open.
+    /// An open port.
     fn open(&self, clock: &Clock) -> Port {
         let mut port = self.port(clock);
         assert_eq!(next_event(&mut port, clock), PortEvent::Opened);
@@ -72,7 +72,7 @@ fn next_event(port: &mut Port, clock: &Clock) -> PortEvent {
     }
 }
 
-/// Sends `bytes` and reads until as many have come.
+/// Sends `bytes` and reads until the same number has arrived.
 fn through(wire: &mut Wire, port: &mut Port, clock: &Clock, bytes: &[u8]) -> Vec<u8> {
     wire.device().write_all(bytes).unwrap();
     read(port, clock, bytes.len())
@@ -90,8 +90,7 @@ fn read(port: &mut Port, clock: &Clock, count: usize) -> Vec<u8> {
     found
 }
 
-/// Packets of small negative words, so that the header byte is everywhere, and of words that are
-/// replies to commands.
+/// Packets of small negative words, so that the header byte is frequent, and of words equal to replies to commands.
 fn packet(index: u16) -> AnglePacket {
     let word = |k: u16| (index.wrapping_mul(31).wrapping_add(k) % 200) as i16 - 100;
     AnglePacket {
@@ -118,8 +117,8 @@ fn decode(mut bytes: &[u8]) -> Vec<AnglePacket> {
         .collect()
 }
 
-/// Sends each of `streams` through one port and checks the packets of each: none that was not sent,
-/// and at most `lost` of those that were missing.
+/// Sends each of `streams` through one port and checks the packets of each: all were sent, and at most `lost` of them
+/// are missing.
 fn all_but(lost: usize, streams: impl Iterator<Item = (Vec<u8>, u16)>) {
     let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
@@ -161,8 +160,8 @@ fn a_dropped_byte_costs_its_packet_and_at_most_the_one_after() {
 
 #[test]
 fn an_inserted_byte_costs_its_packet_and_at_most_the_one_after() {
-    // Not 0xFF: put into a packet whose first word is negative and small, it makes another packet with
-    // a checksum that is right, one byte later.
+    // Not 0xFF: inserted into a packet whose first word is negative and small, it makes another packet with a valid
+    // checksum, one byte later.
     let streams = (0..90).flat_map(|at| {
         [0x00, 0xFE, b'A'].map(|byte| {
             let mut bytes = stream(0..8);
@@ -279,7 +278,7 @@ fn a_missing_port_is_tried_less_and_less_often() {
     while clock.now() < end {
         assert_eq!(port.read_until(&mut [0; 16], end), Read::Silent);
     }
-    // After 0, 0.05, 0.15, 0.35, 0.75, 1.25, 1.75 … s; a machine that is slow tries less often.
+    // After 0, 0.05, 0.15, 0.35, 0.75, 1.25, 1.75 … s; a slow machine tries less often.
     let tried = port.counts().failed_to_open;
     assert!((3..=28).contains(&tried), "{tried}");
     wire.plug();
@@ -352,7 +351,7 @@ fn when_the_writer_is_faster_than_the_reader_the_newest_is_kept_and_the_rest_cou
     for chunk in sent.chunks(500) {
         wire.device().write_all(chunk).unwrap();
     }
-    // Silence is the newest item, and comes when all has been read.
+    // Silence is the newest item, and arrives after all others.
     let deadline = clock.now() + 10.0;
     while reader.counts().bytes_read < sent.len() as u64 && clock.now() < deadline {
         clock.sleep_until(clock.now() + 0.01);
@@ -373,7 +372,7 @@ fn what_the_port_went_through_is_not_dropped_for_bytes() {
     let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = Reader::spawn(wire.port(clock), clock, 3).unwrap();
     while reader.counts().bytes_read < 1_000 {
-        // Nobody hears it before the port is open.
+        // The bytes are lost before the port is open.
         let _ = wire.device().write(&[1; 100]);
         clock.sleep_until(clock.now() + 0.01);
     }
@@ -403,6 +402,6 @@ fn time_runs_as_fast_as_asked() {
     let (before, wall) = (clock.now(), std::time::Instant::now());
     clock.sleep_until(before + 1.0);
     assert!(clock.now() - before >= 1.0);
-    // At least a fiftieth of a second has gone by.
+    // At least a fiftieth of a second has passed.
     assert!(wall.elapsed() >= Duration::from_millis(19));
 }

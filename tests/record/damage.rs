@@ -1,4 +1,4 @@
-//! Records that were cut off, spoilt, or are none.
+//! Records that were cut off or damaged, and files that are not records.
 
 use std::path::Path;
 
@@ -53,7 +53,7 @@ fn a_spoilt_byte_never_becomes_a_wrong_value() {
     }
 }
 
-/// Wherever it is cut, between two records too.
+/// Cuts at any position, also between two records.
 #[test]
 fn a_record_that_is_cut_off_says_so() {
     let (path, _dir) = recorded(1.0);
@@ -67,7 +67,7 @@ fn a_record_that_is_cut_off_says_so() {
     }
 }
 
-/// Where the chunks of a record begin, and how long each is with its head.
+/// Offset of each chunk of a record, and its length including its header.
 fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
     let mut at = 8;
     let mut found = Vec::new();
@@ -112,7 +112,7 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
         bytes[at + byte] ^= bits;
         let record = read(&bytes).unwrap();
         let lost = whole.controls.len() - record.controls.len();
-        // A chunk that is whole by its own lengths is kept, whatever is said before it.
+        // A chunk that is complete by its own lengths is kept, independent of the bytes before it.
         assert!(lost < 100, "{byte}: {lost} of {}", whole.controls.len());
         assert!(record.is_ended);
         assert_eq!(record.controls.last(), whole.controls.last());
@@ -134,7 +134,7 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
     }
 }
 
-/// A length that leads to a later record, and a chunk that says it is the end of the file.
+/// A length that points to a later record, and a chunk that claims to be the end of the file.
 #[test]
 fn a_length_that_grew_and_a_false_end_cost_no_more_than_what_they_hide() {
     let dir = tempfile::tempdir().unwrap();
@@ -238,7 +238,7 @@ fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
     let (path, _dir) = recorded(12.0);
     let mut bytes = std::fs::read(path).unwrap();
     let whole = read(&bytes).unwrap();
-    // In the configuration, and in what names the topics.
+    // In the configuration, and in the names of the topics.
     for at in [200, 1_000, 3_000] {
         bytes[at] ^= 0x10;
     }
@@ -250,7 +250,7 @@ fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
     assert!(record.calls.iter().all(|call| originals.any(|original| original == call)));
 }
 
-/// As viewers need it that open a file by its summary.
+/// As required by viewers that open a file by its summary.
 #[test]
 fn a_repaired_record_has_a_summary_and_every_whole_message() {
     let (path, dir) = recorded(1.0);
@@ -275,7 +275,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     };
     assert_eq!(Record { header: before.header.clone(), ..but }, before);
 
-    // The file is whole; that the record is not, it tells.
+    // The file is complete; it states that the record is not.
     let told = after.repair.as_ref().unwrap();
     assert_eq!(*told, repaired.repair);
     assert_eq!(told.bytes, (bytes.len() * 2 / 3) as u64);
@@ -287,7 +287,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     let info = RecordInfo(&after).to_string();
     assert!(info.contains("cut off") && info.contains("repaired  by hovernav "), "{info}");
 
-    // Damaged and repaired once more it tells of both.
+    // Damaged and repaired again, it reports both repairs.
     let mut spoilt = std::fs::read(&out).unwrap();
     spoilt.truncate(spoilt.len() - 20);
     let (twice, again) = (dir.path().join("spoilt.mcap"), dir.path().join("again.mcap"));
@@ -297,7 +297,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     assert_eq!(told.damages.len(), before.damages.len() + 1, "{told:?}");
     assert_eq!((told.bytes, told.was_ended), ((bytes.len() * 2 / 3) as u64, false));
 
-    // Of a record that was whole nothing is held against the new one.
+    // Repairing a complete record adds no warning to the new one.
     let (path, _dir) = recorded(0.3);
     repair(&path, &dir.path().join("same.mcap")).unwrap();
     let same = Record::open(&dir.path().join("same.mcap")).unwrap();
@@ -306,7 +306,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     assert!(repair(&cut, &out).unwrap_err().to_string().contains("whole.mcap"));
 }
 
-/// A time that no flight has, in one call: neither a hang nor memory without end, in anything made of it.
+/// A time that no flight has, in one call: no hang and no unlimited memory in any output.
 #[test]
 fn a_time_that_cannot_be_costs_little() {
     let (path, _dir) = recorded(20.0);

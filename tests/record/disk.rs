@@ -1,4 +1,4 @@
-//! A disk that is full, for a while or for good.
+//! A full disk, temporarily or permanently.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::flight::{START, fly, header};
 /// No space left on device.
 const ENOSPC: i32 = 28;
 
-/// A disk with room for so many bytes.
+/// A disk with room for a number of bytes.
 #[derive(Clone, Default)]
 struct Disk {
     bytes: Arc<Mutex<Vec<u8>>>,
@@ -98,7 +98,7 @@ fn a_disk_full_for_good_stops_the_record_and_not_the_flight() {
 fn every_loss_is_counted_and_told_once_there_is_room() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk.clone(), &header()).unwrap();
-    // More than memory may hold: at first the queue empties, then it fills.
+    // More than fits into memory: first the queue empties, then it fills.
     let (mut pushed, mut now) = (0u64, START);
     let mut push = |recorder: &mut Recorder| {
         now = now + 1e-3;
@@ -123,7 +123,7 @@ fn every_loss_is_counted_and_told_once_there_is_room() {
 
 #[test]
 fn what_a_replay_can_compute_gives_way_first() {
-    // No writer empties the queue before all is pushed: the disk takes nothing after the start.
+    // No writer empties the queue before everything is pushed: the disk rejects all writes after the start.
     let disk = Disk::of(usize::MAX);
     let header = header();
     let mut recorder = Recorder::start(disk.clone(), &header).unwrap();
@@ -144,7 +144,7 @@ fn what_a_replay_can_compute_gives_way_first() {
     assert_eq!(disk.record().warnings, Vec::<String>::new());
 }
 
-/// A disk that takes its time: writing waits for the lock.
+/// A slow disk: writing waits for the lock.
 struct Hanging(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Hanging {
@@ -164,7 +164,7 @@ fn a_disk_that_hangs_does_not_hold_the_loop() {
     let mut recorder = Recorder::start(Hanging(Arc::clone(&bytes)), &header()).unwrap();
     let hanging = bytes.lock().unwrap();
     let mut now = START;
-    // Would never end if one of these calls waited for the disk.
+    // Would not end if one of these calls waited for the disk.
     while recorder.status().lost_raw < 1000 {
         now = now + 1e-3;
         recorder.raw(Line::Dmu, &[0x55; 30], now);
@@ -173,8 +173,8 @@ fn a_disk_that_hangs_does_not_hold_the_loop() {
     let lost = recorder.finish().lost_raw;
     let record = Record::read(&bytes.lock().unwrap(), Path::new("slow.mcap")).unwrap();
     assert!(record.is_ended);
-    // The status has every loss. The record tells of those after which there was room again, which is
-    // for the scheduler to say.
+    // The status counts every loss. The record reports losses after which there was room again, which depends on the
+    // scheduler.
     assert_eq!(lost, 1000);
     assert!(record.lost_raw <= lost, "{}", record.lost_raw);
 }
@@ -192,7 +192,7 @@ fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk, &header()).unwrap();
     let mut now = START;
-    // Past what may wait in memory, into what waits in the queue.
+    // Beyond the buffer in memory, into the queue.
     while recorder.status().bytes_waiting < 8 << 20 || recorder.status().lost_raw < 10 {
         let lost = recorder.status().lost_raw;
         now = now + 1e-3;
@@ -201,7 +201,7 @@ fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
             thread::sleep(Duration::from_millis(1));
         }
     }
-    // Would never end if it waited for room.
+    // Would not end if it waited for room.
     let status = recorder.finish();
     assert!(status.bytes_waiting >= 8 << 20 && status.queued > 0, "{status:?}");
 }

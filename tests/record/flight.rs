@@ -1,4 +1,4 @@
-//! A flight as the real loop flies it, with a simulated unit and receiver at the ends of its lines.
+//! A flight of the real loop, with a simulated unit and receiver at the ends of its lines.
 
 use std::collections::VecDeque;
 
@@ -33,8 +33,8 @@ pub fn header() -> Header {
     Header::new(config, START, START_UNIX_NS)
 }
 
-/// The loop, recording, for `duration_s`. After a third of it the unit is unplugged for a second;
-/// after two thirds the receiver's line is lost. Returns what it flew.
+/// Runs the loop, recording, for `duration_s`. After a third of it the unit is unplugged for a second; after two
+/// thirds the receiver's line is lost. Returns the flown data.
 pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Solution> {
     let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap();
     let path = FlightPlan::hover_at(start, 0.5).hold(duration_s).build().unwrap();
@@ -59,7 +59,7 @@ pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Sol
     let (unplugged, lost) = (START + duration_s / 3.0, START + duration_s * 2.0 / 3.0);
     let (mut now, mut until) = (START, vehicle.dmu(&[], START));
     while now < end {
-        // This clock runs faster than the writer's.
+        // This clock is faster than the writer's.
         while vehicle.recorder.status().queued > 1000 {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
@@ -92,7 +92,7 @@ struct Vehicle<'a> {
     sensors: Sensors,
     estimator: Estimator<Full, 28>,
     recorder: &'a mut Recorder,
-    /// What the unit is about to say, and when.
+    /// The next bytes of the unit, and their time.
     unit: VecDeque<(Time, Vec<u8>)>,
     truth: &'a Recording,
     flown: Vec<Solution>,
@@ -145,8 +145,7 @@ fn sample(truth: &Recording, now: Time) -> &ImuSample {
     &truth.imu[next.min(truth.imu.len() - 1)]
 }
 
-/// The words that the unit has for a sample: ±200 °/s and ±4 g, accelerations counted against their
-/// axes.
+/// The words of the unit for a sample: ±200 °/s and ±4 g, accelerations counted against their axes.
 fn packet(sample: &ImuSample, now: Time) -> AnglePacket {
     let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion else {
         panic!("{sample:?}");
@@ -166,7 +165,7 @@ fn packet(sample: &ImuSample, now: Time) -> AnglePacket {
     }
 }
 
-/// What the receiver says: each fix in two parts, 20 ms apart, then nothing.
+/// The output of the receiver: each fix in two parts, 20 ms apart, then silence.
 fn receiver(truth: &Recording) -> Vec<(Time, Vec<u8>)> {
     let mut parts = Vec::new();
     for (index, fix) in truth.fixes.iter().enumerate() {

@@ -11,13 +11,13 @@ use hovernav_log::record::{Call, Entry, Line, Record, Recorder};
 
 use crate::flight::{START, header};
 
-/// Where the process that is to be killed writes.
+/// File of the process to be killed.
 const CHILD: &str = "HOVERNAV_RECORD_CHILD";
-/// How many are killed.
+/// Number of processes to be killed.
 const KILLS: &str = "HOVERNAV_RECORD_KILLS";
 const CYCLE: Duration = Duration::from_millis(30);
 
-/// Records until it is killed, and tells the time of every entry, ns, before it hands it over.
+/// Records until it is killed, and prints the time of every entry, ns, before the entry is recorded.
 #[test]
 fn child() {
     let Some(path) = std::env::var_os(CHILD) else { return };
@@ -33,8 +33,8 @@ fn child() {
     }
 }
 
-/// Longest time lost, ns, of records whose process is killed at a different moment each time, from its start to a good
-/// second later. Each must open and hold what was handed over first.
+/// Longest time lost, ns, in records of processes killed at different moments, from their start to just over a second
+/// later. Each record must open and contain the entries recorded first.
 fn longest_lost_ns(kills: u32) -> i64 {
     let dir = tempfile::tempdir().unwrap();
     let mut moment = 0x9E37_79B9_7F4A_7C15u64;
@@ -53,7 +53,7 @@ fn longest_lost_ns(kills: u32) -> i64 {
             .map_while(Result::ok)
             .filter_map(|line| line.strip_prefix("entry ")?.parse::<i64>().ok());
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        // Two of three die after their first entry.
+        // Two of three are killed after their first entry.
         let first = if kill % 3 > 0 { told.next() } else { None };
         thread::sleep(Duration::from_micros(moment >> 44));
         child.kill().unwrap();
@@ -65,7 +65,7 @@ fn longest_lost_ns(kills: u32) -> i64 {
         }
         let record = Record::open(&path).unwrap();
         let recorded: Vec<Time> = record.calls.iter().map(|(time, _)| *time).collect();
-        assert_eq!(recorded, told[..recorded.len()], "what is lost is at the end");
+        assert_eq!(recorded, told[..recorded.len()], "only the end is lost");
         assert!(record.calls.iter().all(|(_, call)| *call == Call::Dmu(vec![0xFF; 30])));
         if let (Some(first_lost), Some(last)) = (told.get(recorded.len()), told.last()) {
             longest_ns = longest_ns.max(last.nanoseconds() - first_lost.nanoseconds());

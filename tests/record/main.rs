@@ -1,4 +1,4 @@
-//! What the flight record promises.
+//! Guarantees of the flight record.
 
 mod damage;
 mod disk;

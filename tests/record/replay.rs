@@ -1,4 +1,4 @@
-//! What was recorded is what was flown.
+//! The recorded data equals the flown data.
 
 use std::path::PathBuf;
 
@@ -151,7 +151,7 @@ fn no_record_is_written_over() {
     assert_eq!(std::fs::read(&path).unwrap(), before);
 }
 
-/// A recorded flight of that length.
+/// A recorded flight of this length.
 pub fn recorded(duration_s: f64) -> (PathBuf, tempfile::TempDir) {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("flight.mcap");

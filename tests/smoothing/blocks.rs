@@ -1,4 +1,4 @@
-//! A log smoothed block by block gives what it gives in one piece, to the bit.
+//! Smoothing a log block by block gives the same bits as in one piece.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! A flight whose gyro errs by far for a moment: the fixes deny what smoothing makes of it, and the filter's own
-//! solution stands there. A flight without fault is smoothed throughout.
+//! A flight with a large gyro error for a moment: the fixes contradict the smoothed solution, and the filter's own
+//! solution is used there. A flight without a fault is smoothed throughout.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{EstimatorConfig, Solution};
@@ -9,7 +9,7 @@ use hovernav_log::{Axis, Dataset, Reference, score};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 use hovernav_testing::shared;
 
-/// A flight of 100 s with a yaw gyro that reads `error_radps` too much from 50 s to 51 s.
+/// A flight of 100 s with a yaw gyro whose error is `error_radps` from 50 s to 51 s.
 fn flight(error_radps: f64) -> (Dataset, EstimatorConfig) {
     let field = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let forward = |speed_mps| Vector::new(speed_mps, 0.0, 0.0);

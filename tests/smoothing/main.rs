@@ -1,4 +1,4 @@
-//! What the whole log says of a moment is at least as good as what the log up to it says.
+//! An estimate from the complete log is at least as accurate as one from the log up to its moment.
 
 mod blocks;
 mod denied;
@@ -82,9 +82,9 @@ fn rmse(solutions: &[Solution], truth: &[Truth]) -> [f64; 9] {
 
 const AXES: [&str; 9] = ["n", "e", "d", "vn", "ve", "vd", "roll", "pitch", "yaw"];
 
-/// A flight whose receiver and attitude reference have the errors that the filter assumes of them,
-/// whose fixes state their one-sigma, and whose inertial unit has no scale errors, for which this
-/// filter has no states; of the biases it is told the size.
+/// A flight whose errors match the filter's model. Receiver and attitude reference have the assumed errors, and fixes
+/// report their one-sigma. The inertial unit has no scale errors, for which this filter has no states, and the filter
+/// knows the size of its biases.
 fn as_modelled(seed: u64) -> (Dataset, EstimatorConfig, Vec<Truth>) {
     let EkfConfig { gps: model, attitude, .. } = EkfConfig::default();
     let split = |horizontal: f64, vertical: f64, share: f64| {
@@ -164,8 +164,8 @@ fn smoothing_improves_every_axis_and_knows_how_good_it_is() {
     }
     for axis in 0..9 {
         assert!(squares[axis][1] < squares[axis][0], "{}", AXES[axis]);
-        // Position is left out: the filter opens it at the aligning fix as if that fix did not share
-        // the receiver's slow error, so its sigma is too small from the start, smoothed or not.
+        // Position is excluded: at the aligning fix the filter initialises it as if this fix did not share the
+        // receiver's slow error. Its sigma is therefore too small from the start, with and without smoothing.
         assert!(axis < 3 || within[axis] >= 0.98 * count, "{}", AXES[axis]);
     }
 }
@@ -188,7 +188,7 @@ fn an_outage_is_bridged_from_both_sides() {
     let start = Time::ZERO + 120.0;
     dataset.withhold(&[Outage { start, duration_s: 20.0 }], None);
     let run = dataset.smooth(&config, |_| ());
-    // The last third: there the filter has drifted longest.
+    // The last third, where the filter has drifted longest.
     let drift = |solutions: &[Solution]| {
         let inside = |solution: &&Solution| {
             let into_s = solution.time - start;

@@ -1,5 +1,5 @@
-//! A smoothed pass over a flight whose heading was wrong and was replaced: nothing is carried back across the
-//! replacement as if the attitude had been continuous.
+//! Smoothing of a flight whose wrong heading was replaced: nothing is carried back across the replacement as if the
+//! attitude were continuous.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -90,6 +90,6 @@ fn a_smoothed_pass_is_no_worse_before_a_heading_was_replaced_and_better_after() 
         smoothed_mps += smooth_before[0];
         assert!(smooth_after[0] < after[0] && smooth_after[1] < after[1], "{off_deg}");
     }
-    // Carried on across the replacement it was 0.88.
+    // Carried back across the replacement, the ratio is 0.88.
     assert!(smoothed_mps < 0.85 * filtered_mps, "{smoothed_mps} of {filtered_mps}");
 }

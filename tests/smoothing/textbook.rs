@@ -1,4 +1,4 @@
-//! The smoother against the Rauch-Tung-Striebel smoother as textbooks have it, in dense form.
+//! The smoother, compared with the Rauch-Tung-Striebel smoother in the dense form of textbooks.
 
 use approx::assert_abs_diff_eq;
 use hovernav::ekf::covariance::{Gain, Sensitivity, Transition};
@@ -13,14 +13,14 @@ use nalgebra::{SMatrix, SVector};
 
 use super::field;
 
-/// What the filter did, in dense form.
+/// Steps of the filter, in dense form.
 enum Deed<const N: usize> {
     Propagated { phi: SMatrix<f64, N, N>, q: SMatrix<f64, N, N> },
     Updated { h: SVector<f64, N>, gain: SVector<f64, N>, s: f64, innovation: f64 },
     Sampled(Box<Solution>),
 }
 
-/// Keeps what the filter did, for the textbook and for the smoother alike.
+/// Stores the steps of the filter, for the textbook and for the smoother.
 struct Both<L, const N: usize> {
     deeds: Vec<Deed<N>>,
     smoother: Smoother<L, N>,
@@ -85,7 +85,7 @@ impl<L: Layout<N>, const N: usize> Trace<f64, N> for Both<L, N> {
     }
 }
 
-/// Flies ten seconds of a tumbling, accelerating vehicle, and smooths them both ways.
+/// Flies ten seconds of a tumbling, accelerating vehicle, and smooths them by both methods.
 fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let attitude = Rotation::from_euler(EulerAngles::from_degrees(3.0, -5.0, 40.0));
     let start = Start {
@@ -116,7 +116,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         satellites: None,
     };
     let mut filter = Ekf::<L, N>::new(EkfConfig::default(), Mounting::default(), start);
-    // The first fix opens states; from then on the dense form knows all that happens.
+    // The first fix opens states; from then on the dense form contains all steps.
     let _ = filter.update_gps(&fix(0.0));
     let first = *filter.covariance();
     let mut both = Both::<L, N> { deeds: Vec::new(), smoother: Smoother::with_capacity(200) };
@@ -154,13 +154,13 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let smoothed = both.smoother.smooth();
     assert_eq!(smoothed.len(), 200);
 
-    // Forward: one epoch for each propagation and all that came before the next.
+    // Forward: one epoch for each propagation and all steps before the next.
     struct Epoch<const N: usize> {
         phi: SMatrix<f64, N, N>,
         predicted: (SVector<f64, N>, SMatrix<f64, N, N>),
         filtered: (SVector<f64, N>, SMatrix<f64, N, N>),
-        /// The estimate at a sample, its number and its solution; none where only time passed for the
-        /// parameters, before a measurement.
+        /// The estimate at a sample, its number and its solution; `None` where only the parameters advanced in time,
+        /// before a measurement.
         sampled: Option<(SVector<f64, N>, usize, Solution)>,
     }
     let mut x = SVector::<f64, N>::zeros();
@@ -201,8 +201,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         let epoch = &epochs[k];
         if let Some(next) = epochs.get(k + 1) {
             let (predicted, variance) = next.predicted;
-            // Scaled to unit variances, so that units do not spoil the inverse; what is known
-            // exactly stays apart.
+            // Scaled to unit variances, so that units do not affect the inverse; exactly known states are separate.
             let scale = variance.diagonal().map(|v| if v > 0.0 { v.sqrt() } else { 1.0 });
             let mut unit =
                 SMatrix::<f64, N, N>::from_fn(|i, j| variance[(i, j)] / (scale[i] * scale[j]));

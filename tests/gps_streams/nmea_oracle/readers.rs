@@ -1,4 +1,4 @@
-//! Values of one sentence by either reader, in the same quantities and units.
+//! Values of one sentence from either reader, in the same quantities and units.
 
 use std::collections::BTreeMap;
 
@@ -29,10 +29,10 @@ pub enum Quantity {
     LatitudeDeg,
     LongitudeDeg,
     AltitudeMslM,
-    /// Known to this project's reader with the altitude alone.
+    /// Known to this project's reader only together with the altitude.
     GeoidSeparationM,
     Satellites,
-    /// As the digit of GGA.
+    /// The digit of GGA.
     Quality,
     SpeedMps,
     NorthMps,
@@ -49,18 +49,17 @@ pub enum Quantity {
 
 use Quantity::*;
 
-/// The values of a sentence that vouches for them.
+/// The values of a sentence that reports a valid fix.
 pub type Values = BTreeMap<Quantity, f64>;
 
 fn present<const N: usize>(values: [(Quantity, Option<f64>); N]) -> Values {
     values.into_iter().filter_map(|(quantity, value)| Some((quantity, value?))).collect()
 }
 
-/// Values by the reader of this project; `None` where it rejects the sentence, or where the sentence
-/// does not vouch for a fix.
+/// Values from the reader of this project; `None` where it rejects the sentence, or the sentence reports no valid
+/// fix.
 ///
-/// The reader hands on fixes, and VTG, GSA and GST alone give no fix: a GGA with only a
-/// position precedes them.
+/// The reader delivers fixes, and VTG, GSA and GST alone give no fix: a GGA with only a position precedes them.
 pub fn ours(sentence: &Sentence) -> Option<Values> {
     let kind = sentence.kind;
     let mut wire = Vec::new();
@@ -170,7 +169,7 @@ fn velocity(speed_knots: Option<f32>, course_deg: Option<f32>) -> Values {
     ])
 }
 
-/// The digit of GGA for a fix that is vouched for; 0 for one whose corrections are unknown.
+/// The digit of GGA for a valid fix; 0 for one with unknown corrections.
 fn quality(fix: FixType) -> Option<f64> {
     match fix {
         FixType::Gps => Some(1.0),
@@ -182,8 +181,7 @@ fn quality(fix: FixType) -> Option<f64> {
     }
 }
 
-/// Values by the `nmea` crate; `None` where it rejects the sentence, or where the sentence does not
-/// vouch for a fix.
+/// Values from the `nmea` crate; `None` where it rejects the sentence, or the sentence reports no valid fix.
 pub fn oracle(sentence: &Sentence) -> Option<Values> {
     let values = match nmea::parse_str(&sentence.text).ok()? {
         ParseResult::GGA(data) => present([

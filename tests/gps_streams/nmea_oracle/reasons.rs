@@ -1,4 +1,4 @@
-//! Why the two readers differ, and which of them is right by NMEA 0183.
+//! Reasons for differences between the two readers, and which reader is right by NMEA 0183.
 
 use super::Difference::{self, OnlyOracle, OnlyOurs, Value};
 use super::readers::Quantity::{self, *};
@@ -9,7 +9,7 @@ pub struct Reason {
     pub name: &'static str,
     /// The rule of NMEA 0183, and the reader that follows it.
     pub rule: &'static str,
-    /// Whether this accounts for the difference.
+    /// Whether this reason explains the difference.
     pub explains: fn(&Sentence, &Difference) -> bool,
 }
 

@@ -55,7 +55,7 @@ impl Kind {
     }
 }
 
-/// A sentence from `$` up to its line end.
+/// A sentence from `$` to its line end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sentence {
     pub kind: Kind,
@@ -84,7 +84,7 @@ impl Sentence {
         self.text[1..].split('*').next().unwrap_or_default()
     }
 
-    /// Text behind `*`.
+    /// Text after `*`.
     pub fn checksum(&self) -> &str {
         self.text.split_once('*').map_or("", |(_, checksum)| checksum)
     }
@@ -93,7 +93,7 @@ impl Sentence {
         &self.text[1..3]
     }
 
-    /// The field with `index`, the first behind the name being 0; empty where it is missing.
+    /// The field with `index`; the first after the name has index 0. Empty where it is missing.
     pub fn field(&self, index: usize) -> &str {
         self.body().split(',').nth(index + 1).unwrap_or_default()
     }
@@ -103,14 +103,14 @@ impl Sentence {
     }
 }
 
-/// A number by NMEA 0183: an optional minus, digits, at most one point.
+/// A number of NMEA 0183: an optional minus, digits, at most one point.
 pub fn decimal(field: &str) -> Option<f64> {
     let digits = field.strip_prefix('-').unwrap_or(field);
     let allowed = digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     field.parse().ok().filter(|_| allowed)
 }
 
-/// Digits before the point of a number that are not leading zeros.
+/// Number of digits before the point without leading zeros.
 pub fn whole_digits(field: &str) -> usize {
     field.trim_start_matches(['-', '+', '0']).bytes().take_while(u8::is_ascii_digit).count()
 }

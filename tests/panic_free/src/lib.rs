@@ -1,7 +1,7 @@
-//! Entry points into what flies, for the proof by linking that none of them can panic.
+//! Entry points into flight code, for the proof by linking that none of them can panic.
 //!
-//! The panic handler calls a function that is defined nowhere. `.ci/panic-free` links each entry by
-//! itself and throws away what it does not reach: where a panic can be reached, the link fails.
+//! The panic handler calls a function without a definition. `.ci/panic-free` links each entry by itself and discards
+//! unreachable code: a reachable panic fails the link.
 #![no_std]
 
 use core::panic::PanicInfo;
@@ -37,13 +37,13 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { a_panic_is_reachable() }
 }
 
-/// The check of the check: an index that is not known to be in range. Must not link.
+/// Tests the check: an index that is not known to be in range. Must not link.
 #[unsafe(no_mangle)]
 pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
     values[index]
 }
 
-/// The check of another check: Ackermann's function, which no optimiser turns into loops. Must be found to call itself.
+/// Tests the other check: Ackermann's function, which no optimiser turns into loops. Its recursion must be found.
 #[unsafe(no_mangle)]
 pub fn deliberate_recursion(m: u32, n: u32) -> u32 {
     match (m, n) {
@@ -85,7 +85,7 @@ pub fn estimator_small_push(
     estimator.push(event, notify);
 }
 
-/// Estimator, autopilot and one receiver: what a small flight computer links.
+/// Estimator, autopilot and one receiver: the code of a small flight computer.
 #[unsafe(no_mangle)]
 pub fn flight_computer(
     estimator: &mut Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
@@ -380,8 +380,8 @@ pub fn servo_capture(capture: &mut PacketCapture, bytes: &[u8], arrival: Time) {
     capture.receive(bytes, arrival);
 }
 
-/// Statics as large as the objects that a flight computer keeps: `.ci/sizes` reads their sizes off the
-/// symbol table. None is linked into anything.
+/// Statics as large as the objects of a flight computer: `.ci/sizes` reads their sizes from the symbol table. They
+/// are not linked into any program.
 macro_rules! objects {
     ($($name:ident: $type:ty,)*) => {
         $(
