@@ -1,5 +1,5 @@
-//! The standard campaign of faults over the dataset directories given and simulated flights:
-//! `cargo run --release -p hovernav-sim --example injection_campaign -- SEEDS OUT DIR…`
+//! The standard campaign of faults over the given dataset directories and simulated flights: `cargo run --release -p
+//! hovernav-sim --example injection_campaign -- SEEDS OUT DIR…`
 
 use hovernav_sim::faults::{Campaign, Flight, csv, goals_markdown, markdown, standard_cells};
 

@@ -1,4 +1,4 @@
-//! A simulated rangefinder that looks at the ground, and two simulated GPS antennas.
+//! A simulated rangefinder aimed at the ground, and two simulated GPS antennas.
 
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Ned, Rotation, Vector, wrap_angle};
@@ -9,27 +9,27 @@ use hovernav::time::Time;
 use super::check::{Checked, ConfigError, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};
 
-/// The rangefinder. The default is a small laser one.
+/// Settings of the rangefinder. The default is a small laser rangefinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RangefinderConfig {
     /// Samples per second.
     pub rate_hz: f64,
-    /// The sensor from the centre of gravity, m.
+    /// Position of the sensor relative to the centre of gravity, m.
     pub lever_arm_m: Vector<Body>,
-    /// Height of the ground above the ellipsoid where the flight starts, m.
+    /// Height of the ground above the ellipsoid at the start of the flight, m.
     pub ground_m: f64,
-    /// One-sigma by which the ground rises or falls over a metre of way, m.
+    /// One-sigma change of the ground height per metre of horizontal distance, m.
     pub ground_walk_m: f64,
     /// One-sigma of the white noise, m.
     pub noise_m: f64,
-    /// Share of the distance that adds to it.
+    /// Additional noise as a part of the distance.
     pub noise_share: f64,
-    /// Shortest and longest distance that it measures, m.
+    /// Shortest and longest measurable distance, m.
     pub reach_m: [f64; 2],
 }
 
 impl RangefinderConfig {
-    /// A laser over ground of this height above the ellipsoid, m.
+    /// A laser over ground at this height above the ellipsoid, m.
     #[must_use]
     pub const fn over(ground_m: f64) -> Self {
         Self {
@@ -47,14 +47,14 @@ impl RangefinderConfig {
         const SENSOR: &str = "rangefinder";
         frequency(SENSOR, "rate", self.rate_hz)?;
         size(SENSOR, "noise", self.noise_m)?;
-        size(SENSOR, "share of the distance in the noise", self.noise_share)?;
-        size(SENSOR, "walk of the ground", self.ground_walk_m)?;
+        size(SENSOR, "noise relative to the distance", self.noise_share)?;
+        size(SENSOR, "change of the ground height", self.ground_walk_m)?;
         size(SENSOR, "shortest distance", self.reach_m[0])?;
         positive(SENSOR, "longest distance", self.reach_m[1])
     }
 }
 
-/// A rangefinder at work.
+/// A running rangefinder.
 #[derive(Clone, Debug)]
 pub struct SimulatedRangefinder {
     config: RangefinderConfig,
@@ -64,18 +64,18 @@ pub struct SimulatedRangefinder {
 }
 
 impl SimulatedRangefinder {
-    /// A rangefinder switched on, its errors and the ground drawn from `seed`.
+    /// A rangefinder switched on, with its errors and the ground drawn from `seed`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no rangefinder can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &RangefinderConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         let noise = Noise::new(seed, Stream::Range);
         Ok(Self { config: *config, noise, ground_m: config.ground_m, last: None })
     }
 
-    /// What it says at `time` of a vehicle whose centre of gravity is `height_m` above the ellipsoid and moves at
-    /// `velocity_mps`; `None` where it is out of reach or looks away from the ground.
+    /// Measurement at `time` for a vehicle whose centre of gravity is `height_m` above the ellipsoid and moves at
+    /// `velocity_mps`. `None` where the ground is out of range or the sensor does not point at it.
     pub fn measure(
         &mut self,
         time: Time,
@@ -101,18 +101,18 @@ impl SimulatedRangefinder {
     }
 }
 
-/// Two antennas. The default are a metre apart on an RTK receiver.
+/// Settings of the two antennas. By default they are a metre apart on an RTK receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AntennasConfig {
     /// Headings per second.
     pub rate_hz: f64,
-    /// The second antenna from the first, body axes, m.
+    /// Position of the second antenna relative to the first, body axes, m.
     pub baseline_m: Vector<Body>,
-    /// One-sigma of the heading, rad, which the receiver also tells.
+    /// One sigma of the heading, rad, which the receiver also reports.
     pub sigma_rad: f64,
-    /// Share of it that wanders, by reflections.
+    /// Part of it that is correlated in time, from multipath.
     pub wander_share: f64,
-    /// Correlation time of what wanders, s.
+    /// Correlation time of that part, s.
     pub wander_time_s: f64,
 }
 
@@ -128,7 +128,7 @@ impl Default for AntennasConfig {
     }
 }
 
-/// Two antennas at work.
+/// Two running antennas.
 #[derive(Clone, Debug)]
 pub struct SimulatedAntennas {
     config: AntennasConfig,
@@ -137,16 +137,16 @@ pub struct SimulatedAntennas {
 }
 
 impl SimulatedAntennas {
-    /// Antennas switched on, their errors drawn from `seed`.
+    /// Antennas switched on, with their errors drawn from `seed`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no receiver can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &AntennasConfig, seed: u64) -> Result<Self, ConfigError> {
         const SENSOR: &str = "second antenna";
         frequency(SENSOR, "rate", config.rate_hz)?;
         positive(SENSOR, "heading error", config.sigma_rad)?;
-        size(SENSOR, "share that wanders", config.wander_share)?;
-        positive(SENSOR, "time of the wander", config.wander_time_s)?;
+        size(SENSOR, "correlated part of the error", config.wander_share)?;
+        positive(SENSOR, "correlation time", config.wander_time_s)?;
         let mut noise = Noise::new(seed, Stream::Antennas);
         let sigma = DVec3::X * (config.wander_share.min(1.0) * config.sigma_rad);
         let period_s = 1.0 / config.rate_hz;
@@ -154,7 +154,7 @@ impl SimulatedAntennas {
         Ok(Self { config: *config, noise, wander })
     }
 
-    /// What they say at `time`.
+    /// Measurement at `time`.
     pub fn measure(&mut self, time: Time, body_to_ned: Rotation<Body, Ned>) -> AntennaHeading {
         let AntennasConfig { baseline_m, sigma_rad, wander_share, .. } = self.config;
         let share = wander_share.min(1.0);

@@ -1,16 +1,16 @@
-//! A value for the horizontal axes and one for the vertical.
+//! Pairs of a horizontal and a vertical value.
 
-/// A size along the horizontal axes, each, and along the vertical.
+/// A value for each horizontal axis and one for the vertical axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HorizontalVertical {
-    /// North, and east.
+    /// Value for north and for east.
     pub horizontal: f64,
-    /// Down.
+    /// Value for down.
     pub vertical: f64,
 }
 
 impl HorizontalVertical {
-    /// Of `horizontal` along north and east each, and `vertical` along down.
+    /// `horizontal` for north and for east, and `vertical` for down.
     #[must_use]
     pub const fn new(horizontal: f64, vertical: f64) -> Self {
         Self { horizontal, vertical }

@@ -5,7 +5,7 @@ use hovernav::glam::DVec3;
 use super::check::{Checked, ConfigError, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};
 
-/// The barometer. The default is a small MEMS one under a rotor.
+/// Settings of the barometer. The default is a small MEMS barometer under a rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BaroConfig {
     /// Samples per second.
@@ -30,11 +30,11 @@ impl BaroConfig {
         frequency(SENSOR, "rate", self.rate_hz)?;
         size(SENSOR, "noise", self.noise_m)?;
         size(SENSOR, "wander", self.wander_m)?;
-        positive(SENSOR, "time of the wander", self.wander_time_s)
+        positive(SENSOR, "correlation time", self.wander_time_s)
     }
 }
 
-/// A barometer at work.
+/// A running barometer.
 #[derive(Clone, Debug)]
 pub struct SimulatedBaro {
     noise: Noise,
@@ -43,10 +43,10 @@ pub struct SimulatedBaro {
 }
 
 impl SimulatedBaro {
-    /// A barometer switched on, its errors drawn from `seed`.
+    /// A barometer switched on, with its errors drawn from `seed`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no barometer can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &BaroConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         let mut noise = Noise::new(seed, Stream::Baro);
@@ -56,7 +56,7 @@ impl SimulatedBaro {
         Ok(Self { noise, noise_m: config.noise_m, wander })
     }
 
-    /// The height it shows for the true one, m.
+    /// Measured height for the true one, m.
     pub fn measure(&mut self, height_m: f64) -> f64 {
         height_m + self.wander.next(&mut self.noise).x + self.noise_m * self.noise.normal()
     }

@@ -1,21 +1,21 @@
-//! What a configuration must keep to.
+//! Validity checks of configurations.
 
 use hovernav::frames::Vector;
 
-/// Fastest sensor and fastest vibration that can be simulated, Hz.
+/// Highest sensor rate and vibration frequency that can be simulated, Hz.
 const FASTEST_HZ: f64 = 20_000.0;
 
-/// A value that no sensor can have.
+/// An invalid value in a sensor configuration.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{sensor}: {what} is {found}, expected {expected}")]
 pub struct ConfigError {
-    /// Of which sensor.
+    /// The sensor.
     pub sensor: &'static str,
-    /// Which value, in the unit of its field or in SI units.
+    /// The value, in the unit of its field or in SI units.
     pub what: &'static str,
-    /// What was found.
+    /// Value found.
     pub found: f64,
-    /// What would have been right.
+    /// Values expected.
     pub expected: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub(super) fn frequency(sensor: &'static str, what: &'static str, hz: f64) -> Ch
     check(possible, sensor, what, hz, "above 0 and at most 20000 Hz")
 }
 
-/// A time constant, a range, a bandwidth: infinite where there is none.
+/// A time constant, range or bandwidth; infinite for none.
 pub(super) fn positive(sensor: &'static str, what: &'static str, value: f64) -> Checked {
     check(value > 0.0, sensor, what, value, "above 0")
 }

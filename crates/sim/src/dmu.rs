@@ -13,27 +13,27 @@ use super::noise::{GaussMarkov, Noise, Stream};
 use super::triad::{AccelerometerConfig, GyroConfig, Triad};
 use super::vibration::{RunningSource, VibrationSource};
 
-/// In what form the inertial unit delivers its measurements.
+/// Form of the inertial unit's measurements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DmuOutput {
     /// Instantaneous rates and specific forces.
     Rates,
-    /// Their integrals since the sample before.
+    /// Integrals since the previous sample.
     Increments,
 }
 
-/// The inertial unit. The default is the thesis's: a Crossbow DMU-HDX-AHRS polled at 33 Hz under the
+/// Settings of the inertial unit. The default is that of the thesis: a Crossbow DMU-HDX-AHRS polled at 33 Hz, with the
 /// vibration of a 60-class helicopter.
 ///
 /// # Source
-/// Resolution and ranges: Crossbow document 7430-0004-01, AHRS400 series. Noise, turn-on biases, lever
-/// arm and the size of the vibration: those of the `heli-hover` data set. Bandwidths, wandering biases
-/// and scale factors: typical of units of its class.
+/// Resolution and ranges: Crossbow document 7430-0004-01, AHRS400 series. Noise, turn-on biases, lever arm and
+/// amplitude of the vibration: from the `heli-hover` data set. Bandwidths, drifting biases and scale factors: typical
+/// of this class.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DmuConfig {
     /// Samples per second.
     pub rate_hz: f64,
-    /// Where the unit is, from the centre of gravity, m.
+    /// Position of the inertial unit relative to the centre of gravity, m.
     pub lever_arm_m: Vector<Body>,
     /// Rates or increments.
     pub output: DmuOutput,
@@ -41,15 +41,15 @@ pub struct DmuConfig {
     pub gyro: GyroConfig,
     /// The accelerometers.
     pub accelerometer: AccelerometerConfig,
-    /// What shakes the unit.
+    /// Sources of vibration.
     pub vibration: Vec<VibrationSource>,
-    /// The attitude that the unit computes by itself, if it does.
+    /// Attitude computed by the inertial unit itself, if any.
     pub attitude: Option<AttitudeConfig>,
-    /// The unit's magnetometer, if it has one.
+    /// Magnetometer of the inertial unit, if any.
     pub magnetometer: Option<MagnetometerConfig>,
 }
 
-/// Errors of the attitude that the unit computes by itself.
+/// Errors of the attitude computed by the inertial unit itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudeConfig {
     /// One-sigma of the slow error (Gauss-Markov) of roll, pitch and yaw, °.
@@ -58,9 +58,9 @@ pub struct AttitudeConfig {
     pub wander_time_s: f64,
     /// One-sigma of the white noise, °.
     pub noise_sigma_deg: f64,
-    /// Least step of the output, °; 0 for none.
+    /// Resolution of the output, °; 0 for unlimited.
     pub resolution_deg: f64,
-    /// East declination of the north that yaw is measured from, °; 0 for true north.
+    /// East declination of the north reference of yaw, °; 0 for true north.
     pub declination_deg: f64,
 }
 
@@ -69,11 +69,11 @@ pub struct AttitudeConfig {
 pub struct MagnetometerConfig {
     /// The Earth's field at the site, gauss.
     pub field_gauss: Vector<Ned>,
-    /// One-sigma of the vehicle's own field, drawn at turn-on, gauss.
+    /// One sigma of the vehicle's own field, drawn at turn-on, gauss.
     pub hard_iron_sigma_gauss: f64,
     /// One-sigma of the white noise, gauss.
     pub noise_sigma_gauss: f64,
-    /// Least step of the output, gauss; 0 for none.
+    /// Resolution of the output, gauss; 0 for unlimited.
     pub resolution_gauss: f64,
 }
 
@@ -93,7 +93,7 @@ impl Default for DmuConfig {
 }
 
 impl DmuConfig {
-    /// A unit without error at the centre of gravity, without attitude and magnetometer.
+    /// An inertial unit without errors at the centre of gravity, without attitude and magnetometer.
     #[must_use]
     pub fn ideal(rate_hz: f64, output: DmuOutput) -> Self {
         Self {
@@ -135,7 +135,7 @@ impl AttitudeConfig {
     fn check(&self) -> Checked {
         const SENSOR: &str = "attitude";
         self.wander_sigma_deg.iter().try_for_each(|sigma| size(SENSOR, "wander", *sigma))?;
-        positive(SENSOR, "time of the wander", self.wander_time_s)?;
+        positive(SENSOR, "correlation time", self.wander_time_s)?;
         size(SENSOR, "noise", self.noise_sigma_deg)?;
         size(SENSOR, "resolution", self.resolution_deg)?;
         finite(SENSOR, "declination", self.declination_deg)
@@ -155,11 +155,12 @@ impl Default for MagnetometerConfig {
 }
 
 impl MagnetometerConfig {
-    /// The default, in the Earth's field at `place` in 2025 by the World Magnetic Model, to 0.001 gauss.
+    /// The default settings, with the Earth's field at `place` in 2025 according to the World Magnetic Model, to 0.001
+    /// gauss.
     #[must_use]
     pub fn at(place: &Geodetic) -> Self {
         let default = Self::default();
-        // The model has no field deeper than 1 km: there it is that of the ellipsoid.
+        // The model is limited to 1 km below the ellipsoid: deeper positions use the ellipsoid.
         let place = Geodetic { height_m: place.height_m.max(0.0), ..*place };
         match MagneticField::at(&place, 2025.0) {
             Ok(MagneticField { field_gauss }) => {
@@ -170,7 +171,7 @@ impl MagnetometerConfig {
         }
     }
 
-    /// How far magnetic north is east of true north, °.
+    /// Declination, ° east of true north.
     #[must_use]
     pub fn declination_deg(&self) -> f64 {
         let [north, east, _] = self.field_gauss.to_array();
@@ -186,22 +187,22 @@ impl MagnetometerConfig {
     }
 }
 
-/// What an inertial unit without error would measure where it is mounted.
+/// Error-free measurements of an inertial unit at its mounting position.
 #[derive(Clone, Copy, Debug)]
 pub struct ImuTruth {
-    /// Angular rate against inertial space, rad/s: at the moment of the sample, or for
-    /// [`DmuOutput::Increments`] the mean since the sample before.
+    /// Angular rate with respect to inertial space, rad/s: at the time of the sample, or for [`DmuOutput::Increments`]
+    /// the mean since the previous sample.
     pub angular_rate_radps: Vector<Body>,
-    /// Specific force, m/s²: at the moment of the sample, or the mean as above.
+    /// Specific force, m/s²: at the time of the sample, or the mean as above.
     pub specific_force_mps2: Vector<Body>,
-    /// Attitude at the moment of the sample.
+    /// Attitude at the time of the sample.
     pub body_to_ned: Rotation<Body, Ned>,
 }
 
-/// An inertial unit at work: the true motion goes in at its own rate, its samples come out.
+/// A running inertial unit: it receives the true motion at its own rate and returns its samples.
 ///
-/// In this order: first-order low-pass (exact for motion that is straight between samples, and for
-/// vibration at any frequency), scale factor, biases and white noise, range, resolution.
+/// The order of the errors is: first-order low-pass (exact for motion that is linear between samples, and for vibration
+/// at any frequency), scale factor, biases and white noise, range, resolution.
 #[derive(Clone, Debug)]
 pub struct SimulatedDmu {
     output: DmuOutput,
@@ -217,10 +218,10 @@ pub struct SimulatedDmu {
 }
 
 impl SimulatedDmu {
-    /// A unit switched on, its biases drawn from `seed`.
+    /// An inertial unit switched on, with its biases drawn from `seed`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no unit can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &DmuConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         let period_s = 1.0 / config.rate_hz;
@@ -245,8 +246,8 @@ impl SimulatedDmu {
         })
     }
 
-    /// The sample at `time`. Samples are expected one period apart; increments are scaled by the
-    /// time since the sample before, everything else takes the period for granted.
+    /// The sample at `time`. Samples are one period apart. Increments are scaled by the time since the previous sample;
+    /// all other errors assume the nominal period.
     pub fn measure(&mut self, time: Time, truth: &ImuTruth) -> ImuSample {
         let increments = self.output == DmuOutput::Increments;
         let step_s = self.last.map_or(self.period_s, |last| time - last);
@@ -276,7 +277,7 @@ impl SimulatedDmu {
     }
 }
 
-/// The unit's own attitude while it runs.
+/// The running attitude computation of the inertial unit.
 #[derive(Clone, Debug)]
 struct RunningAttitude {
     config: AttitudeConfig,
@@ -306,7 +307,7 @@ impl RunningAttitude {
     }
 }
 
-/// The magnetometer while it runs.
+/// The running magnetometer.
 #[derive(Clone, Debug)]
 struct RunningMagnetometer {
     config: MagnetometerConfig,

@@ -1,24 +1,24 @@
-//! The engine under its governor, and the rotors that it turns.
+//! The engine with its governor, and the rotors that it drives.
 
 use super::check::{Checked, positive, size};
 use hovernav_model::helicopter::{HelicopterParameters, RotorDrive};
 
-/// Engine, governor and what they turn. The default is that of a 60-class helicopter.
+/// Engine, governor and rotors. The default is that of a 60-class helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EngineConfig {
-    /// Time constant by which the governor brings the rotor to speed, s.
+    /// Time constant of the governor's speed control, s.
     pub governor_time_s: f64,
-    /// Share of its speed that the rotor loses at full collective above trim.
+    /// Relative loss of rotor speed at full collective above trim.
     pub droop: f64,
-    /// Inertia of both rotors, their shafts and gears, seen at the main shaft, kg·m².
+    /// Inertia of both rotors, their shafts and gears, referred to the main shaft, kg·m².
     pub inertia_kgm2: f64,
-    /// Most torque at the main shaft, N·m.
+    /// Largest torque at the main shaft, N·m.
     pub most_torque_nm: f64,
 }
 
 impl Default for EngineConfig {
-    /// Blades, bar and tail of the class have some 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW of a
-    /// 15 cm³ glow engine.
+    /// Blades, bar and tail of the class have about 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW of a 15 cm³ glow
+    /// engine.
     fn default() -> Self {
         Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, most_torque_nm: 13.0 }
     }
@@ -27,45 +27,45 @@ impl Default for EngineConfig {
 impl EngineConfig {
     pub(super) fn check(&self) -> Checked {
         const SENSOR: &str = "engine";
-        positive(SENSOR, "time of the governor", self.governor_time_s)?;
+        positive(SENSOR, "time constant of the governor", self.governor_time_s)?;
         size(SENSOR, "droop", self.droop)?;
         positive(SENSOR, "inertia of the rotors", self.inertia_kgm2)?;
         positive(SENSOR, "most torque", self.most_torque_nm)
     }
 }
 
-/// An engine at work.
+/// A running engine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Engine {
     config: EngineConfig,
-    /// The main rotor's nominal speed, rad/s.
+    /// Nominal speed of the main rotor, rad/s.
     nominal_radps: f64,
-    /// Over its nominal.
+    /// Speed over the nominal speed.
     speed: f64,
     powered: bool,
 }
 
 impl Engine {
-    /// One that holds the nominal speed.
+    /// An engine at its nominal speed.
     pub fn new(config: &EngineConfig, helicopter: &HelicopterParameters) -> Self {
         let nominal_radps = helicopter.main_rotor.speed_radps;
         Self { config: *config, nominal_radps, speed: 1.0, powered: true }
     }
 
-    /// It stops; the rotors turn freely.
+    /// Stops the engine; the rotors turn freely.
     pub const fn stop(&mut self) {
         self.powered = false;
     }
 
-    /// What it makes of the rotors.
+    /// Drive of the rotors.
     pub const fn drive(&self) -> RotorDrive {
         RotorDrive { speed: self.speed, powered: self.powered }
     }
 
-    /// On by `step_s`, with the collective stick at `collective` and rotors that take `torque_nm`.
+    /// Advances by `step_s`, with the collective stick at `collective` and a rotor torque of `torque_nm`.
     ///
-    /// The governor gives the torque that closes the gap to its speed within its time, as far as the
-    /// engine has it; a freewheel keeps it from braking.
+    /// The governor commands the torque that corrects the speed within its time constant, up to the engine's limit. A
+    /// freewheel prevents braking.
     ///
     /// # Source
     /// Equation (V16) of docs/equations.md.

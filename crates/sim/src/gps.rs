@@ -13,19 +13,19 @@ use super::axes::HorizontalVertical;
 use super::check::{Checked, ConfigError, finite, finite_vector, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};
 
-/// The GPS receiver. The default is the thesis's Trimble SK II: 1 Hz, velocity good to 0.2 m/s
+/// Settings of the GPS receiver. The default is the thesis's Trimble SK II: 1 Hz, velocity accurate to 0.2 m/s
 /// horizontally and 0.5 m/s vertically.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpsConfig {
     /// Fixes per second.
     pub rate_hz: f64,
-    /// Where the antenna is, from the centre of gravity, m.
+    /// Position of the antenna relative to the centre of gravity, m.
     pub lever_arm_m: Vector<Body>,
-    /// How long after the moment of its validity a fix arrives, s.
+    /// Delay from the time of validity of a fix to its arrival, s.
     pub latency_s: f64,
-    /// The latency that is taken off the time of arrival to give [`Fix::time`](hovernav::gps::Fix), s:
-    /// where it differs from the latency, every fix bears a time that is wrong by the difference. A
-    /// fix arrives at its `time` plus this.
+    /// Latency that is subtracted from the time of arrival to give [`Fix::time`](hovernav::gps::Fix), s. Where it
+    /// differs from the true latency, every fix has a wrong time by the difference. A fix arrives at its `time` plus
+    /// this.
     pub assumed_latency_s: f64,
     /// One-sigma of the white noise of the position, m.
     pub position_noise_m: HorizontalVertical,
@@ -39,16 +39,16 @@ pub struct GpsConfig {
     pub velocity_wander_mps: HorizontalVertical,
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,
-    /// Whether it states one number for the velocity of all axes, as u-blox receivers do, the root mean
-    /// square of theirs, rather than one for each.
+    /// Whether the receiver reports one velocity accuracy for all axes, the root mean square of theirs, as u-blox
+    /// receivers do, instead of one for each.
     pub states_one_velocity_sigma: bool,
-    /// Least step of latitude and longitude, °; 0 for none.
+    /// Resolution of latitude and longitude, °; 0 for unlimited.
     pub angle_resolution_deg: f64,
-    /// Least step of the height, m, and of the velocity, m/s; 0 for none.
+    /// Resolution of the height, m, and of the velocity, m/s; 0 for unlimited.
     pub resolution_m: f64,
-    /// When there are no fixes, s from the start.
+    /// Periods without fixes, s from the start.
     pub outages_s: Vec<Range<f64>>,
-    /// When the receiver repeats the last fix before, s from the start, with the time that it is.
+    /// Periods in which the receiver repeats the last fix with the current time, s from the start.
     pub frozen_s: Vec<Range<f64>>,
 }
 
@@ -75,7 +75,7 @@ impl Default for GpsConfig {
 }
 
 impl GpsConfig {
-    /// A receiver without error, its antenna at the centre of gravity.
+    /// A receiver without errors, with its antenna at the centre of gravity.
     #[must_use]
     pub fn ideal(rate_hz: f64) -> Self {
         Self {
@@ -103,8 +103,8 @@ impl GpsConfig {
         finite_vector(SENSOR, "lever arm", self.lever_arm_m)?;
         finite(SENSOR, "latency", self.latency_s)?;
         finite(SENSOR, "assumed latency", self.assumed_latency_s)?;
-        positive(SENSOR, "time of the position wander", self.position_wander_time_s)?;
-        positive(SENSOR, "time of the velocity wander", self.velocity_wander_time_s)?;
+        positive(SENSOR, "correlation time of the position", self.position_wander_time_s)?;
+        positive(SENSOR, "correlation time of the velocity", self.velocity_wander_time_s)?;
         size(SENSOR, "angle resolution", self.angle_resolution_deg)?;
         size(SENSOR, "resolution", self.resolution_m)?;
         for (what, spread) in [
@@ -120,7 +120,7 @@ impl GpsConfig {
     }
 }
 
-/// A receiver at work: the antenna's motion goes in at the receiver's rate, fixes come out.
+/// A running receiver: it receives the antenna's motion at its own rate and returns fixes.
 #[derive(Clone, Debug)]
 pub struct SimulatedGps {
     config: GpsConfig,
@@ -130,10 +130,10 @@ pub struct SimulatedGps {
 }
 
 impl SimulatedGps {
-    /// A receiver switched on, its errors drawn from `seed`.
+    /// A receiver switched on, with its errors drawn from `seed`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no receiver can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &GpsConfig, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         let period_s = 1.0 / config.rate_hz;
@@ -202,7 +202,7 @@ impl SimulatedGps {
     }
 }
 
-/// The error of position or velocity, north, east and down.
+/// Error of position or velocity, north, east and down.
 #[derive(Clone, Debug)]
 struct Channel {
     noise: Noise,

@@ -1,19 +1,18 @@
-//! One stretch of a planned flight.
+//! One leg of a planned flight.
 
 use hovernav::frames::Vector;
 
-/// Forward, right and down of the heading, with the horizon level: the body turned by yaw alone.
+/// Axes of the heading: forward, right and down with a level horizon, the body turned by yaw alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level;
 
-/// One stretch of flight: over `duration_s` everything below moves smoothly from what it was at the
-/// end of the leg before to the value given here.
+/// One leg of a flight. Over `duration_s` all quantities change smoothly from their values at the end of the previous
+/// leg to the values given here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
     /// Duration, s, above zero.
     pub duration_s: f64,
-    /// Rate of change of the forward, right and down speed, m/s². What turning the heading adds to
-    /// the acceleration comes on top.
+    /// Rate of change of the forward, right and down speed, m/s², without the acceleration due to a turning heading.
     pub acceleration_mps2: Vector<Level>,
     /// Rate of change of the heading, rad/s.
     pub yaw_rate_radps: f64,
@@ -24,7 +23,7 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// Level and without acceleration, for no time.
+    /// Level and without acceleration, of zero duration.
     pub(super) const STEADY: Self = Self {
         duration_s: 0.0,
         acceleration_mps2: Vector::ZERO,

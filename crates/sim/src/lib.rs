@@ -1,4 +1,4 @@
-//! Simulation: flights without error, and sensors with every error. Needs `std`.
+//! Simulation: error-free flights, and sensors with all their errors. Needs `std`.
 //!
 //! ```
 //! use hovernav::earth::Geodetic;
@@ -62,7 +62,7 @@ use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::Truth;
 
-/// A simulated flight: what the sensors said, and what was true.
+/// A simulated flight: the measurements and the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// Samples of the inertial unit; the first at [`Time::ZERO`], the start of the trajectory.
@@ -73,11 +73,10 @@ pub struct Recording {
     pub truth: Vec<Truth>,
 }
 
-/// Flies `trajectory` with sensors. The same `seed` gives the same recording, bit for bit
-/// on one platform.
+/// Simulates the sensors along `trajectory`. The same `seed` gives the same recording, bit for bit on one platform.
 ///
 /// # Errors
-/// [`ConfigError`] names the value of a configuration that no sensor can have.
+/// [`ConfigError`] with the invalid value of a configuration.
 pub fn fly(
     trajectory: &Trajectory,
     dmu_config: &DmuConfig,
@@ -123,7 +122,7 @@ pub fn fly(
     Ok(Recording { imu, fixes, truth })
 }
 
-/// Moments at `rate_hz` from 0 to `duration_s`, to the nanosecond.
+/// Times at `rate_hz` from 0 to `duration_s`, to the nanosecond.
 fn sample_times(rate_hz: f64, duration_s: f64) -> impl Iterator<Item = Time> {
     let last = (duration_s * rate_hz + 1e-6) as u64;
     (0..=last).map(move |k| Time::ZERO + k as f64 / rate_hz)

@@ -1,4 +1,4 @@
-//! Simulated sensors as a dataset tells of them.
+//! Manifest of simulated sensors.
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav_log::Manifest;
@@ -6,7 +6,7 @@ use hovernav_log::Manifest;
 use super::dmu::DmuConfig;
 use super::gps::GpsConfig;
 
-/// The manifest of a dataset that `dmu` and `gps` recorded on `vehicle`, which is told in words.
+/// The manifest of a dataset recorded by `dmu` and `gps` on `vehicle`, a description in words.
 #[must_use]
 pub fn sensor_manifest(vehicle: String, dmu: &DmuConfig, gps: &GpsConfig) -> Manifest {
     let mut manifest = Manifest {
@@ -26,7 +26,7 @@ pub fn sensor_manifest(vehicle: String, dmu: &DmuConfig, gps: &GpsConfig) -> Man
     imu.accel_bias_sigma_mps2 = Some(dmu.accelerometer.turn_on_bias_sigma_mps2);
     imu.gyro_range_degps = Some(dmu.gyro.range_degps);
     imu.accel_range_g = Some(dmu.accelerometer.range_mps2 / STANDARD_GRAVITY_MPS2);
-    // To whole degrees, as a chart tells it.
+    // Rounded to whole degrees, as on a chart.
     let declination_deg = dmu.magnetometer.map_or(0.0, |field| field.declination_deg().round());
     imu.magnetic_declination_deg = Some(declination_deg);
     manifest.gps.rate_hz = Some(gps.rate_hz);

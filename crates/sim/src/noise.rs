@@ -1,12 +1,11 @@
-//! Random numbers from a seed, and the processes made of them.
+//! Random numbers from a seed, and random processes.
 
 use hovernav::glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-/// Which error draws from which stream: no two share one, so changing one error leaves the others
-/// as they were.
+/// Random stream of each error. No two errors share a stream, so a change of one leaves the others unchanged.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stream {
     Gyro = 1,
@@ -48,7 +47,7 @@ impl Noise {
         DVec3::new(self.normal(), self.normal(), self.normal())
     }
 
-    /// A direction drawn evenly from the sphere.
+    /// A direction with uniform distribution on the sphere.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {
             if let Some(unit) = self.normal3().try_normalize() {
@@ -58,8 +57,8 @@ impl Noise {
     }
 }
 
-/// Three independent first-order Gauss-Markov processes, from the first sample on in their
-/// stationary state: x ← exp(−T/τ) x + σ √(1 − exp(−2T/τ)) w, w standard normal.
+/// Three independent first-order Gauss-Markov processes, stationary from the first sample on: x ← exp(−T/τ) x + σ √(1 −
+/// exp(−2T/τ)) w, with w standard normal.
 #[derive(Clone, Debug)]
 pub(super) struct GaussMarkov {
     value: DVec3,

@@ -1,4 +1,4 @@
-//! What the pilot does: a flight as a list of legs, and the manoeuvres made of them.
+//! Flight plans: a list of legs, and the manoeuvres composed of them.
 
 use hovernav::earth::{Geodetic, Local};
 use hovernav::frames::Vector;
@@ -6,15 +6,15 @@ use hovernav::frames::Vector;
 use super::leg::{Leg, Level};
 use super::trajectory::{Trajectory, TrajectoryError};
 
-/// How long a stick movement of a test point takes, s.
+/// Duration of a stick movement of a test point, s.
 const STICK_S: f64 = 0.5;
-/// How long rolling into or out of a turn, or easing into or out of a climb, takes, s.
+/// Duration of entering or leaving a turn or a climb, s.
 const ENTRY_S: f64 = 2.0;
 
-/// A flight in the making: begins in a hover, grows by manoeuvres, and becomes a [`Trajectory`].
+/// A flight plan: it starts in a hover, manoeuvres are appended, and it becomes a [`Trajectory`].
 ///
-/// Every manoeuvre but [`then`](Self::then) tilts the vehicle so that the thrust points along the
-/// body's −z axis, as a helicopter's does, and every one of them begins and ends smoothly.
+/// Every manoeuvre except [`then`](Self::then) tilts the vehicle so that the thrust is along the body's −z axis, as for
+/// a helicopter. Each begins and ends smoothly.
 ///
 /// ```
 /// use hovernav::earth::Geodetic;
@@ -41,14 +41,14 @@ pub struct FlightPlan {
 }
 
 impl FlightPlan {
-    /// Begins level and at rest at `start`, the nose at `heading_rad` from true north.
+    /// Starts level and at rest at `start`, heading `heading_rad` from true north.
     #[must_use]
     pub fn hover_at(start: Geodetic, heading_rad: f64) -> Self {
         Self { start, heading_rad, legs: Vec::new(), speed_mps: Vector::ZERO }
     }
 
-    /// A whole flight of 300 s from a hover at `start`: the test points of the thesis, climbs,
-    /// accelerations and coordinated turns, and a hover at the end.
+    /// A complete flight of 300 s from a hover at `start`: the test points of the thesis, climbs, accelerations and
+    /// coordinated turns, and a hover at the end.
     ///
     /// # Source
     /// Test points: Paw (2005), chapter 5, doi:10.32657/10356/47095.
@@ -76,7 +76,7 @@ impl FlightPlan {
         plan.hold(rest_s)
     }
 
-    /// Adds any leg.
+    /// Appends a leg.
     #[must_use]
     pub fn then(mut self, leg: Leg) -> Self {
         self.speed_mps += self.speed_gained_mps(leg.duration_s, leg.acceleration_mps2);
@@ -84,7 +84,7 @@ impl FlightPlan {
         self
     }
 
-    /// Keeps acceleration, yaw rate, roll and pitch as they are.
+    /// Holds acceleration, yaw rate, roll and pitch.
     #[must_use]
     pub fn hold(self, duration_s: f64) -> Self {
         let leg = Leg { duration_s, ..self.last() };
@@ -103,8 +103,8 @@ impl FlightPlan {
         )
     }
 
-    /// Climbs by `height_m` (descends where negative) at `rate_mps`, easing in and out within 2 s;
-    /// a lower rate where the height is too small for that.
+    /// Climbs by `height_m` (descends where negative) at `rate_mps`, with smooth transitions of 2 s; at a lower rate
+    /// where the height is too small for that.
     #[must_use]
     pub fn climb(self, height_m: f64, rate_mps: f64) -> Self {
         let (rate_mps, steady_s) = steady_part(height_m, rate_mps);
@@ -114,8 +114,8 @@ impl FlightPlan {
         climbing.accelerate(-down, ENTRY_S)
     }
 
-    /// Turns by `heading_change_rad` (right positive) at `rate_radps`, banked as the speed asks,
-    /// rolling in and out within 2 s; a lower rate where the change is too small for that.
+    /// Turns by `heading_change_rad` (right positive) at `rate_radps`, banked for the speed, with smooth transitions of
+    /// 2 s; at a lower rate where the change is too small for that.
     #[must_use]
     pub fn turn(self, heading_change_rad: f64, rate_radps: f64) -> Self {
         let (rate_radps, steady_s) = steady_part(heading_change_rad, rate_radps);
@@ -124,16 +124,16 @@ impl FlightPlan {
         turning.balanced(ENTRY_S, Vector::ZERO, 0.0)
     }
 
-    /// Rolls to `angle_rad`, holds for `held_s`, the same to the other side, and levels out; the
-    /// sideways speed follows the roll.
+    /// Rolls to `angle_rad`, holds for `held_s`, does the same to the other side, and levels out. The sideways speed
+    /// follows the roll.
     #[must_use]
     pub fn roll_doublet(self, angle_rad: f64, held_s: f64) -> Self {
         let sideways_mps2 = self.gravity_mps2() * angle_rad.tan();
         self.doublet(Vector::new(0.0, sideways_mps2, 0.0), 0.0, held_s)
     }
 
-    /// Pitches to `angle_rad`, holds for `held_s`, the same the other way, and levels out; the
-    /// forward speed follows the pitch.
+    /// Pitches to `angle_rad`, holds for `held_s`, does the same in the other direction, and levels out. The forward
+    /// speed follows the pitch.
     #[must_use]
     pub fn pitch_doublet(self, angle_rad: f64, held_s: f64) -> Self {
         let forward_mps2 = -self.gravity_mps2() * angle_rad.tan();
@@ -152,12 +152,12 @@ impl FlightPlan {
         self.doublet(Vector::ZERO, rate_radps, held_s)
     }
 
-    /// The test points flown to identify the helicopter, each three times with pauses: roll and
-    /// pitch, heave, and yaw, steps of 1.5 s from a hover. Takes 102 s.
+    /// Test points for the identification of the helicopter, each three times with pauses: roll and pitch, heave, and
+    /// yaw, with steps of 1.5 s from a hover. Takes 102 s.
     ///
     /// # Source
-    /// Paw (2005), chapter 5, doi:10.32657/10356/47095. The excursions are of the size that 10 to
-    /// 15 % of control give: 8° of roll and pitch, 1.2 m/s² of heave, 25°/s of yaw.
+    /// Paw (2005), chapter 5, doi:10.32657/10356/47095. The excursions correspond to 10 to 15 % of control: 8° of roll
+    /// and pitch, 1.2 m/s² of heave, 25°/s of yaw.
     #[must_use]
     pub fn test_points(self) -> Self {
         let three_times = |mut plan: Self, manoeuvre: fn(Self) -> Self| {
@@ -178,10 +178,10 @@ impl FlightPlan {
         self.legs.iter().map(|leg| leg.duration_s).sum()
     }
 
-    /// The flight that this plan is.
+    /// The trajectory of this plan.
     ///
     /// # Errors
-    /// See [`TrajectoryError`]: a leg that no vehicle can fly, a place that has no north.
+    /// [`TrajectoryError`] for a leg that cannot be flown, or a position without a north direction.
     pub fn build(&self) -> Result<Trajectory, TrajectoryError> {
         Trajectory::new(self.start, self.heading_rad, &self.legs)
     }
@@ -199,7 +199,7 @@ impl FlightPlan {
         (self.last().acceleration_mps2 + acceleration_mps2) * (0.5 * duration_s)
     }
 
-    /// A leg at whose end the thrust points along the body's −z axis.
+    /// A leg at whose end the thrust is along the body's −z axis.
     fn balanced(
         self,
         duration_s: f64,
@@ -224,8 +224,8 @@ impl FlightPlan {
     }
 }
 
-/// The signed rate at which `change` is covered, and for how long beside the entry and the exit,
-/// each of which covers half of what the steady rate would.
+/// The signed rate for `change` and the time at this rate, in addition to entry and exit. Each of these covers half of
+/// the distance at the steady rate.
 fn steady_part(change: f64, rate: f64) -> (f64, f64) {
     let steady_s = (change / rate).abs() - ENTRY_S;
     if steady_s <= 0.0 { (change / ENTRY_S, 0.0) } else { (rate.abs().copysign(change), steady_s) }

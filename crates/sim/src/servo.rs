@@ -1,23 +1,23 @@
-//! A simulated servo: where the control really stands.
+//! A simulated servo, with its true position.
 
 use super::check::{Checked, ConfigError, positive, size};
 
-/// The servos, all alike. The default is a digital servo of a 60-class helicopter.
+/// Settings of the servos, which are identical. The default is a digital servo of a 60-class helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoConfig {
-    /// Corner of its first-order answer to small commands, Hz; infinite for none.
+    /// Corner of the first-order response to small commands, Hz; infinite for no lag.
     pub bandwidth_hz: f64,
-    /// Fastest travel, sticks (full travel is 1) a second; infinite for none.
+    /// Highest speed, stick units (full travel is 1) per second; infinite for no limit.
     pub rate_per_s: f64,
-    /// Errors smaller than this, sticks, do not move it; 0 for none.
+    /// Largest error that does not move the servo, stick units; 0 for no dead band.
     pub dead_band: f64,
-    /// Least step of the pulse width, sticks; 0 for none.
+    /// Resolution of the pulse width, stick units; 0 for unlimited.
     pub resolution: f64,
 }
 
 impl Default for ServoConfig {
-    /// 0.1 s for 45° where full travel is 30° each way, pulses of 400 µs for full travel in steps of
-    /// 1 µs, a dead band of 1.5 µs.
+    /// 0.1 s for 45°, with full travel of 30° to each side, pulses of 400 µs for full travel in steps of 1 µs, and a
+    /// dead band of 1.5 µs.
     fn default() -> Self {
         Self {
             bandwidth_hz: 8.0,
@@ -46,25 +46,25 @@ impl ServoConfig {
     }
 }
 
-/// One servo at work.
+/// A running servo.
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedServo {
     config: ServoConfig,
-    /// Where it stands.
+    /// Position of the servo.
     position: f64,
 }
 
 impl SimulatedServo {
-    /// A servo standing at `position`, at its stop beyond ±1.
+    /// A servo at `position`, limited to ±1.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that no servo can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &ServoConfig, position: f64) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self { config: *config, position: position.clamp(-1.0, 1.0) })
     }
 
-    /// Where it stands after `interval_s` under `command`.
+    /// Position after `interval_s` under `command`.
     ///
     /// # Source
     /// Equation (W5) of docs/equations.md.
@@ -82,7 +82,7 @@ impl SimulatedServo {
         self.position
     }
 
-    /// Where it stands.
+    /// Position of the servo.
     #[must_use]
     pub const fn position(&self) -> f64 {
         self.position

@@ -1,31 +1,31 @@
-//! The skids on the ground.
+//! Forces of the ground on the skids.
 
 use hovernav::glam::DVec3;
 
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav_model::helicopter::HelicopterState;
 
-/// The feet of the skids from the centre of gravity, m.
+/// Positions of the feet of the skids relative to the centre of gravity, m.
 const FEET_M: [DVec3; 4] = [
     DVec3::new(0.25, 0.18, 0.38),
     DVec3::new(0.25, -0.18, 0.38),
     DVec3::new(-0.25, 0.18, 0.38),
     DVec3::new(-0.25, -0.18, 0.38),
 ];
-/// One foot's stiffness, N/m, damping, N·s/m, and friction.
+/// Stiffness of a foot, N/m, damping, N·s/m, and friction.
 const FOOT_STIFFNESS_NPM: f64 = 4000.0;
 const FOOT_DAMPING_NSPM: f64 = 120.0;
 const FRICTION: f64 = 0.6;
-/// Sliding slower than this is resisted in proportion, m/s.
+/// Sliding speed below which friction is proportional to speed, m/s.
 const SLIDE_MPS: f64 = 0.1;
 
-/// How far below the centre of gravity the lowest foot is, m.
+/// Distance of the lowest foot below the centre of gravity, m.
 pub(super) fn lowest_foot_m(body_to_ned: Rotation<Body, Ned>) -> f64 {
     let feet = FEET_M.iter().map(|&foot| (body_to_ned * Vector::<Body>::claim(foot)).z());
     feet.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Force and moment of the ground on the skids, the centre of gravity `height_m` above it.
+/// Force and moment of the ground on the skids, with the centre of gravity `height_m` above it.
 ///
 /// # Source
 /// Equation (V17) of docs/equations.md.

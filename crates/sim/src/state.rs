@@ -1,4 +1,4 @@
-//! The motion of a point of a rigid vehicle, and of its other points.
+//! Motion of one point of a rigid vehicle, and of its other points.
 
 use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::Solution;
@@ -6,29 +6,29 @@ use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
 use hovernav_log::Truth;
 
-/// The motion of one point of the vehicle at one moment.
+/// Motion of one point of the vehicle at one time.
 #[derive(Clone, Copy, Debug)]
 pub struct State {
-    /// Where the point is.
+    /// Position of the point.
     pub position: Geodetic,
     /// Velocity of the point over the Earth, m/s.
     pub velocity_mps: Vector<Ned>,
-    /// Attitude, against the north, east and down of the point.
+    /// Attitude with respect to the north, east and down of the point.
     pub body_to_ned: Rotation<Body, Ned>,
-    /// Angular rate of the body against the point's NED axes, rad/s.
+    /// Angular rate of the body with respect to the point's NED axes, rad/s.
     pub angular_rate_radps: Vector<Body>,
-    /// Angular rate of the body against inertial space, rad/s: what gyros measure.
+    /// Angular rate of the body with respect to inertial space, rad/s, as gyros measure it.
     pub inertial_rate_radps: Vector<Body>,
     /// Rate of change of [`inertial_rate_radps`](Self::inertial_rate_radps), rad/s².
     pub angular_acceleration_radps2: Vector<Body>,
-    /// Acceleration of the point less gravitation, m/s²: what accelerometers there measure.
+    /// Acceleration of the point minus gravitation, m/s², as accelerometers there measure it.
     pub specific_force_mps2: Vector<Body>,
     /// The Earth at [`position`](Self::position).
     pub(super) local: Local,
 }
 
 impl State {
-    /// What is true of this point at `time`.
+    /// The truth of this point at `time`.
     #[must_use]
     pub fn truth(&self, time: Time) -> Truth {
         Truth {
@@ -40,7 +40,7 @@ impl State {
         }
     }
 
-    /// A solution that is the truth at `time`, without error or uncertainty.
+    /// A solution equal to the truth at `time`, without error or uncertainty.
     #[must_use]
     pub fn solution(&self, time: Time) -> Solution {
         Solution {
@@ -53,10 +53,10 @@ impl State {
 
     /// The motion of the point at `lever_arm_m` from this one.
     ///
-    /// Exact for a rigid body, up to rounding and to the square of the lever arm over the Earth's
-    /// radius (1e-7 of it at 1 m): the point has its own height, its own gravity and its own north,
-    /// east and down, in which its velocity and attitude are given. Specific force is equation 4.1 of
-    /// Paw (2005), doi:10.32657/10356/47095, and the difference in gravitation.
+    /// Exact for a rigid body, except for rounding and the square of the lever arm over the Earth's radius (a relative
+    /// 1e-7 at 1 m). The point has its own height, gravity and north, east and down, in which its velocity and attitude
+    /// are given. Specific force is equation 4.1 of Paw (2005), doi:10.32657/10356/47095, plus the difference in
+    /// gravitation.
     #[must_use]
     pub fn at_point(&self, lever_arm_m: Vector<Body>) -> Self {
         let offset_m = self.body_to_ned * lever_arm_m;
@@ -81,15 +81,14 @@ impl State {
         }
     }
 
-    /// What accelerometers at `lever_arm_m` from this point measure, m/s².
+    /// Specific force at `lever_arm_m` from this point, m/s², as accelerometers there measure it.
     #[must_use]
     pub fn specific_force_at(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
         self.steady_specific_force(lever_arm_m)
             + self.angular_acceleration_radps2.cross(lever_arm_m)
     }
 
-    /// Specific force at a lever arm but for the term of the angular acceleration, whose integral
-    /// needs no quadrature.
+    /// Specific force at a lever arm without the term of the angular acceleration, whose integral needs no quadrature.
     pub(super) fn steady_specific_force(&self, lever_arm_m: Vector<Body>) -> Vector<Body> {
         if lever_arm_m == Vector::ZERO {
             return self.specific_force_mps2;
@@ -100,7 +99,7 @@ impl State {
         let down_here: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
         let down_there = down_here + self.local.transport_rate(offset_m).cross(down_here);
         let gravity_more = down_there * there.gravity_mps2 - down_here * self.local.gravity_mps2;
-        // Gravity holds the centrifugal acceleration of the Earth's rotation, gravitation does not.
+        // Gravity includes the centrifugal acceleration of the Earth's rotation; gravitation does not.
         let earth_rate = self.local.earth_rate_radps;
         let gravitation_more = gravity_more + earth_rate.cross(earth_rate.cross(offset_m));
         self.specific_force_mps2 + rate.cross(rate.cross(lever_arm_m))

@@ -1,9 +1,9 @@
-//! A flight without error: position, velocity, attitude, and what inertial sensors would feel.
+//! An error-free flight: position, velocity, attitude, and the measurements of ideal inertial sensors.
 //!
-//! The speeds over the level heading axes, the heading, the roll and the pitch are polynomials of
-//! time, four times continuously differentiable; velocity, acceleration, attitude, angular rate and
-//! angular acceleration follow from them in closed form. Position alone is integrated, on the
-//! rotating WGS-84 ellipsoid, and interpolated: to 1e-6 m over 300 s.
+//! The speeds in the level heading axes, the heading, the roll and the pitch are polynomials of time, four times
+//! continuously differentiable. Velocity, acceleration, attitude, angular rate and angular acceleration follow from
+//! them in closed form. Only position is integrated, on the rotating WGS-84 ellipsoid, and interpolated: accurate to
+//! 1e-6 m over 300 s.
 
 use std::fmt;
 
@@ -17,9 +17,9 @@ use super::state::State;
 
 /// Longest flight, s.
 const LONGEST_S: f64 = 4.0 * 3600.0;
-/// Time between the places that are kept, s.
+/// Time between stored positions, s.
 const KNOT_S: f64 = 0.02;
-/// Longest stretch that one application of the quadrature rule covers, s.
+/// Longest interval of one application of the quadrature rule, s.
 const QUADRATURE_S: f64 = 0.031;
 /// Nodes in (0, 1) and weights of the four-point Gauss-Legendre rule (Abramowitz & Stegun, table
 /// 25.4): exact for polynomials of degree 7.
@@ -30,41 +30,43 @@ const GAUSS_LEGENDRE: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// Why a plan cannot be flown.
+/// Reasons why a plan cannot be flown.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TrajectoryError {
-    /// The start has no north, or a value of it is not finite.
-    #[error("the flight starts at {0:?}, where one cannot navigate by north, east and down")]
+    /// North is undefined at the start, or a value of the start is not finite.
+    #[error("invalid start {0:?}: north, east and down are undefined there")]
     Start(Geodetic),
     /// The heading at the start is not finite.
-    #[error("the heading at the start is {0} rad")]
+    #[error("found an initial heading of {0} rad, expected a finite one")]
     Heading(f64),
     /// A leg's duration is not above zero, one of its values is not finite, or its pitch is beyond
     /// ±1.5 rad.
     #[error("leg {index} cannot be flown: {leg:?}")]
     Leg {
-        /// Which leg, from zero.
+        /// Index of the leg, from zero.
         index: usize,
-        /// What was asked for.
+        /// The leg.
         leg: Leg,
     },
     /// The flight is longer than four hours.
-    #[error("the flight takes {0} s; at most 14400 s can be simulated")]
+    #[error("found a flight of {0} s, expected at most 14400 s")]
     TooLong(f64),
-    /// The flight leads to a place without north, east and down: a pole.
-    #[error("after {time_s} s the flight is at {place:?}, where one cannot navigate")]
+    /// The flight leads to a position without north, east and down: a pole.
+    #[error(
+        "after {time_s} s the flight is at {place:?}, where north, east and down are undefined"
+    )]
     NotNavigable {
-        /// When, s from the start.
+        /// Time, s from the start.
         time_s: f64,
-        /// Where.
+        /// Position.
         place: Geodetic,
     },
 }
 
 /// A flight of the centre of gravity from time 0 to [`duration_s`](Self::duration_s).
 ///
-/// Made by [`FlightPlan::build`](super::FlightPlan::build). Before its start and after its end it
-/// stands still in the state it has there.
+/// Made by [`FlightPlan::build`](super::FlightPlan::build). Before its start and after its end the vehicle is at rest
+/// in its state there.
 #[derive(Clone)]
 pub struct Trajectory {
     stretches: Vec<Stretch>,
@@ -84,7 +86,7 @@ impl Trajectory {
         if !heading_rad.is_finite() {
             return Err(TrajectoryError::Heading(heading_rad));
         }
-        // The flight comes out of a hover that ends at time 0.
+        // The flight starts from a hover that ends at time 0.
         let hover = Leg { duration_s: 1.0, ..Leg::STEADY };
         let mut stretch = Stretch {
             start_s: -hover.duration_s,
@@ -111,7 +113,7 @@ impl Trajectory {
         if duration_s > LONGEST_S {
             return Err(TrajectoryError::TooLong(duration_s));
         }
-        // The last place kept lies beyond the end.
+        // The last stored position is beyond the end.
         stretches.push(stretch.followed_by(Leg { duration_s: 2.0 * KNOT_S, ..stretch.to }));
         let mut trajectory = Self { stretches, knots: Vec::new(), duration_s };
         trajectory.integrate_position(start)?;
@@ -147,7 +149,7 @@ impl Trajectory {
             yaw_rad: yaw.value,
         });
 
-        // Euler rates to body rates, and their derivative.
+        // Euler rates to body rates, and their derivatives.
         let angular_rate_radps = Vector::new(
             roll.rate - yaw.rate * sin_p,
             pitch.rate * cos_r + yaw.rate * cos_p * sin_r,
@@ -185,10 +187,10 @@ impl Trajectory {
         }
     }
 
-    /// Integrals of angular rate, rad, and of the specific force at `lever_arm_m` from the centre of
-    /// gravity, m/s, over the time `from_s` to `to_s`, each resolved in the body axes of its own
-    /// moment: what an ideal integrating unit puts out. Good to 1e-13 rad and 1e-12 m/s for
-    /// every 0.03 s of a manoeuvre of the test flight. `to_s` must be after `from_s`.
+    /// Integrals of angular rate, rad, and of the specific force at `lever_arm_m` from the centre of gravity, m/s, from
+    /// `from_s` to `to_s`, each resolved in the body axes of its own time, as an ideal integrating inertial unit
+    /// outputs them. Accurate to 1e-13 rad and 1e-12 m/s for every 0.03 s of a manoeuvre of the test flight. `to_s`
+    /// must be after `from_s`.
     #[must_use]
     pub fn increments(
         &self,
@@ -199,7 +201,7 @@ impl Trajectory {
         self.increments_between((from_s, &self.at(from_s)), (to_s, &self.at(to_s)), lever_arm_m)
     }
 
-    /// As [`increments`](Self::increments), where the states at both ends are known already.
+    /// As [`increments`](Self::increments), for known states at both ends.
     pub(super) fn increments_between(
         &self,
         (from_s, from): (f64, &State),
@@ -222,7 +224,7 @@ impl Trajectory {
         (angle_rad, velocity_mps)
     }
 
-    /// How far one application of the quadrature rule may reach from `time_s`.
+    /// End of the interval from `time_s` that one application of the quadrature rule may cover.
     fn smooth_until(&self, time_s: f64) -> f64 {
         let later = self.stretches.partition_point(|stretch| stretch.start_s <= time_s);
         let joint_s = self.stretches.get(later).map_or(f64::INFINITY, |stretch| stretch.start_s);
@@ -240,8 +242,8 @@ impl Trajectory {
         level_to_ned(DVec2::from_angle(yaw.value), speed)
     }
 
-    /// Keeps the place every [`KNOT_S`]. The way from knot to knot is Simpson's rule on the
-    /// velocity, the radii those of half-way.
+    /// Stores the position every [`KNOT_S`]. Between knots the velocity is integrated by Simpson's rule, with the radii
+    /// of curvature at the midpoint.
     fn integrate_position(&mut self, start: Geodetic) -> Result<(), TrajectoryError> {
         let mut place = DVec3::new(start.latitude_rad, start.longitude_rad, start.height_m);
         let mut velocity = self.velocity(0.0);
@@ -261,7 +263,7 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Cubic interpolation between the knots, to place and velocity.
+    /// Cubic interpolation between the knots, from positions and velocities.
     fn position(&self, time_s: f64) -> Geodetic {
         let knots = time_s / KNOT_S;
         let before = (knots as usize).min(self.knots.len().saturating_sub(2));
@@ -277,12 +279,12 @@ impl Trajectory {
 
 impl fmt::Debug for Trajectory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // The places kept are thousands.
+        // Thousands of positions are omitted.
         f.debug_struct("Trajectory").field("duration_s", &self.duration_s).finish_non_exhaustive()
     }
 }
 
-/// A place kept, and the change of place in [`KNOT_S`] at the velocity there.
+/// A stored position, and the change of position in [`KNOT_S`] at the velocity there.
 #[derive(Clone, Copy, Debug)]
 struct Knot {
     place: DVec3,
@@ -293,19 +295,19 @@ fn geodetic(place: DVec3) -> Geodetic {
     Geodetic { latitude_rad: place.x, longitude_rad: place.y, height_m: place.z }
 }
 
-/// Change of latitude, longitude and height over a small way from `place`.
+/// Change of latitude, longitude and height for a small displacement from `place`.
 fn geodetic_step(place: DVec3, way_m: Vector<Ned>) -> DVec3 {
     let local = Local::at(&geodetic(place));
     let parallel_m = local.east_radius_m * libm::cos(place.x);
     DVec3::new(way_m.x() / local.north_radius_m, way_m.y() / parallel_m, -way_m.z())
 }
 
-/// Resolves level heading axes in north, east and down; `heading` holds cosine and sine.
+/// Resolves level heading axes in north, east and down; `heading` contains cosine and sine.
 fn level_to_ned(heading: DVec2, level: DVec3) -> Vector<Ned> {
     Vector::claim(heading.rotate(level.xy()).extend(level.z))
 }
 
-/// A quantity with its first and second derivative in time.
+/// A quantity with its first and second time derivatives.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     value: f64,
@@ -313,7 +315,7 @@ struct Channel {
     curvature: f64,
 }
 
-/// Speeds and accelerations over the level heading axes, and the Euler angles.
+/// Speeds and accelerations in the level heading axes, and the Euler angles.
 struct Channels {
     speed: DVec3,
     acceleration: DVec3,
@@ -322,7 +324,7 @@ struct Channels {
     roll: Channel,
 }
 
-/// A leg with the state it starts from.
+/// A leg with its initial state.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     start_s: f64,

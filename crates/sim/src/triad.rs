@@ -1,4 +1,4 @@
-//! Three gyros, or three accelerometers, and their errors.
+//! Three gyros, or three accelerometers, with their errors.
 
 use core::f64::consts::TAU;
 
@@ -8,21 +8,21 @@ use hovernav::glam::DVec3;
 use super::check::{Checked, positive, size};
 use super::noise::{GaussMarkov, Noise};
 
-/// Errors of the three gyros, alike and independent.
+/// Errors of the three gyros, identical in distribution and independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroConfig {
-    /// One-sigma of the bias that is drawn at turn-on and stays, °/s.
+    /// One sigma of the constant bias drawn at turn-on, °/s.
     pub turn_on_bias_sigma_degps: f64,
-    /// One-sigma of the bias that wanders (Gauss-Markov), °/s.
+    /// One sigma of the drifting bias (Gauss-Markov), °/s.
     pub wandering_bias_sigma_degps: f64,
-    /// Correlation time of the wandering bias, s.
+    /// Correlation time of the drifting bias, s.
     pub wandering_bias_time_s: f64,
     /// White noise of the rate, °/√h.
     pub angle_random_walk_deg_per_sqrt_h: f64,
-    /// One-sigma of the error in scale, drawn at turn-on, as a fraction.
+    /// One sigma of the scale factor error, drawn at turn-on, as a fraction.
     pub scale_factor_sigma: f64,
-    /// Least step of the output, °/s; 0 for none. For increments, the step of the mean rate over a
-    /// sample, and what is rounded off is kept for the next.
+    /// Resolution of the output, °/s; 0 for unlimited. For increments it applies to the mean rate over a sample, and
+    /// the rounding error is carried over to the next sample.
     pub resolution_degps: f64,
     /// Largest output, °/s; infinite for no limit.
     pub range_degps: f64,
@@ -30,21 +30,21 @@ pub struct GyroConfig {
     pub bandwidth_hz: f64,
 }
 
-/// Errors of the three accelerometers, alike and independent.
+/// Errors of the three accelerometers, identical in distribution and independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerometerConfig {
-    /// One-sigma of the bias that is drawn at turn-on and stays, m/s².
+    /// One sigma of the constant bias drawn at turn-on, m/s².
     pub turn_on_bias_sigma_mps2: f64,
-    /// One-sigma of the bias that wanders (Gauss-Markov), m/s².
+    /// One sigma of the drifting bias (Gauss-Markov), m/s².
     pub wandering_bias_sigma_mps2: f64,
-    /// Correlation time of the wandering bias, s.
+    /// Correlation time of the drifting bias, s.
     pub wandering_bias_time_s: f64,
     /// White noise of the specific force, m/s/√h.
     pub velocity_random_walk_mps_per_sqrt_h: f64,
-    /// One-sigma of the error in scale, drawn at turn-on, as a fraction.
+    /// One sigma of the scale factor error, drawn at turn-on, as a fraction.
     pub scale_factor_sigma: f64,
-    /// Least step of the output, m/s²; 0 for none. For increments, the step of the mean over a
-    /// sample, and what is rounded off is kept for the next.
+    /// Resolution of the output, m/s²; 0 for unlimited. For increments it applies to the mean over a sample, and the
+    /// rounding error is carried over to the next sample.
     pub resolution_mps2: f64,
     /// Largest output, m/s²; infinite for no limit.
     pub range_mps2: f64,
@@ -68,7 +68,7 @@ impl Default for GyroConfig {
 }
 
 impl GyroConfig {
-    /// Gyros without error.
+    /// Gyros without errors.
     pub const IDEAL: Self = Self {
         turn_on_bias_sigma_degps: 0.0,
         wandering_bias_sigma_degps: 0.0,
@@ -110,7 +110,7 @@ impl Default for AccelerometerConfig {
 }
 
 impl AccelerometerConfig {
-    /// Accelerometers without error.
+    /// Accelerometers without errors.
     pub const IDEAL: Self = Self {
         turn_on_bias_sigma_mps2: 0.0,
         wandering_bias_sigma_mps2: 0.0,
@@ -136,7 +136,7 @@ impl AccelerometerConfig {
     }
 }
 
-/// The errors of either kind of sensor, in rad or m and s.
+/// Errors of either kind of sensor, in rad or m and s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriadErrors {
     bias_sigma: f64,
@@ -153,7 +153,7 @@ impl TriadErrors {
     pub(super) fn check(&self, sensor: &'static str) -> Checked {
         size(sensor, "turn-on bias", self.bias_sigma)?;
         size(sensor, "wandering bias", self.wander_sigma)?;
-        positive(sensor, "time of the wandering bias", self.wander_time_s)?;
+        positive(sensor, "correlation time of the bias", self.wander_time_s)?;
         size(sensor, "random walk", self.random_walk)?;
         size(sensor, "scale factor", self.scale_sigma)?;
         size(sensor, "resolution", self.resolution)?;
@@ -167,7 +167,7 @@ impl TriadErrors {
     }
 }
 
-/// Three sensors at work, in rad/s or m/s².
+/// Three running sensors, in rad/s or m/s².
 #[derive(Clone, Debug)]
 pub(super) struct Triad {
     noise: Noise,
@@ -178,7 +178,7 @@ pub(super) struct Triad {
     range: f64,
     resolution: f64,
     low_pass: LowPass,
-    /// What rounding left out of the increments so far, in steps of the resolution.
+    /// Accumulated rounding error of the increments, in steps of the resolution.
     left_out: DVec3,
 }
 
@@ -198,8 +198,8 @@ impl Triad {
         }
     }
 
-    /// What the sensors put out for what they feel: `motion` goes through the low-pass, `vibration`
-    /// has been through it. With `carry`, what rounding leaves out is kept for the next sample.
+    /// Output of the sensors for a true input: `motion` passes through the low-pass here, `vibration` has passed it
+    /// already. With `carry`, the rounding error is carried over to the next sample.
     ///
     /// # Source
     /// Equation (W2) of docs/equations.md.
@@ -221,7 +221,7 @@ impl Triad {
     }
 }
 
-/// A first-order low-pass, exact for a signal that is straight between samples.
+/// A first-order low-pass, exact for a signal that is linear between samples.
 #[derive(Clone, Debug)]
 struct LowPass {
     keep: f64,
@@ -394,7 +394,7 @@ mod tests {
             .map(|k| DVec3::splat((TAU * 5.0 * f64::from(k) * PERIOD_S).sin()))
             .map(|rate| triad.measure(rate, DVec3::ZERO, false))
             .collect();
-        // Straight lines between the 20 samples of a cycle take 1 % off.
+        // Linear interpolation between the 20 samples of a cycle removes 1 %.
         assert_abs_diff_eq!(rms(&shown[1000..]), 0.5, epsilon = 0.01);
     }
 }

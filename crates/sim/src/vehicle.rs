@@ -14,12 +14,12 @@ use hovernav_model::helicopter::{
     Helicopter, HelicopterError, HelicopterParameters, HelicopterState, StateDerivative,
 };
 
-/// What stands around the airframe. The default is that of the thesis's helicopter.
+/// Settings of the vehicle apart from the airframe. The default is the thesis's helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VehicleConfig {
     /// The servos of cyclic and collective.
     pub servo: ServoConfig,
-    /// The servo of the tail, faster than the others.
+    /// The servo of the tail, which is faster than the others.
     pub tail_servo: ServoConfig,
     /// The engine and its governor.
     pub engine: EngineConfig,
@@ -54,40 +54,40 @@ impl VehicleConfig {
     }
 }
 
-/// What the skids do not survive: sink rate, m/s, and tilt, rad.
+/// Sink rate, m/s, and tilt, rad, above which a ground contact is a crash.
 const HARD_MPS: f64 = 2.5;
 const TIPPED_RAD: f64 = 0.6;
 
-/// A helicopter flying, from sticks to motion.
+/// A flying helicopter, from sticks to motion.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
     config: VehicleConfig,
     helicopter: Helicopter,
     servos: [SimulatedServo; 4],
-    /// Those that no longer move.
+    /// Servos that are jammed.
     jammed: [bool; 4],
     motion: HelicopterState,
     position: Geodetic,
     engine: Engine,
     wind_mps: Vector<Ned>,
     pushes: Vec<Push>,
-    /// What the pushes do in the step under way: acceleration, m/s², and turn rate, rad/s.
+    /// Effect of the pushes in the current step: acceleration, m/s², and angular rate, rad/s.
     pushed: (Vector<Body>, Vector<Body>),
     crashed: bool,
 }
 
-/// A disturbance under way.
+/// A disturbance in progress.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     disturbance: Disturbance,
     elapsed_s: f64,
 }
 
-/// How long a push takes, s: long enough for gyros and accelerometers to stay within their ranges.
+/// Duration of a push, s: long enough for gyros and accelerometers to stay within their ranges.
 const PUSH_S: f64 = 0.3;
 
 impl Push {
-    /// Acceleration and turn rate over the next `step_s`.
+    /// Acceleration and angular rate over the next `step_s`.
     fn advance(&mut self, step_s: f64) -> (Vector<Body>, Vector<Body>) {
         let left_s = (PUSH_S - self.elapsed_s).min(step_s);
         self.elapsed_s += step_s;
@@ -109,8 +109,8 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// The disturbance of one state alone by `size`: `phi`, `theta`, `psi` in rad, `p`, `q`, `r` in
-    /// rad/s, `u`, `v`, `w` in m/s; `None` of any other name.
+    /// The disturbance of one state alone by `size`: `phi`, `theta`, `psi` in rad, `p`, `q`, `r` in rad/s, `u`, `v`,
+    /// `w` in m/s; `None` for any other name.
     #[must_use]
     pub fn of_state(state: &str, size: f64) -> Option<Self> {
         let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
@@ -135,10 +135,10 @@ impl Disturbance {
 }
 
 impl Vehicle {
-    /// `helicopter` in its hover at `position`, the nose at `heading_rad`.
+    /// `helicopter` in its hover at `position`, heading `heading_rad`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value of `config` that cannot be.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn hovering(
         config: &VehicleConfig,
         helicopter: Helicopter,
@@ -171,7 +171,7 @@ impl Vehicle {
         })
     }
 
-    /// Adds `disturbance` to the state at once.
+    /// Adds `disturbance` to the state immediately.
     pub fn disturb(&mut self, disturbance: &Disturbance) {
         let [roll, pitch, yaw] = disturbance.attitude_rad;
         let angles = self.motion.body_to_ned.euler();
@@ -184,15 +184,15 @@ impl Vehicle {
         self.motion.velocity_mps += disturbance.velocity_mps;
     }
 
-    /// Adds `disturbance` to the state so that inertial sensors measure it: rates at once, velocity
-    /// and attitude within 0.3 s.
+    /// Adds `disturbance` to the state such that inertial sensors measure it: rates immediately, velocity and attitude
+    /// within 0.3 s.
     pub fn push(&mut self, disturbance: &Disturbance) {
         self.motion.rate_radps += disturbance.rate_radps;
         self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
     }
 
-    /// The servo of `stick`, lateral, longitudinal, collective or pedal, stays where it stands from now on, that of
-    /// the tail with what its gyro had made of it. One of another number is none.
+    /// Jams the servo of `stick` (lateral, longitudinal, collective or pedal) at its position; that of the tail
+    /// includes the contribution of its gyro. Other numbers have no effect.
     pub fn jam(&mut self, stick: usize) {
         if let Some(jammed) = self.jammed.get_mut(stick) {
             *jammed = true;
@@ -203,18 +203,18 @@ impl Vehicle {
         }
     }
 
-    /// The engine stops: from now on the rotors turn freely, driven by the air alone.
+    /// Stops the engine: from now on the rotors turn freely, driven by the air alone.
     pub const fn lose_power(&mut self) {
         self.engine.stop();
     }
 
-    /// Speed of the main rotor over its nominal one.
+    /// Speed of the main rotor over its nominal speed.
     #[must_use]
     pub const fn rotor_speed(&self) -> f64 {
         self.engine.drive().speed
     }
 
-    /// The vehicle weighs `mass_kg` from now on, inertia and rigging as before.
+    /// Changes the mass to `mass_kg`; inertia and rigging stay.
     ///
     /// # Errors
     /// [`HelicopterError`] for a mass that this helicopter cannot carry.
@@ -224,8 +224,7 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays where
-    /// it is.
+    /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays at its position.
     pub fn step(&mut self, sticks: Sticks, wind_mps: Vector<Ned>, interval_s: f64) {
         self.wind_mps = wind_mps;
         if self.crashed {
@@ -262,7 +261,7 @@ impl Vehicle {
         self.crashed |= self.strikes();
     }
 
-    /// The airframe's derivative with the rotor at its speed and the ground under the skids.
+    /// Derivative of the airframe's state, with the current rotor speed and the ground reaction on the skids.
     fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
         let drive = self.engine.drive();
         let mut change = self.helicopter.driven(motion, &self.servos(), self.wind_mps, drive);
@@ -285,14 +284,14 @@ impl Vehicle {
         change
     }
 
-    /// Lift near the ground over lift away from it: 1 above three radii of the rotor, and less of it with
-    /// speed, which leaves the ground's cushion behind.
+    /// Lift near the ground over lift away from it: 1 above three rotor radii. It decreases with speed, because the
+    /// vehicle leaves its ground cushion behind.
     ///
     /// # Source
     /// Cheeseman and Bennett (1955), *The effect of the ground on a helicopter rotor in forward flight*, ARC
     /// R&M 3021. Equation (V18) of docs/equations.md.
     fn ground_effect(&self, motion: &HelicopterState, height_m: f64) -> f64 {
-        /// In radii: above the first there is none, below the second no more.
+        /// Heights in rotor radii: no ground effect above the first, constant below the second.
         const REACH: f64 = 3.0;
         const LEAST: f64 = 0.5;
         let parameters = self.helicopter.parameters();
@@ -320,20 +319,20 @@ impl Vehicle {
         lost || touching && (tilt > TIPPED_RAD || sinking > HARD_MPS)
     }
 
-    /// Where the servos stand.
+    /// Positions of the servos.
     #[must_use]
     pub fn servos(&self) -> Sticks {
         Sticks::from_array(self.servos.map(|servo| servo.position()))
     }
 
-    /// Whether it struck the ground too hard, turned over, or left every envelope.
+    /// Whether the vehicle struck the ground too hard, turned over, or left the flight envelope.
     #[must_use]
     pub const fn has_crashed(&self) -> bool {
         self.crashed
     }
 
-    /// The motion of the centre of gravity, with what inertial sensors there feel: of the turning
-    /// Earth too, which the airframe's own equations leave out.
+    /// Motion of the centre of gravity, with the measurements of inertial sensors there. They include the Earth's
+    /// rotation, which the airframe's own equations neglect.
     #[must_use]
     pub fn state(&self) -> State {
         let motion = &self.motion;

@@ -1,4 +1,4 @@
-//! The shaking of engine and rotors, as a sampled and filtered unit sees it.
+//! Vibration of engine and rotors, as a sampled and filtered inertial unit measures it.
 
 use core::f64::consts::TAU;
 
@@ -9,26 +9,26 @@ use hovernav::frames::{Body, Vector};
 use super::check::{Checked, finite_vector, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise};
 
-/// Something that turns, and what it shakes the inertial unit with.
+/// A rotating part, and its vibration at the inertial unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VibrationSource {
     /// Mean revolutions per second, Hz, above zero.
     pub frequency_hz: f64,
-    /// One-sigma of its slow wander, Hz.
+    /// One sigma of its slow drift, Hz.
     pub wander_sigma_hz: f64,
-    /// Correlation time of the wander, s.
+    /// Correlation time of the drift, s.
     pub wander_time_s: f64,
-    /// What it shakes with.
+    /// Harmonics of the vibration.
     pub harmonics: Vec<Harmonic>,
 }
 
-/// One sinusoid of a source. All its components swing in phase, or in antiphase where their signs
-/// differ: it shakes along one line and about one axis, so it neither cones nor sculls, and the
-/// truth, which does not shake, remains the mean of what is sensed.
+/// One sinusoid of a source. All components are in phase, or in antiphase where their signs differ. The vibration is
+/// along one line and about one axis, so it causes neither coning nor sculling. The truth, without vibration, remains
+/// the mean of the measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Harmonic {
-    /// Cycles per revolution of the source: 2 for the blade passage of a two-bladed rotor, a gear
-    /// ratio for what is geared to it.
+    /// Cycles per revolution of the source: 2 for the blade passage of a two-bladed rotor, a gear ratio for a geared
+    /// part.
     pub order: f64,
     /// Amplitude of the angular rate, °/s.
     pub angular_rate_degps: Vector<Body>,
@@ -41,7 +41,7 @@ impl VibrationSource {
     /// geared together and governed.
     ///
     /// # Source
-    /// Frequencies and sizes as they alias into the 33 Hz samples of the `heli-hover` data set.
+    /// Frequencies and amplitudes as they alias into the 33 Hz samples of the `heli-hover` data set.
     #[must_use]
     pub fn helicopter() -> Self {
         let harmonic = |order, angular_rate_degps, specific_force_mps2| Harmonic {
@@ -66,7 +66,7 @@ impl VibrationSource {
         const SENSOR: &str = "vibration";
         frequency(SENSOR, "frequency", self.frequency_hz)?;
         size(SENSOR, "wander", self.wander_sigma_hz)?;
-        positive(SENSOR, "time of the wander", self.wander_time_s)?;
+        positive(SENSOR, "correlation time of the frequency", self.wander_time_s)?;
         self.harmonics.iter().try_for_each(|harmonic| {
             size(SENSOR, "order", harmonic.order)?;
             finite_vector(SENSOR, "angular rate", harmonic.angular_rate_degps)?;
@@ -75,7 +75,7 @@ impl VibrationSource {
     }
 }
 
-/// A source while it runs.
+/// A running source.
 #[derive(Clone, Debug)]
 pub(super) struct RunningSource {
     source: VibrationSource,
@@ -94,8 +94,8 @@ impl RunningSource {
         }
     }
 
-    /// Angular rate, rad/s, and specific force, m/s², after first-order low-passes of the two time
-    /// constants: at the end of the next `step_s`, or their mean over it.
+    /// Angular rate, rad/s, and specific force, m/s², after first-order low-passes with the two time constants: at the
+    /// end of the next `step_s`, or the mean over it.
     ///
     /// # Source
     /// Equation (W6) of docs/equations.md.
@@ -218,7 +218,7 @@ mod tests {
         let rises = samples.windows(2).filter(|pair| pair[0][1].z < 0.0 && pair[1][1].z >= 0.0);
         let mean_hz = rises.count() as f64 * rate_hz / samples.len() as f64;
         assert_abs_diff_eq!(mean_hz, 20.0, epsilon = 0.02);
-        // Phase wanders as the integral of the frequency: 2 σ² τ t.
+        // The phase drifts as the integral of the frequency: 2 σ² τ t.
         let reference = |k: usize| TAU * 20.0 * k as f64 / rate_hz;
         let mut turned = Vec::new();
         for (chunk, samples) in samples.chunks(400).enumerate() {
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_shaking_neither_cones_nor_sculls() {
-        // Angle times rate, and angle times force, average out over whole cycles.
+        // Angle times rate, and angle times force, average to zero over whole cycles.
         let samples = shaking(&source(25.0), 1000.0, true, [0.0; 2], 4000);
         let [mut angle, mut coning, mut sculling] = [DVec3::ZERO; 3];
         for [rate, force] in &samples {

@@ -7,18 +7,18 @@ use super::check::{Checked, ConfigError, finite_vector, positive, size};
 use super::noise::{Noise, Stream};
 use hovernav::frames::{Ned, Vector};
 
-/// The air's motion. The default is a light wind with gusts of the scales that MIL-F-8785C gives for
-/// 10 m above the ground, three times as strong as it gives for so light a wind.
+/// Settings of the wind. The default is a light wind with gusts of the MIL-F-8785C scales for 10 m above the ground,
+/// three times as strong as its value for so light a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindConfig {
-    /// The steady wind, the direction it blows to, m/s.
+    /// The steady wind, in the direction to which it blows, m/s.
     pub steady_mps: Vector<Ned>,
     /// One-sigma of the gusts, m/s.
     pub gust_sigma_mps: HorizontalVertical,
     /// Length scale of the gusts, m.
     pub gust_length_m: HorizontalVertical,
-    /// Speed at which the gusts pass, m/s: the vehicle's through the air, and no less than 1 m/s, so
-    /// that gusts pass a hover in calm air too.
+    /// Speed at which the gusts pass, m/s: the airspeed of the vehicle, at least 1 m/s, so that a hover in calm air has
+    /// gusts too.
     pub passing_mps: f64,
 }
 
@@ -35,7 +35,7 @@ impl Default for WindConfig {
 }
 
 impl WindConfig {
-    /// No wind at all.
+    /// No wind.
     #[must_use]
     pub fn calm() -> Self {
         Self {
@@ -45,8 +45,8 @@ impl WindConfig {
         }
     }
 
-    /// Wind of `speed_mps` from the direction `from_rad`, clockwise from true north, with gusts of
-    /// `gust_sigma_mps` along each horizontal axis and half that vertically, one sigma.
+    /// Wind of `speed_mps` from the direction `from_rad`, clockwise from true north, with gusts of `gust_sigma_mps`
+    /// along each horizontal axis and half that vertically, one sigma.
     #[must_use]
     pub fn from_direction(speed_mps: f64, from_rad: f64, gust_sigma_mps: f64) -> Self {
         let (east, north) = from_rad.sin_cos();
@@ -69,7 +69,7 @@ impl WindConfig {
     }
 }
 
-/// Wind at work: the same seed blows the same.
+/// Running wind: the same seed gives the same wind.
 ///
 /// # Source
 /// Dryden spectra of MIL-F-8785C, 3.7.2.1: along the wind σ²(2L/πV)/(1 + (Lω/V)²), across it and
@@ -89,7 +89,7 @@ impl Wind {
     /// Wind that changes every `period_s`.
     ///
     /// # Errors
-    /// [`ConfigError`] names the value that no wind can have.
+    /// [`ConfigError`] with the invalid value of `config`.
     pub fn new(config: &WindConfig, period_s: f64, seed: u64) -> Result<Self, ConfigError> {
         config.check()?;
         positive("wind", "period", period_s)?;
@@ -106,7 +106,7 @@ impl Wind {
         Ok(Self { config: *config, noise, along, across: DVec3::Z.cross(along), filters })
     }
 
-    /// The wind over the next period, m/s, towards which it blows.
+    /// The wind over the next period, m/s, in the direction to which it blows.
     pub fn advance(&mut self) -> Vector<Ned> {
         let [along, across, down] = self.filters.each_mut().map(|f| f.next(&mut self.noise));
         let gust = self.along * along + self.across * across + DVec3::Z * down;
@@ -114,29 +114,28 @@ impl Wind {
     }
 }
 
-/// One component of the gusts: two equal lags, mixed so that their spectrum is Dryden's.
+/// One component of the gusts: two equal lags, mixed for a Dryden spectrum.
 #[derive(Clone, Copy, Debug)]
 struct Dryden {
     keep: f64,
     step: f64,
     states: [f64; 2],
-    /// Standard deviations and correlation of what noise adds to the two states in a step.
+    /// Standard deviations and correlation of the noise added to the two states per step.
     drive: [f64; 3],
     mix: [f64; 2],
 }
 
 impl Dryden {
-    /// `time_s` is L/V. Along the wind one lag does: x' = −x/T + w. Across it a second follows,
-    /// y' = (x − y)/T, and the output is √3 x + (1 − √3) y, whose transfer (1 + √3 Ts)/(1 + Ts)² is
-    /// Dryden's.
+    /// `time_s` is L/V. Along the wind there is one lag, x' = −x/T + w. Across it a second follows, y' = (x − y)/T, and
+    /// the output is √3 x + (1 − √3) y, whose transfer function (1 + √3 Ts)/(1 + Ts)² is Dryden's.
     ///
     /// # Source
     /// Equation (W4) of docs/equations.md.
     fn new(sigma: f64, time_s: f64, along: bool, period_s: f64, noise: &mut Noise) -> Self {
         let step = period_s / time_s;
         let keep = (-step).exp();
-        // White noise of such strength that x has unit variance: q = 2/T. Then y has 1/2 and their
-        // covariance is 1/2. What a step adds keeps those stationary.
+        // The white noise gives x unit variance: q = 2/T. Then y has variance 1/2 and their covariance is 1/2. The
+        // noise of a step keeps these stationary.
         let added_xx = 1.0 - keep * keep;
         let added_xy = 0.5 - keep * keep * (0.5 + step);
         let added_yy = 0.5 - keep * keep * (0.5 + step + step * step);
@@ -183,7 +182,7 @@ mod tests {
 
     #[test]
     fn gusts_have_drydens_correlations() {
-        // Short scales, so that 300 000 samples are 9000 of them.
+        // Short scales, so that 300 000 samples contain 9000 of them.
         let config = WindConfig {
             steady_mps: Vector::new(3.0, 0.0, 0.0),
             gust_sigma_mps: HorizontalVertical::new(1.5, 0.8),

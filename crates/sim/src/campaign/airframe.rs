@@ -1,4 +1,4 @@
-//! How well the airframe is known.
+//! Uncertainty of the airframe.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,22 +6,22 @@ use crate::noise::Noise;
 use hovernav_model::StateSpace;
 use hovernav_model::helicopter::HelicopterParameters;
 
-/// What of the airframe is not exactly known. Each is a derivative of the hover model, and the airframe
-/// flown has the physical cause of it off by the same share.
+/// Uncertain properties of the airframe. Each is a derivative of the hover model; in the simulated airframe its
+/// physical cause has the same relative error.
 pub const UNCERTAIN: [&str; 10] =
     ["mass", "Lb", "Ma", "Blat", "Alon", "Zcol", "Nr", "Nped", "Xu", "Yv"];
 
-/// How well the airframe is known: the joint spread of [`UNCERTAIN`], as shares.
+/// Uncertainty of the airframe: the joint distribution of the relative errors of [`UNCERTAIN`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct AirframeUncertainty {
-    /// L with L Lᵀ the covariance of the shares.
+    /// L with L Lᵀ the covariance of the relative errors.
     root: DMatrix<f64>,
-    /// Those of [`UNCERTAIN`] that an identified covariance gave.
+    /// Properties of [`UNCERTAIN`] whose covariance was identified.
     identified: Vec<&'static str>,
 }
 
 impl Default for AirframeUncertainty {
-    /// Each for itself: mass 5 %, all others 10 %, one sigma.
+    /// Independent errors, one sigma: mass 5 %, all others 10 %.
     fn default() -> Self {
         let shares = UNCERTAIN.map(|name| if name == "mass" { 0.05 } else { 0.1 });
         let root = DMatrix::from_diagonal(&DVector::from_row_slice(&shares));
@@ -30,10 +30,9 @@ impl Default for AirframeUncertainty {
 }
 
 impl AirframeUncertainty {
-    /// As an identified `model` knows it: where its parameters have a covariance, that, correlations
-    /// and all; the default for what it does not name. In a model without flapping, Lp and Mq stand for
-    /// Lb and Ma, Llat and Mlon for Blat and Alon: by whichever the stick or the damping reaches the
-    /// rate.
+    /// Uncertainty of an identified `model`: the covariance of its parameters with all correlations, and the default
+    /// for properties that it does not contain. In a model without flapping, Lp and Mq replace Lb and Ma, and Llat and
+    /// Mlon replace Blat and Alon: they have the corresponding effect on the rates.
     #[must_use]
     pub fn of_model(model: &StateSpace) -> Self {
         let stands_for = |name: &'static str| match name {
@@ -69,13 +68,13 @@ impl AirframeUncertainty {
         known
     }
 
-    /// Those of [`UNCERTAIN`] that an identified covariance gave.
+    /// Properties of [`UNCERTAIN`] whose covariance was identified.
     #[must_use]
     pub fn identified(&self) -> &[&'static str] {
         &self.identified
     }
 
-    /// Factors on [`UNCERTAIN`], none further off than from a third to three times.
+    /// Factors on [`UNCERTAIN`], limited to between a third and three.
     pub(super) fn draw(&self, noise: &mut Noise) -> [f64; UNCERTAIN.len()] {
         let normal = DVector::from_fn(UNCERTAIN.len(), |_, _| noise.normal());
         let off = &self.root * normal;
@@ -86,7 +85,7 @@ impl AirframeUncertainty {
     }
 }
 
-/// The airframe with the causes of [`UNCERTAIN`] off by `factors`.
+/// The airframe with the physical causes of [`UNCERTAIN`] multiplied by `factors`.
 pub(super) fn airframe(
     nominal: &HelicopterParameters,
     factors: &[f64; UNCERTAIN.len()],
@@ -94,7 +93,7 @@ pub(super) fn airframe(
     let [mass, lb, ma, blat, alon, zcol, nr, nped, xu, yv] = *factors;
     let mut airframe = *nominal;
     airframe.mass_kg *= mass;
-    // The hub's sample per flapping over the inertia.
+    // Lb is the hub moment per flapping angle over the inertia.
     airframe.inertia_kgm2[0] /= lb;
     airframe.inertia_kgm2[1] /= ma;
     airframe.lateral_cyclic_rad *= blat;
@@ -102,7 +101,7 @@ pub(super) fn airframe(
     airframe.longitudinal_cyclic_rad *= alon;
     airframe.bar.longitudinal_tilt_rad *= alon;
     airframe.collective_rad *= zcol;
-    // The tail's gyro damps; full pedal asks it for a rate.
+    // The tail's gyro provides the damping; full pedal commands it a rate.
     airframe.gyro_gain_s *= nr;
     airframe.pedal_rate_radps *= nped / nr;
     airframe.fuselage_area_m2[0] *= xu;

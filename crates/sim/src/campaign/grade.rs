@@ -1,25 +1,25 @@
-//! Grades of sensors.
+//! Quality grades of sensors.
 
 use crate::axes::HorizontalVertical;
 use crate::dmu::DmuConfig;
 use crate::gps::GpsConfig;
 
-/// How good the sensors are.
+/// Quality of the sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorGrade {
-    /// Those of Paw (2005): an AHRS of its time and a 1 Hz receiver.
+    /// Sensors of Paw (2005): an AHRS of its time and a 1 Hz receiver.
     Thesis,
-    /// A MEMS unit of today and a 5 Hz receiver.
+    /// A current MEMS IMU and a 5 Hz receiver.
     Modern,
-    /// Twice the errors of the first.
+    /// Twice the errors of the first grade.
     Poor,
 }
 
 impl SensorGrade {
-    /// All of them.
+    /// All grades.
     pub const ALL: [Self; 3] = [Self::Thesis, Self::Modern, Self::Poor];
 
-    /// Its name: `thesis`, `modern` or `poor`.
+    /// Name: `thesis`, `modern` or `poor`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -29,8 +29,8 @@ impl SensorGrade {
         }
     }
 
-    /// Its sensors. The receiver states one number for the velocity of all axes: so does the u-blox that is
-    /// flown with over the lines, and an estimator that is told more flies better.
+    /// Sensors of this grade. The receiver reports one velocity accuracy for all axes, like the u-blox receiver of the
+    /// flight hardware; the estimator performs better with one per axis.
     #[must_use]
     pub fn sensors(self) -> (DmuConfig, GpsConfig) {
         let (errors, rate_hz) = match self {

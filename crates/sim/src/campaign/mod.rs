@@ -1,8 +1,7 @@
-//! Many flights: the closed loop with the airframe, the wind, the sensors and the GPS drawn anew for
-//! each.
+//! Monte Carlo campaigns: the closed loop with random airframe, wind, sensors and GPS for each flight.
 //!
-//! Every flight is its number: it draws from a stream of its own, so that any machine flies it alike,
-//! alone or among ten thousand.
+//! The number of a flight seeds its own random stream. Every machine therefore flies it identically, on its own or
+//! within ten thousand.
 //!
 //! ```
 //! use hovernav::autopilot::HoverConfig;
@@ -38,59 +37,60 @@ use hovernav::frames::{Vector, wrap_angle};
 use hovernav_log::Truth;
 use hovernav_log::statistics::quantile;
 
-/// What is flown again and again, and what is drawn anew each time.
+/// Settings of a campaign: the nominal flight, and the distributions of the variations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Campaign {
-    /// The flight that all others are variations of.
+    /// The nominal flight, of which all flights are variations.
     pub nominal: FlightConfig,
-    /// How long each takes, s.
+    /// Duration of each flight, s.
     pub duration_s: f64,
-    /// From when on the hover is judged, s.
+    /// Time from which the hover is judged, s.
     pub judged_from_s: f64,
-    /// The airframe.
+    /// Uncertainty of the airframe.
     pub airframe: AirframeUncertainty,
-    /// Steady wind, uniform from 0 to this from any side, m/s.
+    /// Steady wind, uniform from 0 to this speed from any direction, m/s.
     pub most_wind_mps: f64,
-    /// Gusts, one sigma as a share of the wind, and what they are at least, m/s. A quarter is usual
-    /// over open ground.
+    /// Gusts, one sigma relative to the wind speed, at least [`least_gust_mps`](Self::least_gust_mps). A quarter is
+    /// typical over open ground.
     pub gust_share: f64,
-    /// Least gusts, m/s.
+    /// Smallest gusts, one sigma, m/s.
     pub least_gust_mps: f64,
-    /// The sensors, each as often.
+    /// Sensor grades, with equal probability.
     pub grades: Vec<SensorGrade>,
-    /// What counts as a hover at the end.
+    /// Definition of a hover at the end.
     pub hover: HoverBounds,
-    /// Share of the flights that lose GPS once.
+    /// Part of the flights with one GPS outage.
     pub outage_share: f64,
-    /// For how long, shortest and longest, s.
+    /// Shortest and longest outage, s.
     pub outage_s: Range<f64>,
-    /// Share of the flights whose engine stops once.
+    /// Part of the flights in which the engine stops once.
     pub power_loss_share: f64,
-    /// Share of the flights in which the servo of a stick, each as often, jams once.
+    /// Part of the flights in which one servo jams, each with equal probability.
     pub jam_share: f64,
-    /// Fuel in a full tank, kg, half of it in the nominal mass; 0 for what burns none. A flight begins with
-    /// anything from what it burns to all of it, and burns a tank in twelve minutes, or in its own time where that
-    /// is longer.
+    /// Fuel in a full tank, kg, half of it included in the nominal mass; 0 for constant mass. A flight starts with a
+    /// random amount, from the fuel that it burns to a full tank. It burns a tank in twelve minutes, or in its own
+    /// duration if that is longer.
     pub fuel_kg: f64,
 }
 
-/// A tank lasts so long, s.
+/// Duration of a full tank, s.
 const TANK_S: f64 = 720.0;
-/// The mass follows what is burnt at these intervals, s.
+/// Interval at which the mass is updated, s.
 const BURNT_S: f64 = 5.0;
 
-/// What counts as a hover: over the last [`lasts_s`](Self::lasts_s) of a flight, against the truth.
+/// Definition of a hover, against the truth over the last [`lasts_s`](Self::lasts_s) of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoverBounds {
-    /// How long it is looked at, s.
+    /// Length of the evaluation, s.
     pub lasts_s: f64,
     /// Fastest motion over the ground, m/s.
     pub speed_mps: f64,
     /// Steepest tilt, √(roll² + pitch²), rad.
     pub tilt_rad: f64,
-    /// Farthest from where it was when it was first judged, m: what a receiver's place may wander within.
+    /// Largest distance from the position when it was first judged, m; it allows for the drift of the receiver's
+    /// position.
     pub distance_m: f64,
-    /// Farthest from the heading that it had then, rad.
+    /// Largest change from the heading at that time, rad.
     pub turned_rad: f64,
 }
 
@@ -102,7 +102,7 @@ impl Default for HoverBounds {
 }
 
 impl HoverBounds {
-    /// Whether `flight` ended in a hover that began as `station` was.
+    /// Whether `flight` ended in a hover at `station`, its state when it was first judged.
     fn hold(&self, flight: &Flight, station: &Truth) -> bool {
         let end_s = flight.samples.last().map_or(0.0, |sample| sample.truth.time.seconds());
         let from_s = end_s - self.lasts_s;
@@ -125,47 +125,47 @@ impl HoverBounds {
     }
 }
 
-/// One flight's share of chance.
+/// Random draw of one flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// The flight's number, which is its seed.
+    /// Number of the flight, which is its seed.
     pub seed: u64,
     /// Factors on [`UNCERTAIN`].
     pub factors: [f64; UNCERTAIN.len()],
-    /// Where the wind goes to, north and east, m/s.
+    /// Direction and speed to which the wind blows, north and east, m/s.
     pub wind_mps: [f64; 2],
-    /// Gusts, horizontal, one sigma, m/s.
+    /// Horizontal gusts, one sigma, m/s.
     pub gust_mps: f64,
-    /// The sensors.
+    /// Sensor grade.
     pub grade: SensorGrade,
-    /// When GPS is lost, s, if it is.
+    /// Time of the GPS outage, s, if there is one.
     pub outage_s: Option<Range<f64>>,
-    /// When the engine stops, s, if it does.
+    /// Time of the engine stop, s, if it stops.
     pub power_loss_s: Option<f64>,
-    /// Which servo jams and when, s, if one does: 0 lateral to 3 pedal.
+    /// Jammed servo (0 lateral to 3 pedal) and time, s, if one jams.
     pub jam: Option<(usize, f64)>,
     /// Fuel in the tank at the start, kg.
     pub fuel_kg: f64,
 }
 
-/// How one flight ended.
+/// Outcome of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Holds its position, within [`HoverBounds`].
+    /// Holds its position within [`HoverBounds`].
     Hovered,
-    /// Flies, but holds no position, or not within the bounds.
+    /// Flies, but without holding its position, or outside the bounds.
     Degraded,
-    /// Was never given to the autopilot, which had nothing to fly on.
+    /// The autopilot was never engaged, because the navigation solution was missing.
     NotEngaged,
-    /// Struck the ground or left every envelope.
+    /// Struck the ground or left the flight envelope.
     Crashed,
 }
 
 impl Outcome {
-    /// All of them, best first.
+    /// All outcomes, best first.
     pub const ALL: [Self; 4] = [Self::Hovered, Self::Degraded, Self::NotEngaged, Self::Crashed];
 
-    /// Its name, as in the results.
+    /// Name in the results.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -177,26 +177,26 @@ impl Outcome {
     }
 }
 
-/// One flight of a campaign, flown.
+/// Result of one flight of a campaign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignResult {
-    /// What it was.
+    /// The draw of the flight.
     pub draw: Draw,
-    /// How it ended.
+    /// The outcome.
     pub outcome: Outcome,
-    /// When it crashed, s.
+    /// Time of the crash, s, if it crashed.
     pub crashed_s: Option<f64>,
-    /// How well it hovered from [`Campaign::judged_from_s`] on, if it lasted so long.
+    /// Hover quality from [`Campaign::judged_from_s`] on, if it lasted until then.
     pub hover: Option<HoverStatistics>,
-    /// Steepest tilt from then on, °; 0 where it did not last so long.
+    /// Steepest tilt from then on, °; 0 where it did not last until then.
     pub tilt_worst_deg: f64,
-    /// Farthest from where it was then, m; likewise.
+    /// Largest distance from the position at that time, m; likewise.
     pub distance_worst_m: f64,
 }
 
 impl Campaign {
-    /// A minute of hover per flight, of the 60-class helicopter under `autopilot`: winds to 5 m/s, all
-    /// grades of sensors, an outage of 5 to 20 s in every fourth flight.
+    /// Flights of one minute of hover with the 60-class helicopter under `autopilot`: wind up to 5 m/s, all sensor
+    /// grades, an outage of 5 to 20 s in every fourth flight.
     #[must_use]
     pub fn new(autopilot: HoverConfig) -> Self {
         Self {
@@ -217,7 +217,7 @@ impl Campaign {
         }
     }
 
-    /// The draw of flight `seed`.
+    /// The random draw of flight `seed`.
     #[must_use]
     pub fn draw(&self, seed: u64) -> Draw {
         let mut noise = Noise::new(seed, Stream::Campaign);
@@ -230,7 +230,7 @@ impl Campaign {
         let (has_outage, length, begin) = (noise.uniform(), noise.uniform(), noise.uniform());
         let Range { start: shortest, end: longest } = self.outage_s;
         let length_s = shortest + (longest - shortest) * length;
-        // Over before the flight is, that its end tells whether it was survived.
+        // The outage ends before the flight does, so that the outcome includes the recovery.
         let latest_s = self.duration_s - length_s - 10.0;
         let outage_s =
             (has_outage < self.outage_share && latest_s > self.judged_from_s).then(|| {
@@ -249,12 +249,12 @@ impl Campaign {
         Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam, fuel_kg }
     }
 
-    /// What the engine burns, kg/s.
+    /// Fuel consumption, kg/s.
     fn burnt_kgps(&self) -> f64 {
         self.fuel_kg / TANK_S.max(self.duration_s)
     }
 
-    /// What the vehicle of `draw` weighs every so often, s and kg.
+    /// Mass of the vehicle of `draw` at regular times, s and kg.
     fn masses_kg(&self, draw: &Draw) -> impl Iterator<Item = (f64, f64)> {
         let empty_kg = self.nominal.helicopter.mass_kg * draw.factors[0] - 0.5 * self.fuel_kg;
         let (fuel_kg, burnt_kgps) = (draw.fuel_kg, self.burnt_kgps());
@@ -265,7 +265,7 @@ impl Campaign {
         })
     }
 
-    /// The flight that `draw` makes of the nominal one.
+    /// The nominal flight with the variations of `draw`.
     #[must_use]
     pub fn flight(&self, draw: &Draw) -> FlightConfig {
         let (dmu, mut gps) = draw.grade.sensors();
@@ -276,7 +276,7 @@ impl Campaign {
         helicopter.mass_kg = masses_kg.next().map_or(helicopter.mass_kg, |(_, mass_kg)| mass_kg);
         let mut flight = FlightConfig {
             helicopter,
-            // Rigged for what it was taken for: what it weighs more shows in the sticks.
+            // Rigged for the nominal airframe: a difference in mass shows in the sticks.
             rigged_for: Some(self.nominal.rigged_for.unwrap_or(self.nominal.helicopter)),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
             gps,
@@ -295,10 +295,10 @@ impl Campaign {
         flight
     }
 
-    /// Flies `draw` and judges it.
+    /// Flies `draw` and evaluates the flight.
     ///
     /// # Errors
-    /// [`FlightError`] where the nominal flight, or the airframe as drawn, cannot be flown.
+    /// [`FlightError`] for an invalid nominal flight or drawn airframe.
     pub fn fly(&self, draw: &Draw) -> Result<CampaignResult, FlightError> {
         let flight = self.flight(draw).fly()?;
         let judged = flight
@@ -332,8 +332,8 @@ impl Campaign {
         })
     }
 
-    /// The numbers of the flights that machine `shard` of `shards` flies, of `flights` in all, from `first`
-    /// on: every `shards`th. Beyond the largest number there are no flights.
+    /// Numbers of the flights for machine `shard` of `shards`: every `shards`th of `flights` flights from `first` on.
+    /// Numbers beyond the largest integer are omitted.
     pub fn seeds(first: u64, flights: u64, shard: u64, shards: u64) -> impl Iterator<Item = u64> {
         (first..=u64::MAX)
             .zip(0..flights)
@@ -342,8 +342,8 @@ impl Campaign {
     }
 }
 
-/// The value that `share` of `values` do not exceed, by linear interpolation between ranks; NaN of
-/// none. Values that are not numbers are left out.
+/// The value that the part `share` of `values` does not exceed, by linear interpolation between ranks; NaN for no
+/// values. NaN values are ignored.
 #[must_use]
 pub fn percentile(values: &[f64], share: f64) -> f64 {
     let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
@@ -462,7 +462,7 @@ mod tests {
         let (one, other) = (mean(&|d| d[0] * d[0]).sqrt(), mean(&|d| d[1] * d[1]).sqrt());
         assert_abs_diff_eq!(one, 0.05, epsilon = 0.003);
         assert_abs_diff_eq!(other, 0.05, epsilon = 0.003);
-        // −0.45/(−10 · 20) over 0.05²: the signs of the values turn the correlation.
+        // −0.45/(−10 · 20) over 0.05²: the signs of the values reverse that of the correlation.
         let correlation = mean(&|d| d[0] * d[1]) / (one * other);
         assert_abs_diff_eq!(correlation, 0.9, epsilon = 0.02);
     }

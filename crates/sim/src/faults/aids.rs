@@ -1,4 +1,4 @@
-//! Faults of the unit's own attitude, the rangefinder and the second antenna.
+//! Faults of the inertial unit's own attitude, the rangefinder and the second antenna.
 
 use super::catalogue::Kind;
 use super::fault::Fault;
@@ -6,7 +6,7 @@ use super::table::Table;
 use super::window::Window;
 use crate::noise::Noise;
 
-/// Makes `fault` in `table`, which is `range.csv`; false where it is of another sensor.
+/// Applies `fault` to `table`, which is `range.csv`; false where it is a fault of another sensor.
 pub(super) fn make_range(
     table: &mut Table,
     fault: &Fault,
@@ -40,7 +40,8 @@ pub(super) fn make_range(
     true
 }
 
-/// Makes `fault` in `table`, which is `imu.csv`; false where it is of something else, or the unit tells no attitude.
+/// Applies `fault` to `table`, which is `imu.csv`; false where it is a fault of another sensor, or the attitude is
+/// missing.
 pub(super) fn make_attitude(table: &mut Table, fault: &Fault, window: Window) -> bool {
     let (Some(time), Some(attitude)) =
         (table.column("t_s"), table.columns(["roll_deg", "pitch_deg", "yaw_deg"]))
@@ -68,7 +69,7 @@ pub(super) fn make_attitude(table: &mut Table, fault: &Fault, window: Window) ->
     true
 }
 
-/// Makes `fault` in `table`, which is `heading.csv`; false where it is of another sensor.
+/// Applies `fault` to `table`, which is `heading.csv`; false where it is a fault of another sensor.
 pub(super) fn make_heading(table: &mut Table, fault: &Fault, window: Window) -> bool {
     let Some(heading) = table.column("heading_deg") else { return false };
     let rows = table.rows_in(window);

@@ -1,4 +1,4 @@
-//! Many faults in many flights.
+//! Campaigns of faults: many faults in many flights.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -15,36 +15,36 @@ use super::measure::{Measures, measure, names};
 use super::runner::estimate;
 use super::window::Window;
 
-/// Faults × flights × seeds.
+/// Every combination of faults, flights and seeds.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// What to make faults in.
+    /// Flights without faults.
     pub flights: Vec<Flight>,
-    /// What to make: each is the faults of one copy.
+    /// Cells of the campaign: each contains the faults of one copy.
     pub cells: Vec<Vec<Fault>>,
-    /// How many seeds, from 1, at least one; where nothing is drawn, one.
+    /// Number of seeds, from 1, at least one; a single one where nothing is random.
     pub seeds: u64,
 }
 
-/// One run of a campaign.
+/// Result of one run of a campaign.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
     /// The flight's name.
     pub flight: String,
-    /// The faults as they were asked for; empty for the flight without.
+    /// The requested faults; empty for the flight without faults.
     pub faults: String,
-    /// Their kinds.
+    /// Kinds of the faults.
     pub kinds: Vec<Kind>,
-    /// What drew them.
+    /// Seed of the faults.
     pub seed: u64,
-    /// When they were there.
+    /// Times of the faults.
     pub made: Vec<Made>,
-    /// What they did.
+    /// Effect of the faults.
     #[serde(flatten)]
     pub measures: Measures,
 }
 
-/// The faults and severities that `hovernav inject --campaign` goes through.
+/// Faults and severities of `hovernav inject --campaign`.
 const STANDARD: [&str; 48] = [
     "vibration=2",
     "vibration=4",
@@ -96,7 +96,7 @@ const STANDARD: [&str; 48] = [
     "attitude-late=0.3",
 ];
 
-/// The cells of a campaign of everything.
+/// Cells of the standard campaign.
 #[must_use]
 pub fn standard_cells() -> Vec<Vec<Fault>> {
     STANDARD.iter().filter_map(|cell| parse(cell).ok()).collect()
@@ -106,23 +106,23 @@ fn parse(cell: &str) -> Result<Vec<Fault>, String> {
     cell.split_whitespace().map(str::parse).collect()
 }
 
-/// A cell's name in tables.
+/// Name of a cell in tables.
 fn name(faults: &[Fault]) -> String {
     faults.iter().map(Fault::to_string).collect::<Vec<_>>().join(" ")
 }
 
 impl Campaign {
-    /// How many runs there are at most, those without fault included.
+    /// Largest number of runs, including those without fault.
     #[must_use]
     pub fn runs(&self) -> u64 {
         self.flights.len() as u64 * self.seeds * (1 + self.cells.len() as u64)
     }
 
-    /// Runs it all, on all processors. Faults of something that a flight has not are left out.
-    /// `progress` hears of every run.
+    /// Runs the campaign on all processors. Faults of a sensor that a flight does not have are skipped. `progress` is
+    /// called for every run.
     ///
     /// # Errors
-    /// A flight that cannot be read or a copy that cannot be written.
+    /// [`LogError`] for a flight that cannot be read or a copy that cannot be written.
     pub fn run(&self, progress: impl Fn() + Sync) -> Result<Vec<Outcome>, LogError> {
         let seeds = |flight: &Flight| if flight.is_drawn() { self.seeds } else { 1 };
         let pairs: Vec<(&Flight, u64)> = (self.flights.iter())
@@ -140,12 +140,12 @@ impl Campaign {
 }
 
 impl Clean {
-    /// The outcome without faults, then those of `cells`: seeds 1 to `seeds` of each; a simulated flight has one seed,
+    /// The outcome without faults, then those of `cells`, for seeds 1 to `seeds` each; a simulated flight has one seed,
     /// its own. A cell is skipped if one of its faults is in a sensor that the flight lacks. Each run with faults calls
     /// `progress`.
     ///
     /// # Errors
-    /// A copy that cannot be written.
+    /// [`LogError`] for a copy that cannot be written.
     pub fn outcomes(
         &self,
         cells: &[Vec<Fault>],
@@ -176,7 +176,7 @@ impl Clean {
         Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
     }
 
-    /// This flight with `faults`; `None` where it has nothing that one of them could be in.
+    /// This flight with `faults`; `None` where it lacks the sensor of one of them.
     fn faulty(&self, faults: &[Fault], seed: u64) -> Result<Option<Outcome>, LogError> {
         let faulty = match self.log.with_faults(faults, seed) {
             Ok(faulty) => faulty,
@@ -198,7 +198,7 @@ impl Clean {
                 measures.against(&run.solutions, &self.measures, &self.solutions, &named_by);
                 measures
             }
-            // A log refused with a reason is no failure of the filter.
+            // A log rejected with a reason is not a failure of the filter.
             Ok(Err(error)) => {
                 let refusal = error.to_string();
                 let named = names(&refusal, &named_by);

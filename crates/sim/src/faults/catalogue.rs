@@ -1,10 +1,10 @@
-//! Which faults there are.
+//! Catalogue of faults.
 
 use std::fmt::Write as _;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
-#[allow(missing_docs)] // CATALOGUE says what each does.
+#[allow(missing_docs)] // CATALOGUE describes each.
 pub enum Kind {
     Vibration,
     ClipAccel,
@@ -50,47 +50,48 @@ pub enum Kind {
     AttitudeLate,
 }
 
-/// What a fault's value may be.
+/// Allowed values of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Values {
-    /// A number from the first to the last of these; the one between where none is given.
+    /// A number from the first to the last of these; the middle one is the default.
     Number(f64, f64, f64),
-    /// One of these words, the first where none is given.
+    /// One of these words; the first is the default.
     Words(&'static [&'static str]),
-    /// It takes none.
+    /// No value.
     None,
 }
 
-/// How long a fault lasts where nobody says.
+/// Default duration of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lasts {
-    /// All of the log.
+    /// The whole log.
     Throughout,
-    /// From a moment on to the end.
+    /// From a time on to the end of the log.
     Onwards,
-    /// This long, s.
+    /// This duration, s.
     For(f64),
     /// Its value, s.
     ItsValue,
 }
 
-/// What there is to know of a kind of fault.
+/// Description of a kind of fault.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
     /// The kind.
     pub kind: Kind,
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// Its values.
+    /// Allowed values.
     pub values: Values,
-    /// The unit of its number.
+    /// Unit of its number.
     pub unit: &'static str,
-    /// How long it lasts.
+    /// Default duration.
     pub lasts: Lasts,
-    /// What it does.
+    /// Effect of the fault.
     pub does: &'static str,
-    /// Words of which a warning that names this fault holds one, in lower case; all of those that a + joins. They say
-    /// what is wrong with which sensor: that something is wrong names nothing.
+    /// Words that identify the fault in a warning, in lower case. A warning names the fault if it contains one of them,
+    /// or all of those joined by a +. They describe the fault and its sensor; a warning that something is wrong does
+    /// not name it.
     pub named_by: &'static [&'static str],
 }
 
@@ -127,21 +128,21 @@ const MAGNETIC: &[&str] = &["magnet", "unit's own heading"];
 #[rustfmt::skip]
 pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::Vibration, "vibration", (Number(0.0, 4.0, 20.0), "×"), Throughout,
-        "what is faster than about 2 Hz in rates and forces becomes so many times as strong: the log's own, from 2 to 10 s earlier, is added; below 1 it is taken away in part", &["vibrat", "shak"]),
+        "the vibration in rates and forces (above about 2 Hz) is multiplied by this factor: above 1 the log's own vibration from 2 to 10 s earlier is added, below 1 a part is removed", &["vibrat", "shak"]),
     entry(Kind::ClipAccel, "clip-accel", (Number(0.1, 2.0, 100.0), "g"), Throughout,
-        "accelerometers end at this range", CLIPPED),
+        "accelerometers saturate at this range", CLIPPED),
     entry(Kind::ClipGyro, "clip-gyro", (Number(1.0, 100.0, 5000.0), "°/s"), Throughout,
-        "gyros end at this range", CLIPPED),
+        "gyros saturate at this range", CLIPPED),
     entry(Kind::ClipBurst, "clip-burst", (Number(0.1, 3.0, 100.0), "g"), For(0.3),
-        "a tone of 1.2 times this range shakes every accelerometer, which ends at the range", &["full scale", "saturat", "clipp", "shak", "blow"]),
+        "a tone of 1.2 times this range is added to every accelerometer, which saturates at the range", &["full scale", "saturat", "clipp", "shak", "blow"]),
     entry(Kind::Stuck, "stuck", (Words(STUCK), ""), For(1.0),
         "the unit, a triad or an axis repeats its last value", &["stuck", "repeat"]),
     entry(Kind::Gap, "gap", (Number(0.01, 2.0, 600.0), "s"), ItsValue,
         "no inertial samples", &["gap"]),
     entry(Kind::Interpolated, "interpolated", (Number(0.01, 1.5, 600.0), "s"), ItsValue,
-        "inertial samples on a straight line from the one before to the one after, as a logger draws them where it had none", &["straight line"]),
+        "inertial samples are interpolated linearly, as by a logger that fills gaps", &["straight line"]),
     entry(Kind::PacketLoss, "packet-loss", (Number(0.0, 25.0, 95.0), "%"), Throughout,
-        "this share of the inertial samples is lost at random", &["gap", "lost", "missing"]),
+        "this percentage of the inertial samples is lost at random", &["gap", "lost", "missing"]),
     entry(Kind::Jitter, "jitter", (Number(0.0, 3.0, 1000.0), "ms"), Throughout,
         "time stamps of inertial samples scatter by this, one-sigma, and stay in order", &["jitter", "time stamps"]),
     entry(Kind::GyroBias, "gyro-bias", (Number(0.0, 0.5, 100.0), "°/s"), Onwards,
@@ -149,7 +150,7 @@ pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::AccelBias, "accel-bias", (Number(0.0, 0.3, 50.0), "m/s²"), Onwards,
         "accelerometer bias jumps by this, in any direction", &["bias+accelerometer"]),
     entry(Kind::AccelScale, "accel-scale", (Number(0.1, 0.5, 10.0), "×"), Throughout,
-        "accelerometers read so many times as much, as with a wrong range", &["specific force is"]),
+        "accelerometers are multiplied by this factor, as with a wrong range", &["specific force is"]),
     entry(Kind::AccelSign, "accel-sign", (Words(SIGNS), ""), Throughout,
         "accelerometers of wrong sign", ACCEL_SIGN),
     entry(Kind::GyroSign, "gyro-sign", (Words(SIGNS), ""), Throughout,
@@ -159,19 +160,19 @@ pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::Unit, "unit", (Words(&["g", "degps"]), ""), Throughout,
         "accelerations in g, or rates in °/s", &["accelerations in g", "in °/s", "beyond any"]),
     entry(Kind::GpsTime, "gps-time", (Number(-5.0, 0.15, 5.0), "s"), Throughout,
-        "fixes are stamped this much late, early where negative", &["time offset", "latency"]),
+        "time stamps of fixes are late by this, early where negative", &["time offset", "latency"]),
     entry(Kind::Outage, "outage", (Number(0.1, 30.0, 3600.0), "s"), ItsValue,
         "no fixes", &["outage"]),
     entry(Kind::GlitchStep, "glitch-step", (Number(0.0, 60.0, 1e5), "m"), For(15.0),
-        "position displaced horizontally, in any direction; velocity as it was", GLITCH),
+        "position displaced horizontally, in any direction; velocity unchanged", GLITCH),
     entry(Kind::GlitchRamp, "glitch-ramp", (Number(0.0, 1.0, 1e3), "m/s"), For(30.0),
-        "position drifts away horizontally and comes back at the end; velocity as it was", GLITCH),
+        "position drifts horizontally and returns at the end; velocity unchanged", GLITCH),
     entry(Kind::GlitchFollow, "glitch-follow", (Number(0.0, 5.0, 1e3), "m/s"), For(12.0),
-        "position runs away horizontally and back, and the velocity says so too", GLITCH),
+        "position moves away horizontally and back, with the corresponding velocity", GLITCH),
     entry(Kind::FrozenFix, "frozen-fix", (Values::None, ""), For(20.0),
         "position and velocity repeat the last fix", &["gps+frozen"]),
     entry(Kind::GpsGarbage, "gps-garbage", (Number(0.0, 40.0, 1e4), "m"), For(60.0),
-        "position, height and velocity are random with the stated sigmas as before: one-sigma of this north and east, 2.5 times this in height, a fifth of this per second north and east, three quarters of this per second down", GARBAGE),
+        "position, height and velocity are random with unchanged reported accuracies: one sigma of this north and east, 2.5 times this in height, a fifth of this per second north and east, three quarters of this per second down", GARBAGE),
     entry(Kind::NoVelocity, "no-velocity", (Values::None, ""), Throughout,
         "fixes have no velocity", &["velocity absent"]),
     entry(Kind::HeightHeld, "height-held", (Values::None, ""), For(60.0),
@@ -183,13 +184,13 @@ pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::Radians, "radians", (Values::None, ""), Throughout,
         "latitude and longitude in radians", &["radians"]),
     entry(Kind::MagHeading, "mag-heading", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
-        "magnetic heading is off by this: the field is turned, and the unit's own yaw", MAGNETIC),
+        "magnetic heading is wrong by this: the field and the unit's own yaw are turned", MAGNETIC),
     entry(Kind::MagHeadingOnly, "mag-heading-only", (Number(-180.0, 30.0, 180.0), "°"), For(60.0),
-        "as mag-heading, the unit's own yaw as it was", MAGNETIC),
+        "as mag-heading, with the unit's own yaw unchanged", MAGNETIC),
     entry(Kind::MagVector, "mag-vector", (Number(0.0, 0.2, 10.0), "gauss"), For(60.0),
         "a field of this strength along any body direction is added, and the unit's own yaw follows", MAGNETIC),
     entry(Kind::MagVectorOnly, "mag-vector-only", (Number(0.0, 0.2, 10.0), "gauss"), For(60.0),
-        "as mag-vector, the unit's own yaw as it was", MAGNETIC),
+        "as mag-vector, with the unit's own yaw unchanged", MAGNETIC),
     entry(Kind::LeverArm, "lever-arm", (Number(0.0, 1.0, 50.0), "m"), Throughout,
         "dataset.toml has the antenna displaced by this, in any horizontal body direction", &["lever arm"]),
     entry(Kind::LeverSign, "lever-sign", (Values::None, ""), Throughout,
@@ -197,42 +198,42 @@ pub const CATALOGUE: [Entry; 42] = [
     entry(Kind::RangeStuck, "range-stuck", (Values::None, ""), For(20.0),
         "the rangefinder repeats its last distance", RANGE),
     entry(Kind::RangeOutliers, "range-outliers", (Number(0.0, 20.0, 100.0), "%"), For(60.0),
-        "this share of the distances is any, up to twice the true one", RANGE),
+        "this percentage of the distances is random, up to twice the true distance", RANGE),
     entry(Kind::RangeStep, "range-step", (Number(-100.0, -3.0, 100.0), "m"), For(15.0),
         "distances are longer by this, shorter where negative, as over a pit or a roof", RANGE),
     entry(Kind::RangeGone, "range-gone", (Values::None, ""), For(30.0),
         "no distances", RANGE),
     entry(Kind::HeadingTurn, "heading-turn", (Number(-180.0, 180.0, 180.0), "°"), For(60.0),
-        "the heading of two antennas is off by this", ANTENNAS),
+        "the heading of two antennas is wrong by this", ANTENNAS),
     entry(Kind::HeadingGone, "heading-gone", (Values::None, ""), For(30.0),
         "no heading of two antennas", ANTENNAS),
     entry(Kind::AttitudeFrozen, "attitude-frozen", (Values::None, ""), For(30.0),
         "the unit's own attitude repeats its last value", ATTITUDE),
     entry(Kind::AttitudeLate, "attitude-late", (Number(0.0, 0.3, 10.0), "s"), Throughout,
-        "the unit's own attitude comes this late", ATTITUDE),
+        "the unit's own attitude is late by this", ATTITUDE),
 ];
 
 impl Kind {
-    /// Whether it is a mistake of who set the unit up, which no filter can mend: to be named.
+    /// Whether the fault is a wrong set-up, which no filter can correct: a warning must name it.
     #[must_use]
     pub fn is_wrong_setup(self) -> bool {
         use Kind::{AccelScale, AccelSign, GyroSign, Radians, SwapAxes, SwapLatLon, Unit};
         matches!(self, AccelScale | AccelSign | GyroSign | SwapAxes | Unit | SwapLatLon | Radians)
     }
 
-    /// What there is to know of it.
+    /// Its catalogue entry.
     #[must_use]
     pub fn entry(self) -> &'static Entry {
-        // The catalogue is in the order of the kinds, as a test proves.
+        // The catalogue is in the order of the kinds; a test checks it.
         &CATALOGUE[self as usize]
     }
 }
 
-/// The table of faults, for people.
+/// The table of faults, as text.
 #[must_use]
 pub fn list() -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{:<18} {:<24} {:<12} what it does", "fault", "value", "lasts");
+    let _ = writeln!(text, "{:<18} {:<24} {:<12} effect", "fault", "value", "lasts");
     for Entry { name, values, unit, lasts, does, .. } in &CATALOGUE {
         let values = match values {
             Number(low, default, high) => format!("{low}…{high} {unit} ({default})"),

@@ -1,4 +1,4 @@
-//! A fault as it is written: `NAME[=VALUE][@[START][:DURATION]]`.
+//! A fault in text form: `NAME[=VALUE][@[START][:DURATION]]`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use super::catalogue::{CATALOGUE, Kind, Lasts, Values};
 use super::window::{Window, drawn_start_s};
 use crate::noise::Noise;
 
-/// A fault to be made: what, how strong, when.
+/// A fault to inject: its kind, severity and time.
 ///
 /// ```
 /// use hovernav_sim::faults::{Fault, Kind};
@@ -19,20 +19,20 @@ use crate::noise::Noise;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// What.
+    /// Kind.
     pub kind: Kind,
-    /// Its number, in the unit of its [`Entry`](super::Entry); NaN where it takes none.
+    /// Its number, in the unit of its [`Entry`](super::Entry); NaN for a kind without a number.
     pub number: f64,
-    /// Its word; empty where it takes none.
+    /// Its word; empty for a kind without a word.
     pub word: &'static str,
-    /// When it begins, s of the log's clock; drawn where nobody says.
+    /// Start, s on the log's clock; random if `None`.
     pub start_s: Option<f64>,
-    /// How long it lasts, s, where it is not as its [`Entry`](super::Entry) says.
+    /// Duration, s; that of its [`Entry`](super::Entry) if `None`.
     pub duration_s: Option<f64>,
 }
 
 impl Fault {
-    /// When it is there in a log that spans `span_s`.
+    /// Time window of the fault in a log that spans `span_s`.
     pub(super) fn window(&self, span_s: (f64, f64), noise: &mut Noise) -> Window {
         let lasts = self.kind.entry().lasts;
         let duration_s = match (self.duration_s, lasts) {
@@ -41,7 +41,7 @@ impl Fault {
             (None, Lasts::ItsValue) => self.number,
             (None, Lasts::Throughout | Lasts::Onwards) => f64::INFINITY,
         };
-        // The number is drawn whether it is used or not: what else a seed gives stays the same.
+        // The number is always drawn, so that the other draws of a seed do not depend on its use.
         let share = noise.uniform();
         match (self.start_s, lasts) {
             (Some(start_s), _) => Window { start_s, duration_s },
@@ -55,7 +55,7 @@ impl Fault {
 }
 
 impl Fault {
-    /// Whether a seed has anything to draw for it.
+    /// Whether the fault has a random part.
     #[must_use]
     pub fn is_drawn(&self) -> bool {
         let moves = self.start_s.is_none()

@@ -1,4 +1,4 @@
-//! The flights that faults are made in.
+//! Flights into which faults are injected.
 
 use std::path::{Path, PathBuf};
 
@@ -11,34 +11,34 @@ use super::measure::{Measures, measure};
 use super::runner::estimate;
 use crate::{DmuConfig, FlightPlan, GpsConfig, fly, sensor_manifest};
 
-/// A flight to make faults in.
+/// A flight for the injection of faults.
 #[derive(Clone, Debug)]
 pub enum Flight {
-    /// A dataset directory, with a reference or without.
+    /// A dataset directory, with or without a reference.
     Dataset(PathBuf),
-    /// A simulated flight of 300 s with the thesis's sensors: test points, climbs, turns and hover; every
-    /// seed is another flight.
+    /// A simulated flight of 300 s with the thesis's sensors: test points, climbs, turns and hover; each seed gives
+    /// another flight.
     Simulated,
 }
 
 /// A flight without faults, estimated and scored.
 #[derive(Debug)]
 pub struct Clean {
-    /// What it is called.
+    /// Name of the flight.
     pub name: String,
     pub(super) seed: u64,
-    /// Whether another seed is another flight.
+    /// Whether each seed gives another flight.
     pub(super) is_drawn: bool,
     pub(super) log: Log,
     pub(super) reference: Option<Reference>,
-    /// What the estimator made of it.
+    /// Scores of the estimate.
     pub measures: Measures,
     pub(super) solutions: Vec<Solution>,
     pub(super) end_s: f64,
 }
 
 impl Flight {
-    /// Its name in tables.
+    /// Name in tables.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -49,17 +49,17 @@ impl Flight {
         }
     }
 
-    /// Whether every seed is another flight.
+    /// Whether each seed gives another flight.
     #[must_use]
     pub fn is_drawn(&self) -> bool {
         matches!(self, Self::Simulated)
     }
 
-    /// The flight that `seed` draws, estimated without fault; `scratch` is a directory to write in. Barometer and rotor
-    /// speed are read from the flight's directory again for every copy with faults.
+    /// The flight for `seed`, estimated without faults; `scratch` is a directory for temporary files. Barometer and
+    /// rotor speed are read again from the flight's directory for every copy with faults.
     ///
     /// # Errors
-    /// [`LogError`] where it cannot be read or written.
+    /// [`LogError`] where the flight cannot be read or written.
     pub fn clean(&self, seed: u64, scratch: &Path) -> Result<Clean, LogError> {
         let dir = match self {
             Self::Dataset(dir) => dir.clone(),
@@ -81,12 +81,12 @@ impl Flight {
     }
 }
 
-/// A flight of the thesis's helicopter, written as a dataset.
+/// A simulated flight of the thesis's helicopter, written as a dataset.
 fn simulate(seed: u64, dir: &Path) -> Result<(), LogError> {
     let unusable = |reason: String| LogError::Unusable { path: dir.to_path_buf(), reason };
     let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0)
-        .ok_or_else(|| unusable("no place on Earth".into()))?;
-    // Headings are spread over the circle by the golden angle.
+        .ok_or_else(|| unusable("no position on Earth".into()))?;
+    // The golden angle spreads the headings over the circle.
     let heading_rad = hovernav::frames::wrap_angle(2.399_963 * seed as f64);
     let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
     let trajectory = FlightPlan::test_flight(start, heading_rad)

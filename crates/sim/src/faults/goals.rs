@@ -1,4 +1,4 @@
-//! What a campaign's runs are to reach, and which did.
+//! Goals of a campaign, and the runs that meet them.
 
 use std::fmt::Write as _;
 
@@ -7,29 +7,29 @@ use serde::Serialize;
 use super::campaign::Outcome;
 use super::catalogue::Kind;
 
-/// A figure of one run, and whether it is good enough.
+/// A figure of one run, and whether it meets the goal.
 type Judged = Option<(f64, bool)>;
 
-/// What is asked of every run that it speaks of.
+/// A goal for every run that it applies to.
 struct Goal {
     name: &'static str,
     judge: fn(&Outcome) -> Judged,
-    /// Whether the largest figure is the worst one.
+    /// Whether the largest figure is the worst.
     largest_is_worst: bool,
 }
 
-/// How many runs met a goal.
+/// Number of runs that met a goal.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// The goal.
     pub goal: &'static str,
-    /// Runs it speaks of.
+    /// Number of runs to which the goal applies.
     pub runs: usize,
-    /// Those that met it.
+    /// Number of runs that met it.
     pub met: usize,
-    /// The worst figure.
+    /// Worst figure.
     pub worst: f64,
-    /// The run that had it.
+    /// Run with the worst figure.
     pub worst_run: String,
 }
 
@@ -45,7 +45,7 @@ fn has(outcome: &Outcome, kinds: &[Kind]) -> bool {
     outcome.kinds.iter().any(|kind| kinds.contains(kind))
 }
 
-/// A wrong set-up is to be named or refused; nothing else can be asked of the solution.
+/// Whether the solution has to be correct: a wrong set-up only has to be named or rejected.
 fn is_sound(outcome: &Outcome) -> bool {
     !outcome.kinds.iter().any(|kind| kind.is_wrong_setup())
 }
@@ -87,7 +87,7 @@ const GOALS: [Goal; 12] = [
         largest_is_worst: true,
     },
     Goal {
-        name: "clipping bursts pull the velocity by at most 0.3 m/s",
+        name: "clipping bursts change the velocity by at most 0.3 m/s",
         judge: |run| below(run.measures.pulled_mps, 0.3).filter(|_| has(run, &[Kind::ClipBurst])),
         largest_is_worst: true,
     },
@@ -97,7 +97,7 @@ const GOALS: [Goal; 12] = [
         largest_is_worst: true,
     },
     Goal {
-        name: "a step glitch pulls the position by at most 3 m",
+        name: "a step glitch changes the position by at most 3 m",
         judge: |run| below(run.measures.pulled_m, 3.0).filter(|_| has(run, &[Kind::GlitchStep])),
         largest_is_worst: true,
     },
@@ -110,12 +110,12 @@ const GOALS: [Goal; 12] = [
         largest_is_worst: true,
     },
     Goal {
-        name: "vibration costs at most half as much again",
+        name: "vibration costs at most 50 %",
         judge: |run| below(run.measures.cost[0], 1.5).filter(|_| has(run, &[Kind::Vibration])),
         largest_is_worst: true,
     },
     Goal {
-        name: "what costs more than 20 % is named",
+        name: "a fault that costs more than 20 % is named",
         judge: |run| {
             let cost = run.measures.largest_cost();
             let unnamed = if run.measures.named { 0.0 } else { cost };
@@ -132,7 +132,7 @@ const GOALS: [Goal; 12] = [
     },
 ];
 
-/// How many runs met each goal.
+/// Number of runs that met each goal.
 #[must_use]
 pub fn verdicts(outcomes: &[Outcome]) -> Vec<Verdict> {
     let verdict = |goal: &Goal| {

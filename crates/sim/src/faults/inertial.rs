@@ -25,13 +25,13 @@ const INCREMENTS: [&str; 6] =
 const GYRO: [usize; 3] = [0, 1, 2];
 const ACCEL: [usize; 3] = [3, 4, 5];
 
-/// `imu.csv` with its axes found.
+/// `imu.csv` with the columns of its axes.
 pub(super) struct Inertial<'a> {
     table: &'a mut Table,
     time: usize,
     /// Gyros and accelerometers.
     axes: [usize; 6],
-    /// Rows that hold a sample, and since when each has lasted, s: 1 for rates.
+    /// Rows with a sample, and the time since the previous sample, s: 1 for rates.
     interval_s: Vec<f64>,
     median_s: f64,
 }
@@ -56,7 +56,7 @@ impl<'a> Inertial<'a> {
         Some(Self { table, time, axes, interval_s, median_s })
     }
 
-    /// Makes `fault`; false where it is none of the unit's.
+    /// Applies `fault`; false where it is not a fault of the inertial unit.
     pub fn make(&mut self, fault: &Fault, window: Window, noise: &mut Noise) -> bool {
         let rows = self.table.rows_in(window);
         let number = fault.number;
@@ -91,7 +91,7 @@ impl<'a> Inertial<'a> {
         true
     }
 
-    /// Changes one axis of one row, `change` given its value and how long it lasted, s (1 for rates).
+    /// Changes one axis of one row. `change` receives its value and the duration of the sample, s (1 for rates).
     fn change(&mut self, row: usize, axis: usize, change: impl FnOnce(f64, f64) -> f64) {
         let interval_s = self.interval_s[row];
         self.table.change(row, self.axes[axis], |value| change(value, interval_s));
@@ -125,9 +125,9 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// A tone of 1.2 times the range, of a drawn frequency between a fifth and nine twentieths of the
-    /// sampling rate and drawn phases, on each accelerometer; then the range. Like all vibration it
-    /// integrates to next to nothing, but for what the range takes from it on one side.
+    /// Adds a tone of 1.2 times the range to each accelerometer, then limits it to the range. Its random frequency is
+    /// between 1/5 and 9/20 of the sampling rate, and its phases are random. Like all vibration it integrates to almost
+    /// zero, except for the part that the range removes on one side.
     fn burst(&mut self, rows: &[usize], range: f64, noise: &mut Noise) {
         let turn_rad = TAU * (0.2 + 0.25 * noise.uniform());
         let phases_rad = [(); 3].map(|()| TAU * noise.uniform());
@@ -169,7 +169,7 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// Draws a straight line from the row before to the row after.
+    /// Interpolates linearly between the row before and the row after.
     fn interpolate(&mut self, rows: &[usize]) {
         let [Some(&first), Some(&last)] = [rows.first(), rows.last()] else { return };
         let ends = [first.saturating_sub(1), (last + 1).min(self.table.len() - 1)];
@@ -200,7 +200,7 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// Scatters the time stamps, none past the middle to its neighbour.
+    /// Scatters the time stamps, each at most half-way to its neighbour.
     fn jitter(&mut self, rows: &[usize], sigma_s: f64, noise: &mut Noise) {
         let times: Vec<f64> =
             (0..self.table.len()).map(|row| self.table.get(row, self.time)).collect();
@@ -216,7 +216,7 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// Makes the vibration `factor` times as strong.
+    /// Multiplies the vibration by `factor`.
     fn vibrate(&mut self, rows: &[usize], factor: f64, noise: &mut Noise) {
         let vibration = Vibration::drawn(factor, self.median_s, noise);
         let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return };
@@ -236,7 +236,7 @@ impl<'a> Inertial<'a> {
     }
 }
 
-/// −1 for each axis that `word` names.
+/// −1 for each axis in `word`.
 fn signs(word: &str) -> [f64; 3] {
     ['x', 'y', 'z'].map(|axis| if word.contains(axis) { -1.0 } else { 1.0 })
 }

@@ -21,39 +21,39 @@ const BARO: &str = "baro.csv";
 const RANGE: &str = "range.csv";
 const HEADING: &str = "heading.csv";
 const ROTOR: &str = "rotor.csv";
-/// What a faulty copy says of its faults.
+/// File with the faults of a faulty copy.
 const FAULTS: &str = "faults.json";
-/// Files of a dataset that would be taken for the copy's own if they were there before.
+/// Files of a dataset that, if already present, would be mistaken for files of the copy.
 const OWN: [&str; 10] =
     [MANIFEST, IMU, GPS, MAG, BARO, RANGE, HEADING, ROTOR, "controls.csv", "reference.csv"];
 
-/// Why a log has no faulty copy.
+/// Reasons for a missing faulty copy.
 #[derive(Debug, thiserror::Error)]
 pub enum InjectError {
     /// The log cannot be read, or the copy cannot be written.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// A fault of something the log has not, or at a time that it has not.
+    /// A fault in a sensor that the log lacks, or outside its time span.
     #[error("{}: fault {fault}: {reason}", log.display())]
     Unfit {
         /// The log.
         log: PathBuf,
         /// The fault.
         fault: String,
-        /// What was found and expected.
+        /// Value found and value expected.
         reason: String,
     },
-    /// The copy's place is taken.
+    /// The directory of the copy is unsuitable.
     #[error("{}: {reason}", out.display())]
     Place {
         /// The directory.
         out: PathBuf,
-        /// What was found and expected.
+        /// Value found and value expected.
         reason: String,
     },
 }
 
-/// A dataset directory in memory, to make faulty copies of.
+/// A dataset directory in memory, from which faulty copies are made.
 #[derive(Clone, Debug)]
 pub struct Log {
     dir: PathBuf,
@@ -66,12 +66,12 @@ pub struct Log {
     heading: Option<Table>,
 }
 
-/// A fault as it was made.
+/// An injected fault.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Made {
-    /// As it was asked for.
+    /// The fault as requested.
     pub fault: String,
-    /// When it is there; null for the ends of the log.
+    /// Time window of the fault; null for the ends of the log.
     #[serde(flatten)]
     pub window: Window,
 }
@@ -89,11 +89,11 @@ impl fmt::Display for Made {
     }
 }
 
-/// A log with faults in it.
+/// A log with injected faults.
 #[derive(Clone, Debug)]
 pub struct FaultyLog {
     log: Log,
-    /// What was made, in the order it was asked for.
+    /// The injected faults, in the order of the request.
     pub made: Vec<Made>,
     seed: u64,
 }
@@ -102,7 +102,7 @@ impl Log {
     /// Reads the dataset in directory `dir`.
     ///
     /// # Errors
-    /// [`LogError::Io`], and [`LogError::Unusable`] where there is no inertial unit in it.
+    /// [`LogError::Io`], and [`LogError::Unusable`] where the directory contains no inertial data.
     pub fn open(dir: &Path) -> Result<Self, LogError> {
         let unusable =
             |reason: &str| LogError::Unusable { path: dir.join(IMU), reason: reason.into() };
@@ -122,16 +122,16 @@ impl Log {
         Ok(Self { dir, manifest_text, manifest, imu, gps, mag, range, heading })
     }
 
-    /// The last moment of the inertial unit, s.
+    /// Time of the last inertial sample, s.
     pub(super) fn end_s(&self) -> f64 {
         self.imu.span_s().map_or(f64::NAN, |(_, last_s)| last_s)
     }
 
-    /// A copy with `faults` in it, one after the other. The same `seed` draws the same; what one
-    /// fault draws does not depend on the others.
+    /// A copy with `faults`, injected one after the other. The same `seed` gives the same result, and the random parts
+    /// of a fault do not depend on the others.
     ///
     /// # Errors
-    /// [`InjectError::Unfit`] for a fault of something the log has not, or at a time that it has not.
+    /// [`InjectError::Unfit`] for a fault in a sensor that the log lacks, or outside its time span.
     pub fn with_faults(&self, faults: &[Fault], seed: u64) -> Result<FaultyLog, InjectError> {
         let mut log = self.clone();
         let mut made = Vec::new();
@@ -140,7 +140,7 @@ impl Log {
             span_s = (span_s.0.max(first_s), span_s.1.min(last_s));
         }
         for (place, fault) in faults.iter().enumerate() {
-            // Streams of their own for the faults of one copy.
+            // Each fault of a copy has its own random stream.
             let mut noise = Noise::new(seed ^ (place as u64) << 48, Stream::Fault);
             let window = fault.window(span_s, &mut noise);
             if window.end_s() <= span_s.0 || window.start_s > span_s.1 {
@@ -148,7 +148,7 @@ impl Log {
                     log: self.dir.clone(),
                     fault: fault.to_string(),
                     reason: format!(
-                        "found a start at {} s, expected a time of the log, which goes from {:.3} to {:.3} s",
+                        "found a start at {} s, expected a time within the log, {:.3} to {:.3} s",
                         window.start_s, span_s.0, span_s.1
                     ),
                 });
@@ -205,18 +205,17 @@ impl Log {
         }
         match magnetic {
             true => Ok(()),
-            false => unfit(self, "the log has nothing that it could be in"),
+            false => unfit(self, "the log has no data of the affected sensor"),
         }
     }
 }
 
 impl FaultyLog {
-    /// Writes the copy to the directory `out`, which is made if need be: the faulty files anew, every
-    /// other file of the log byte for byte, and `faults.json`, which tells what was done when.
+    /// Writes the copy to the directory `out`, which is created if necessary. The faulty files are written again, every
+    /// other file of the log is copied byte for byte, and `faults.json` lists the faults with their times.
     ///
     /// # Errors
-    /// [`InjectError::Place`] where `out` is the log itself or holds what the log has not;
-    /// [`LogError::Io`].
+    /// [`InjectError::Place`] where `out` is the log itself or contains files that the log lacks; [`LogError::Io`].
     pub fn write(&self, out: &Path) -> Result<(), InjectError> {
         let io = |path: &Path| {
             let path = path.to_path_buf();
@@ -230,7 +229,7 @@ impl FaultyLog {
         }
         if let Some(file) = OWN.iter().find(|f| out.join(f).exists() && !dir.join(f).exists()) {
             return Err(place(format!(
-                "found {file}, which the log has not; expected a new directory"
+                "found {file}, which is not in the log; expected a new directory"
             )));
         }
         for entry in std::fs::read_dir(dir).map_err(io(dir))? {
@@ -247,7 +246,7 @@ impl FaultyLog {
         Ok(())
     }
 
-    /// Writes what the estimator reads, and nothing else.
+    /// Writes the files that the estimator reads, and no others.
     pub(super) fn write_sensors(&self, out: &Path) -> Result<(), LogError> {
         if let Some(text) = &self.log.manifest_text {
             let path = out.join(MANIFEST);

@@ -1,4 +1,4 @@
-//! Magnetic disturbances, as the magnetometer and the unit's own yaw show them.
+//! Magnetic disturbances of the magnetometer and of the inertial unit's own yaw.
 
 use hovernav::frames::wrap_angle;
 use hovernav::glam::{DQuat, DVec3};
@@ -11,11 +11,11 @@ use crate::noise::Noise;
 
 pub(super) const FIELD: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
-/// Makes `fault` in `table`, which is `imu.csv` or `mag.csv`; false where it is not magnetic or the
-/// table has neither a field nor a yaw.
+/// Applies `fault` to `table`, which is `imu.csv` or `mag.csv`. False where it is not magnetic, or the table has
+/// neither a field nor a yaw.
 ///
-/// Level is by the roll and pitch in the same row; where there are none, the body is taken for level,
-/// which in a hover errs by a degree or two.
+/// The tilt is the roll and pitch in the same row. Without them the body is assumed level, an error of a degree or two
+/// in hover.
 pub(super) fn make(table: &mut Table, fault: &Fault, window: Window, noise: &mut Noise) -> bool {
     let added = DVec3::from_array(noise.direction()) * fault.number;
     let turn_rad = fault.number.to_radians();
@@ -36,7 +36,7 @@ pub(super) fn make(table: &mut Table, fault: &Fault, window: Window, noise: &mut
         let tilt_rad = tilt.map_or([0.0; 2], |tilt| tilt.map(|c| table.get(row, c).to_radians()));
         let before = field.map(|columns| DVec3::from_array(table.triple(row, columns)));
         let after = before.map(|field| match turns {
-            // Turning the field backwards turns the heading that it shows forwards.
+            // Turning the field in one direction turns the measured heading in the other.
             true => DQuat::from_axis_angle(down(tilt_rad), -turn_rad) * field,
             false => field + added,
         });
@@ -59,7 +59,7 @@ pub(super) fn make(table: &mut Table, fault: &Fault, window: Window, noise: &mut
     true
 }
 
-/// Down in body axes.
+/// The down axis in body axes.
 fn down([roll, pitch]: [f64; 2]) -> DVec3 {
     if !(roll.is_finite() && pitch.is_finite()) {
         return DVec3::Z;
@@ -67,7 +67,7 @@ fn down([roll, pitch]: [f64; 2]) -> DVec3 {
     DVec3::new(-pitch.sin(), roll.sin() * pitch.cos(), roll.cos() * pitch.cos())
 }
 
-/// Heading from magnetic north that a field shows.
+/// Magnetic heading of a measured field.
 fn heading_rad(field: DVec3, tilt_rad: [f64; 2]) -> f64 {
     let down = down(tilt_rad);
     let right = down.cross(DVec3::X).normalize_or_zero();

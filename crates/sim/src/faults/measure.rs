@@ -1,4 +1,4 @@
-//! What a fault did to the solution: errors against the reference and against the filter's own sigmas.
+//! Effect of a fault on the solution: errors against the reference and against the filter's own sigmas.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::window::Window;
 
-/// Axes whose errors are compared with the filter's sigmas, velocity and attitude first.
+/// Axes for the comparison of errors with the filter's sigmas, velocity and attitude first.
 pub const AXES: [Axis; 9] = [
     Axis::VelocityNorth,
     Axis::VelocityEast,
@@ -22,64 +22,63 @@ pub const AXES: [Axis; 9] = [
     Axis::Down,
 ];
 
-/// The velocity must stay inside its 3 sigma this long to count as back, s.
+/// Time for which the velocity has to stay inside its 3 sigma to count as recovered, s.
 const BACK_S: f64 = 1.0;
-/// A run that ends with the velocity this wrong, m/s, or the position, m, has diverged.
+/// Errors of velocity, m/s, and position, m, above which a run has diverged at its end.
 const DIVERGED_MPS: f64 = 5.0;
 const DIVERGED_M: f64 = 50.0;
-/// The end that this is judged over, s.
+/// Length of the evaluated end, s.
 const END_S: f64 = 10.0;
 
-/// One run, scored. Sizes are over all samples from the first solution on that the reference speaks of;
-/// NaN where it does not.
+/// Scores of one run, over all samples from the first solution on for which the reference has a value; NaN without any.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Measures {
-    /// Samples with a solution; none of a log that the estimator could not start on.
+    /// Number of samples with a solution; 0 for a log on which the estimator could not start.
     pub samples: usize,
     /// Whether the estimator panicked.
     pub panicked: bool,
-    /// Whether a number of any solution is not finite.
+    /// Whether a solution contains a number that is not finite.
     pub nan: bool,
-    /// Whether the last ten seconds are beyond 5 m/s or 50 m wrong, or have no solution.
+    /// Whether the errors of the last ten seconds exceed 5 m/s or 50 m, or these seconds have no solution.
     pub diverged: bool,
-    /// Share of samples inside 3 sigma in each of [`AXES`].
+    /// Part of the samples inside 3 sigma on each of [`AXES`].
     pub inside: [f64; 9],
-    /// The same of velocity and attitude taken together, each axis and sample counting as one.
+    /// The part for velocity and attitude together; each axis and sample counts once.
     pub inside_motion: f64,
-    /// The same of position.
+    /// The part for position.
     pub inside_position: f64,
-    /// Share of samples at which velocity and attitude are inside 3 sigma in all axes at once.
+    /// Part of the samples with velocity and attitude inside 3 sigma on all axes simultaneously.
     pub inside_jointly: f64,
-    /// Root mean square of error over sigma in each of [`AXES`].
+    /// Root mean square of error over sigma on each of [`AXES`].
     pub normalised: [f64; 9],
-    /// The same of velocity and attitude together.
+    /// The root mean square for velocity and attitude together.
     pub normalised_motion: f64,
-    /// Root mean square of the velocity's error, m/s, all axes.
+    /// Root mean square error of velocity, m/s, all axes.
     pub velocity_rmse_mps: f64,
-    /// Of the horizontal distance, m.
+    /// Root mean square horizontal error, m.
     pub horizontal_rmse_m: f64,
-    /// Of roll and pitch, °.
+    /// Root mean square error of roll and pitch, °.
     pub tilt_rmse_deg: f64,
-    /// Of yaw, °.
+    /// Root mean square error of yaw, °.
     pub yaw_rmse_deg: f64,
-    /// The largest error of velocity, m/s.
+    /// Largest error of velocity, m/s.
     pub worst_velocity_mps: f64,
-    /// The largest horizontal distance, m.
+    /// Largest horizontal error, m.
     pub worst_horizontal_m: f64,
-    /// How far the fault pulled the solution from the clean run's at most: horizontally, m.
+    /// Largest horizontal difference between the solutions with and without the fault, m.
     pub pulled_m: f64,
-    /// In velocity, m/s.
+    /// Largest difference in velocity, m/s.
     pub pulled_mps: f64,
-    /// In yaw, °.
+    /// Largest difference in yaw, °.
     pub pulled_yaw_deg: f64,
-    /// From the end of the last fault that has one until the velocity is inside its 3 sigma for a second, s;
-    /// infinite if it never is.
+    /// Time from the end of the last fault that ends until the velocity is inside its 3 sigma for a second, s; infinite
+    /// if it never is.
     pub back_after_s: f64,
-    /// The same quantities over the clean run's: velocity, horizontal position, tilt, yaw.
+    /// Errors relative to those of the run without fault: velocity, horizontal position, tilt, yaw.
     pub cost: [f64; 4],
-    /// Warnings that the clean run does not have.
+    /// Warnings that the run without fault does not have.
     pub warnings: Vec<String>,
-    /// Whether one of them names the fault.
+    /// Whether one of these warnings names the fault.
     pub named: bool,
 }
 
@@ -101,7 +100,7 @@ fn compare(solution: &Solution, reference: &Reference) -> Compared {
     }
 }
 
-/// Root mean square of what is finite; NaN of nothing.
+/// Root mean square of the finite values; NaN without any.
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values.filter(|value| value.is_finite()) {
@@ -111,7 +110,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Mean of ones and zeros, of those that are known; NaN of nothing.
+/// Mean of the known zeros and ones; NaN without any.
 fn share(known: impl Iterator<Item = Option<bool>>) -> f64 {
     let (mut inside, mut count) = (0.0, 0.0);
     for is_inside in known.flatten() {
@@ -122,7 +121,7 @@ fn share(known: impl Iterator<Item = Option<bool>>) -> f64 {
 }
 
 impl Compared {
-    /// Whether an axis is inside 3 sigma; `None` where the reference does not speak of it.
+    /// Whether an axis is inside 3 sigma; `None` where the reference has no value.
     fn inside(&self, axis: usize) -> Option<bool> {
         let (error, sigma) = (self.errors[axis], self.sigmas[axis]);
         error.is_finite().then_some(error.abs() <= 3.0 * sigma)
@@ -188,7 +187,7 @@ pub(super) fn measure(
 }
 
 impl Measures {
-    /// Adds how this run differs from the same flight's without fault.
+    /// Adds the differences to the run of the same flight without fault.
     pub(super) fn against(
         &mut self,
         solutions: &[Solution],
@@ -198,7 +197,7 @@ impl Measures {
     ) {
         let mut nearest = clean_solutions.iter().peekable();
         for solution in solutions {
-            // Time stamps may have moved a little; the clean sample that follows is near enough.
+            // Time stamps may differ slightly; the next sample of the run without fault is close enough.
             while nearest.peek().is_some_and(|clean| clean.time < solution.time) {
                 nearest.next();
             }
@@ -221,20 +220,20 @@ impl Measures {
         self.named = self.warnings.iter().any(|warning| names(warning, named_by));
     }
 
-    /// The largest of [`cost`](Self::cost) that is known.
+    /// The largest known [`cost`](Self::cost).
     #[must_use]
     pub fn largest_cost(&self) -> f64 {
         self.cost.iter().copied().filter(|cost| cost.is_finite()).fold(f64::NAN, f64::max)
     }
 }
 
-/// Whether a sentence holds one of the words that name a fault, or all of those that a + joins.
+/// Whether a sentence contains one of the words that name a fault, or all of those joined by a +.
 pub(super) fn names(sentence: &str, named_by: &[&str]) -> bool {
     let sentence = sentence.to_lowercase();
     named_by.iter().any(|name| name.split('+').all(|part| sentence.contains(part)))
 }
 
-/// From `end_s` until the velocity is inside 3 sigma and stays there for a second.
+/// Time from `end_s` until the velocity is inside 3 sigma for a second.
 fn back_after_s(compared: &[Compared], end_s: f64) -> f64 {
     if end_s.is_nan() {
         return f64::NAN;

@@ -1,7 +1,7 @@
-//! Faulty copies of a flight, and what they do to the estimator.
+//! Faulty copies of a flight, and their effect on the estimator.
 //!
-//! [`Log::open`] reads a dataset, [`Log::with_faults`] puts [`Fault`]s in it, and [`FaultyLog::write`]
-//! makes a dataset of it again. What no fault touches keeps its bytes, field by field.
+//! [`Log::open`] reads a dataset, [`Log::with_faults`] injects [`Fault`]s, and [`FaultyLog::write`] writes the result
+//! as a dataset. Fields without a fault keep their bytes.
 
 mod aids;
 mod campaign;

@@ -1,4 +1,4 @@
-//! The outcomes of a campaign as a picture.
+//! Plot of the outcomes of a campaign.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::campaign::Outcome;
 use super::measure::Measures;
 use super::tables::cells;
 
-/// Heights, of a row and above each flight's rows, and widths, of the names and of a plot, px.
+/// Height of a row and of the space above each flight's rows; width of the names and of a plot; px.
 const ROW: f64 = 16.0;
 const HEAD: f64 = 46.0;
 const NAMES: f64 = 190.0;
@@ -14,17 +14,17 @@ const PLOT: f64 = 330.0;
 const GAP: f64 = 40.0;
 const WIDTH: f64 = NAMES + 2.0 * PLOT + 2.0 * GAP;
 
-/// One plot: what of a run it shows, and where such a value stands, 0 to 1.
+/// One plot: its title, the plotted quantity of a run, and its axis from 0 to 1.
 struct Plot {
     title: &'static str,
     value: fn(&Measures) -> f64,
     place: fn(f64) -> f64,
-    /// What is written below.
+    /// Labels of the axis.
     ticks: [(f64, &'static str); 4],
     goal: f64,
 }
 
-/// Shares inside 3 sigma from 80 % on, and costs from 0.8 to 80 times, by their logarithm.
+/// The part inside 3 sigma from 80 % on, and costs from 0.8 to 80 times on a logarithmic axis.
 const PLOTS: [Plot; 2] = [
     Plot {
         title: "velocity and attitude inside 3σ, % of all samples",
@@ -42,8 +42,8 @@ const PLOTS: [Plot; 2] = [
     },
 ];
 
-/// An SVG of all runs, a row a fault: what share of the samples was inside 3 sigma, and what the fault cost, orange where
-/// no warning named it. What lies beyond an end stands on it. Runs without a solution are left out.
+/// An SVG of all runs, with one row per fault: the part of the samples inside 3 sigma, and the cost of the fault,
+/// orange where no warning names it. Values beyond the axis are drawn at its end. Runs without a solution are omitted.
 #[must_use]
 pub fn svg(outcomes: &[Outcome]) -> String {
     let flights = cells(outcomes);
@@ -142,7 +142,7 @@ mod tests {
             paths.map(|path| path.split('"').next().unwrap().matches("h0").count()).collect()
         };
         assert_eq!((dots("run"), dots("unnamed")), (vec![4, 2], vec![0, 1]));
-        // 97 % stands on the goal, and what is beyond an end on it.
+        // 97 % is drawn at the goal, and a value beyond the axis at its end.
         let goal = NAMES + 0.85 * PLOT;
         assert!(picture.contains(&format!("M{goal:.0} 70h0")));
         assert!(picture.contains(&format!("M{NAMES} 70h0")));

@@ -1,14 +1,14 @@
-//! One flight through the estimator, as `hovernav estimate` runs it.
+//! Estimation of one flight, as by `hovernav estimate`.
 
 use std::path::PathBuf;
 
 use hovernav_log::{Dataset, LogError, Run, sentences};
 
-/// Runs the estimator over `dataset` with the settings of its own manifest; the warnings are those of
-/// reading it and of running.
+/// Runs the estimator on `dataset` with the settings of its own manifest. The warnings are those of reading and of the
+/// run.
 ///
 /// # Errors
-/// A log that `hovernav estimate` refuses, for the same reason in the same words.
+/// The error of `hovernav estimate` for a log that it rejects.
 pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogError> {
     let path = PathBuf::from(&dataset.manifest.name);
     let denied = dataset.check_fitness(&path)?;

@@ -10,20 +10,20 @@ use crate::noise::Noise;
 
 const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
 
-/// Metres in a degree of latitude, to what a glitch needs (the ellipsoid's differs by under 0.6 %).
+/// Metres per degree of latitude, accurate enough for a glitch (the ellipsoid's value differs by less than 0.6 %).
 const M_PER_DEG: f64 = 111_320.0;
 
-/// One-sigma of garbage in height, relative to that of north and of east.
+/// One sigma of random height, relative to that of north and of east.
 const GARBAGE_HEIGHT: f64 = 2.5;
-/// One-sigma of garbage in the velocities north, east and down, per second, relative to that of north and of east.
+/// One sigma of random north, east and down velocity, 1/s, relative to that of the north and east position.
 const GARBAGE_VELOCITY_PER_S: [f64; 3] = [0.2, 0.2, 0.75];
-/// Correlation time of garbage in position and height, s: each fix of a 1 Hz receiver is far from the one before, and
-/// some look like a motion.
+/// Correlation time of random position and height, s. Consecutive fixes of a 1 Hz receiver differ greatly, and some
+/// resemble motion.
 const GARBAGE_POSITION_TIME_S: f64 = 2.5;
-/// Correlation time of garbage in velocity, s.
+/// Correlation time of random velocity, s.
 const GARBAGE_VELOCITY_TIME_S: f64 = 0.7;
 
-/// `gps.csv` with its columns found.
+/// `gps.csv` with its columns.
 pub(super) struct Satellite<'a> {
     table: &'a mut Table,
     time: usize,
@@ -38,7 +38,7 @@ impl<'a> Satellite<'a> {
         Some(Self { table, time, position })
     }
 
-    /// Makes `fault`; false where it is none of the receiver's.
+    /// Applies `fault`; false where it is not a fault of the receiver.
     pub fn make(&mut self, fault: &Fault, window: Window, noise: &mut Noise) -> bool {
         let rows = self.table.rows_in(window);
         let number = fault.number;
@@ -55,7 +55,7 @@ impl<'a> Satellite<'a> {
             Kind::GlitchStep => self.displace(&rows, [cos, sin], |_| (number, 0.0)),
             Kind::GlitchRamp => self.displace(&rows, [cos, sin], |t| (number * since(t), 0.0)),
             Kind::GlitchFollow => {
-                // Out for half the time, and back.
+                // Moves away for half the time, then back.
                 let half_s = 0.5 * window.duration_s;
                 self.displace(&rows, [cos, sin], |t| {
                     let since_s = since(t);
@@ -95,8 +95,8 @@ impl<'a> Satellite<'a> {
         true
     }
 
-    /// Displaces the positions towards `[north, east]` by what `by` says of the time, m, and the
-    /// velocities, m/s.
+    /// Displaces the positions towards `[north, east]` by the distance `by` of the time, m, and changes the velocities,
+    /// m/s.
     fn displace(
         &mut self,
         rows: &[usize],
@@ -117,7 +117,7 @@ impl<'a> Satellite<'a> {
         }
     }
 
-    /// Adds garbage to position, height and velocity: Gauss-Markov, `size_m` one-sigma north and east.
+    /// Adds random Gauss-Markov errors to position, height and velocity, with `size_m` as one sigma north and east.
     fn scatter(&mut self, rows: &[usize], size_m: f64, noise: &mut Noise) {
         let [lat, lon, height] = self.position;
         let mut last_s = f64::NEG_INFINITY;
@@ -144,7 +144,7 @@ impl<'a> Satellite<'a> {
         }
     }
 
-    /// Repeats what `names` held in the row before the first of `rows`.
+    /// Repeats the values of the columns `names` in the row before the first of `rows`.
     fn hold(&mut self, rows: &[usize], names: &[&str]) {
         let Some(last) = rows.first().map(|first| first.saturating_sub(1)) else { return };
         for column in names.iter().filter_map(|name| self.table.column(name)).collect::<Vec<_>>() {
@@ -171,7 +171,7 @@ mod tests {
 
     const HEADER: &str = "t_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,sigma_h_m,sigma_v_m\n";
 
-    /// Errors of `fault` in 4000 fixes of one position, 1 s apart: three in m, three in m/s.
+    /// Errors by `fault` in 4000 fixes of one position, 1 s apart: three in m, three in m/s.
     fn errors(fault: &str, seed: u64) -> Vec<[f64; 6]> {
         let rows = (0..4000).map(|second| format!("{second},0,0,50,0,0,0,1.7,3.1\n"));
         let mut table = Table::parse(&(HEADER.to_owned() + &rows.collect::<String>())).unwrap();
@@ -198,7 +198,7 @@ mod tests {
         for (channel, wanted) in wanted.into_iter().enumerate() {
             let inside = errors[500..3500].iter().map(|errors| errors[channel].powi(2));
             let sigma = (inside.sum::<f64>() / 3000.0).sqrt();
-            // 3000 s are 600 independent samples: 3 % in the sigma, one-sigma.
+            // 3000 s are 600 independent samples: the sigma is accurate to 3 %, one sigma.
             assert!((sigma / wanted - 1.0).abs() < 0.1, "{channel}: {sigma}, expected {wanted}");
             let lag = errors[500..3499].iter().zip(&errors[501..3500]);
             let product: f64 = lag.map(|(a, b)| a[channel] * b[channel]).sum::<f64>() / 2999.0;

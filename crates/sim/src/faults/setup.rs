@@ -1,4 +1,4 @@
-//! Faults of `dataset.toml`: what its writer got wrong.
+//! Faults of `dataset.toml`: errors of its author.
 
 use std::f64::consts::TAU;
 
@@ -11,8 +11,7 @@ use crate::noise::Noise;
 const SECTION: &str = "[gps]";
 const KEY: &str = "antenna_lever_arm_m";
 
-/// `text`, which is `manifest`, with `fault` in it; `None` where it is none of a set-up's or the lever
-/// arm has no sign to be wrong.
+/// `text`, which is `manifest`, with `fault`; `None` where it is not a fault of the set-up, or the lever arm is zero.
 pub(super) fn make(
     text: &str,
     manifest: &Manifest,
@@ -31,7 +30,7 @@ pub(super) fn make(
     Some(with_lever_arm(text, wrong))
 }
 
-/// The manifest `text` with another lever arm of the antenna, every other line as it was.
+/// The manifest `text` with another lever arm of the antenna, and every other line unchanged.
 fn with_lever_arm(text: &str, arm: [f64; 3]) -> String {
     let line = format!("{KEY} = {arm:?}\n");
     let mut out = String::new();

@@ -1,20 +1,20 @@
-//! A log's own vibration, made stronger or weaker.
+//! Amplification or reduction of a log's own vibration.
 
 use std::ops::Range;
 
 use crate::noise::Noise;
 
-/// What is faster than the inverse of about twice this, s, counts as vibration.
+/// Half the smoothing time, s: motion faster than the inverse of about twice this counts as vibration.
 const SMOOTHED_S: f64 = 0.2;
-/// The vibration added comes from this much earlier in the log, s.
+/// Range of the time by which the source of the added vibration is earlier in the log, s.
 const EARLIER_S: (f64, f64) = (2.0, 10.0);
 
-/// By how much to change the vibration, and where the added comes from.
+/// Change of the vibration, and the source of the added part.
 ///
-/// Vibration is an axis less its mean over 0.2 s, taken twice (a triangle of 0.4 s, whose response is a
-/// half at 2.2 Hz). Below one, a part of it is taken away. Above one, that of 2 to 10 s earlier is
-/// added, as much of it as makes the root mean square k times what it was: strength, spectrum and the
-/// phases between the axes are the log's own, for all axes come from the same moment.
+/// Vibration is an axis minus its mean over 0.2 s, taken twice (a triangle of 0.4 s, whose response is 0.5 at 2.2 Hz).
+/// For a factor below one, a part of it is removed. For a factor k above one, the vibration from 2 to 10 s earlier is
+/// added, scaled so that the root mean square becomes k times the original. Strength, spectrum and phases between the
+/// axes remain those of the log, because all axes use the same time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vibration {
     factor: f64,
@@ -24,7 +24,7 @@ pub(super) struct Vibration {
 }
 
 impl Vibration {
-    /// Vibration `factor` times as strong in samples `period_s` apart.
+    /// Vibration multiplied by `factor`, for samples `period_s` apart.
     pub fn drawn(factor: f64, period_s: f64, noise: &mut Noise) -> Self {
         let (least_s, most_s) = EARLIER_S;
         let earlier_s = least_s + (most_s - least_s) * noise.uniform();
@@ -34,7 +34,7 @@ impl Vibration {
         Self { factor, earlier, half, sign }
     }
 
-    /// What to add to `values` of one axis, from place to place of `within`.
+    /// Values to add to `values` of one axis, for the rows `within`.
     pub fn added(&self, values: &[f64], within: Range<usize>) -> Vec<f64> {
         let smooth = moving_mean(&moving_mean(values, self.half), self.half);
         let fast = |place: usize| values[place] - smooth[place];
@@ -42,7 +42,7 @@ impl Vibration {
             return within.map(|place| (self.factor - 1.0) * fast(place)).collect();
         }
         let other = |place: usize| {
-            // The log's first seconds take theirs from later.
+            // The first seconds of the log use later vibration.
             let place = place.checked_sub(self.earlier).unwrap_or(place + self.earlier);
             self.sign * fast(place.min(values.len() - 1))
         };

@@ -1,4 +1,4 @@
-//! A CSV file to be changed here and there: every field that nobody changes keeps its bytes.
+//! A CSV file with individual changes: every unchanged field keeps its bytes.
 
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -8,22 +8,21 @@ use hovernav_log::{LogError, open_file, write_whole};
 
 use super::window::Window;
 
-/// The text of the regular file at `path`; a pipe, for which one could wait without end, is refused.
+/// The text of the regular file at `path`. A pipe, which could block forever, is rejected.
 pub(super) fn read_text(path: &Path) -> io::Result<String> {
     open_file(path, u64::MAX).and_then(io::read_to_string)
 }
 
-/// A table and what was changed in it. Rows that are no rows, with another number of fields than the
-/// header, are never touched.
+/// A table and its changes. Rows whose number of fields differs from the header are never changed.
 #[derive(Clone, Debug)]
 pub(super) struct Table {
     original: Arc<Original>,
-    /// Row after row; NaN where a field is empty or no number.
+    /// Values row by row; NaN where a field is empty or not a number.
     values: Vec<f64>,
     dropped: Vec<bool>,
 }
 
-/// The file as it was read.
+/// The file as read.
 #[derive(Debug)]
 struct Original {
     header: String,
@@ -33,7 +32,7 @@ struct Original {
 }
 
 impl Table {
-    /// Reads the file at `path`; `None` where there is none.
+    /// Reads the file at `path`; `None` if it does not exist.
     pub fn read(path: &Path) -> Result<Option<Self>, LogError> {
         match read_text(path) {
             Ok(text) => Ok(Self::parse(&text)),
@@ -62,17 +61,17 @@ impl Table {
         Some(Self { original: Arc::new(original), values, dropped })
     }
 
-    /// How many rows there are, dropped ones included.
+    /// Number of rows, including dropped ones.
     pub fn len(&self) -> usize {
         self.dropped.len()
     }
 
-    /// The place of column `name`.
+    /// Index of the column `name`.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.original.names.iter().position(|found| found == name)
     }
 
-    /// The places of the columns `names`, if all are there.
+    /// Indices of the columns `names`, if all exist.
     pub fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
         let mut columns = [0; N];
         for (column, name) in columns.iter_mut().zip(names) {
@@ -86,17 +85,17 @@ impl Table {
         self.values[row * self.original.names.len() + column]
     }
 
-    /// The numbers in a row.
+    /// Three numbers of a row.
     pub fn triple(&self, row: usize, columns: [usize; 3]) -> [f64; 3] {
         columns.map(|column| self.get(row, column))
     }
 
-    /// Puts `value` there; NaN empties the field.
+    /// Sets a field to `value`; NaN empties the field.
     pub fn set(&mut self, row: usize, column: usize, value: f64) {
         self.values[row * self.original.names.len() + column] = value;
     }
 
-    /// Changes what a row and column holds, if that is a number.
+    /// Changes the number in a row and column, if there is one.
     pub fn change(&mut self, row: usize, column: usize, change: impl FnOnce(f64) -> f64) {
         let value = self.get(row, column);
         if value.is_finite() {
@@ -104,12 +103,12 @@ impl Table {
         }
     }
 
-    /// Leaves a row out.
+    /// Drops a row.
     pub fn drop_row(&mut self, row: usize) {
         self.dropped[row] = true;
     }
 
-    /// The rows still there whose time lies in `window`, by the time they were recorded with.
+    /// The remaining rows with an original time in `window`.
     pub fn rows_in(&self, window: Window) -> Vec<usize> {
         let Some(time) = self.column("t_s") else { return Vec::new() };
         let width = self.original.names.len();
@@ -119,7 +118,7 @@ impl Table {
         (0..self.len()).filter(is_in).collect()
     }
 
-    /// The first and the last time recorded.
+    /// First and last time of the file.
     pub fn span_s(&self) -> Option<(f64, f64)> {
         let time = self.column("t_s")?;
         let times = (0..self.len()).map(|row| self.get(row, time)).filter(|time| time.is_finite());
@@ -151,7 +150,7 @@ impl Table {
                 if same(now[column], before[column]) {
                     out.extend_from_slice(field.as_bytes());
                 } else if now[column].is_finite() {
-                    // Writing to a vector does not fail.
+                    // Writing to a vector never fails.
                     let _ = write!(out, "{}", now[column]);
                 }
             }
@@ -161,14 +160,14 @@ impl Table {
     }
 }
 
-/// What may stand around a field: blanks, quotes, line ends, a byte order mark.
+/// Characters that may surround a field: blanks, quotes, line ends, a byte order mark.
 const BLANK: [char; 6] = [' ', '\t', '\r', '\n', '"', '\u{feff}'];
 
 fn number(field: &str) -> f64 {
     field.trim_matches(BLANK).parse().unwrap_or(f64::NAN)
 }
 
-/// Whether two fields hold the same number, or none.
+/// Whether two fields contain the same number, or both none.
 fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }

@@ -1,4 +1,4 @@
-//! The outcomes of a campaign as tables.
+//! Outcomes of a campaign as tables.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -30,8 +30,8 @@ pub(super) fn cells(outcomes: &[Outcome]) -> Vec<(&str, Vec<(&str, Cell<'_>)>)> 
     flights
 }
 
-/// The `fraction`-quantile of what is known of a measure, the nearest rank; NaN of nothing. Not interpolated: a measure
-/// may be infinite, and between two such values interpolation gives no number.
+/// The `fraction`-quantile of the known values of a measure, by nearest rank; NaN without any. It is not interpolated:
+/// a measure may be infinite, and interpolation between two infinite values gives no number.
 fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f64 {
     let mut values: Vec<f64> =
         cell.iter().map(|measures| of(measures)).filter(|value| !value.is_nan()).collect();
@@ -40,7 +40,7 @@ fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f6
     values.get(rank).copied().unwrap_or(f64::NAN)
 }
 
-/// The axis with the smallest share inside 3 sigma, in the worst run.
+/// Axis with the smallest part inside 3 sigma, in the worst run.
 fn worst_axis(cell: &Cell<'_>) -> String {
     let worst = (0..6)
         .map(|axis| (axis, quantile(cell, 0.0, |m| m.inside[axis])))
@@ -70,7 +70,7 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// Median and worst.
+/// Median and worst value.
 fn both(cell: &Cell<'_>, of: impl Fn(&Measures) -> f64) -> String {
     let (median, worst) = (quantile(cell, 0.5, &of), quantile(cell, 1.0, &of));
     match cell.len() {
@@ -80,8 +80,8 @@ fn both(cell: &Cell<'_>, of: impl Fn(&Measures) -> f64) -> String {
     }
 }
 
-/// A table for each flight, in Markdown. Where two numbers stand, they are the median and the worst
-/// of the runs; shares are those of the worst run, in percent.
+/// A table for each flight, in Markdown. Two numbers are the median and the worst of the runs; percentages are those of
+/// the worst run.
 #[must_use]
 pub fn markdown(outcomes: &[Outcome]) -> String {
     let mut text = String::new();
@@ -149,7 +149,7 @@ pub fn markdown(outcomes: &[Outcome]) -> String {
     text
 }
 
-/// A row for each run, for other programs.
+/// A row for each run, in CSV.
 #[must_use]
 pub fn csv(outcomes: &[Outcome]) -> String {
     let mut text =

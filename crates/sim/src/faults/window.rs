@@ -1,12 +1,12 @@
-//! When a fault is there.
+//! Time window of a fault.
 
-/// A span of a log's clock.
+/// A time span on a log's clock.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Window {
-    /// First moment, s; minus infinity for the beginning of the log.
+    /// Start, s; minus infinity for the beginning of the log.
     #[serde(serialize_with = "finite")]
     pub start_s: f64,
-    /// How long, s; infinite to the end of the log.
+    /// Duration, s; infinite to the end of the log.
     #[serde(serialize_with = "finite")]
     pub duration_s: f64,
 }
@@ -17,29 +17,29 @@ fn finite<S: serde::Serializer>(seconds: &f64, serializer: S) -> Result<S::Ok, S
 }
 
 impl Window {
-    /// All of a log.
+    /// The whole log.
     pub const ALL: Self = Self { start_s: f64::NEG_INFINITY, duration_s: f64::INFINITY };
 
-    /// Whether a moment falls into it, the end excluded.
+    /// Whether a time is in the window, excluding its end.
     #[must_use]
     pub fn covers(&self, time_s: f64) -> bool {
         time_s >= self.start_s && time_s < self.end_s()
     }
 
-    /// The first moment after it.
+    /// End of the window, s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         if self.duration_s.is_finite() { self.start_s + self.duration_s } else { f64::INFINITY }
     }
 }
 
-/// What is left alone at a log's beginning and its end when a window is drawn, s: the alignment and
-/// the first minute's convergence, and room to recover in.
+/// Time at the log's beginning and end without random faults, s: for alignment and convergence at the beginning, and
+/// for recovery at the end.
 const BEFORE_S: f64 = 60.0;
 const AFTER_S: f64 = 30.0;
 
-/// A start for a window of `duration_s` in a log that spans `first_s` to `last_s`: `share` from 0 to 1
-/// runs through what is left of it beside its beginning and its end, each at most a quarter of it.
+/// Random start of a window of `duration_s` in a log from `first_s` to `last_s`. `share`, 0 to 1, selects it between
+/// the excluded beginning and end, which are each at most a quarter of the log.
 pub(super) fn drawn_start_s((first_s, last_s): (f64, f64), duration_s: f64, share: f64) -> f64 {
     let length_s = last_s - first_s;
     let earliest_s = first_s + BEFORE_S.min(0.25 * length_s);

@@ -1,4 +1,4 @@
-//! A flight to be flown.
+//! Configuration of a simulated flight.
 
 use crate::aids::{AntennasConfig, RangefinderConfig};
 use crate::baro::BaroConfig;
@@ -16,45 +16,44 @@ use hovernav::ekf::EstimatorConfig;
 use hovernav_log::{Dataset, LogError, Manifest};
 use hovernav_model::helicopter::{HelicopterError, HelicopterParameters};
 
-/// What the autopilot flies on.
+/// Feedback of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feedback {
-    /// The estimator, fed by the simulated sensors.
+    /// The estimator with the simulated sensors.
     Estimator,
-    /// The truth, without error or delay: what the loops alone can do.
+    /// The truth, without error or delay: the performance of the loops alone.
     Truth,
 }
 
-/// Something that happens at a given time of the flight.
+/// An event at a given time of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FlightEvent {
     /// A new set-point for the autopilot.
     SetPoint(SetPoint),
-    /// A step in the vehicle's state, which no inertial sensor measures.
+    /// A step in the vehicle's state, which inertial sensors do not measure.
     Disturb(Disturbance),
-    /// The same so that inertial sensors measure it: rates at once, velocity and attitude within
+    /// A change of the vehicle's state that inertial sensors measure: rates immediately, velocity and attitude within
     /// 0.3 s.
     Push(Disturbance),
-    /// The pilot's switch: whether the autopilot flies.
+    /// The pilot's switch: whether the autopilot is engaged.
     Engage(bool),
-    /// The pilot holds the sticks here from now on.
+    /// The pilot holds the sticks at these positions from now on.
     PilotSticks(Sticks),
     /// The autopilot flies a test input.
     Excite(Excitation),
-    /// The servo of a stick, 0 lateral to 3 pedal, stays where it is.
+    /// The servo of a stick, 0 lateral to 3 pedal, jams.
     Jam(usize),
     /// The engine stops.
     PowerLoss,
-    /// The vehicle weighs this from now on, kg: fuel burnt, a load dropped.
+    /// Mass of the vehicle from now on, kg: after burning fuel or dropping a load.
     Mass(f64),
-    /// This is added to the sticks from now on, whoever flies: a test input. The sticks that are
-    /// recorded hold it.
+    /// Test input added to the sticks from now on, with or without the autopilot. The recorded sticks include it.
     AddSticks(Sticks),
 }
 
 impl FlightEvent {
-    /// Chapter 5's test points, the first at `start_s`: each stick stepped by `size` for 1.5 s, three
-    /// times, [`TEST_POINT_S`](Self::TEST_POINT_S) apart; pedal, collective, lateral, longitudinal.
+    /// Test points of chapter 5 of the thesis, the first at `start_s`. Pedal, collective, lateral and longitudinal are
+    /// stepped in turn by `size` for 1.5 s, three times each, [`TEST_POINT_S`](Self::TEST_POINT_S) apart.
     #[must_use]
     pub fn test_points(start_s: f64, size: f64) -> Vec<(f64, Self)> {
         let mut events = Vec::new();
@@ -68,104 +67,104 @@ impl FlightEvent {
         events
     }
 
-    /// From one test point to the next, s.
+    /// Time between test points, s.
     pub const TEST_POINT_S: f64 = 10.0;
 }
 
-/// A flight to be flown. [`FlightConfig::new`] is five minutes of hover of the thesis's helicopter
-/// with the thesis's sensors in gusts of 1.5 m/s.
+/// Configuration of a simulated flight. [`FlightConfig::new`] is a hover of five minutes with the thesis's helicopter
+/// and sensors, in gusts of 1.5 m/s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlightConfig {
     /// The airframe.
     pub helicopter: HelicopterParameters,
-    /// The airframe whose hover leaves every stick at zero; `None` for `helicopter` itself. The autopilot
-    /// starts from sticks at trim, so what differs has to be found in flight.
+    /// The airframe whose hover needs every stick at zero; `None` for `helicopter` itself. The autopilot starts with
+    /// the sticks at trim and has to find the difference in flight.
     pub rigged_for: Option<HelicopterParameters>,
     /// Servos, governor and ground.
     pub vehicle: VehicleConfig,
     /// Wind and gusts.
     pub wind: WindConfig,
-    /// The inertial unit, which sets the pace: its rate is the autopilot's.
+    /// The inertial unit, whose rate is also that of the autopilot.
     pub dmu: DmuConfig,
-    /// The GPS receiver, outages and all.
+    /// The GPS receiver, with its outages.
     pub gps: GpsConfig,
-    /// The barometer, if there is one.
+    /// The barometer, if any.
     pub baro: Option<BaroConfig>,
-    /// The rangefinder, if there is one.
+    /// The rangefinder, if any.
     pub rangefinder: Option<RangefinderConfig>,
-    /// Two antennas that give a heading, if there are.
+    /// Two antennas for the heading, if any.
     pub antennas: Option<AntennasConfig>,
-    /// The estimator; `None` takes what the sensors' own configurations say.
+    /// The estimator's settings; `None` for those of the sensors' own configurations.
     pub estimator: Option<EstimatorConfig>,
-    /// What the autopilot flies on.
+    /// Feedback of the autopilot.
     pub feedback: Feedback,
     /// The autopilot.
     pub autopilot: HoverConfig,
-    /// Where the hover begins.
+    /// Start position of the hover.
     pub start: Geodetic,
-    /// Which way the nose points, rad.
+    /// Initial heading, rad.
     pub heading_rad: f64,
-    /// When the autopilot takes over, s. Until then a pilot who sees the truth holds the hover.
+    /// Time at which the autopilot is engaged, s. Until then a pilot with knowledge of the truth holds the hover.
     pub engage_s: f64,
-    /// What else happens, s from the start, in order.
+    /// Further events, s from the start, in order.
     pub events: Vec<(f64, FlightEvent)>,
-    /// How long it takes, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// Seed of every error and gust.
+    /// Seed of all errors and gusts.
     pub seed: u64,
 }
 
-/// Why a flight cannot be flown.
+/// Reasons why a flight cannot be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum FlightError {
-    /// A sensor, servo or wind that cannot be.
+    /// An invalid sensor, servo or wind.
     #[error(transparent)]
     Sensor(#[from] ConfigError),
-    /// An airframe that cannot be.
+    /// An invalid airframe.
     #[error(transparent)]
     Helicopter(#[from] HelicopterError),
-    /// An autopilot that cannot fly.
+    /// An invalid autopilot.
     #[error(transparent)]
     Autopilot(#[from] autopilot::ConfigError),
-    /// A set-point that the autopilot refuses.
+    /// A set-point that the autopilot rejects.
     #[error("set-point at {time_s} s: {source}")]
     SetPoint {
-        /// When.
+        /// Time, s.
         time_s: f64,
-        /// Why.
+        /// The reason.
         source: SetPointError,
     },
-    /// A test input that the autopilot refuses.
+    /// A test input that the autopilot rejects.
     #[error("at {time_s} s: {source}")]
     Excitation {
-        /// When.
+        /// Time, s.
         time_s: f64,
-        /// Why.
+        /// The reason.
         source: ExcitationError,
     },
     /// The inertial unit does not sample at the autopilot's rate.
     #[error(
-        "the inertial unit samples every {dmu_s} s, the autopilot is designed for {autopilot_s} s"
+        "found an inertial unit that samples every {dmu_s} s, expected {autopilot_s} s as in the autopilot's design"
     )]
     Rate {
-        /// The unit's period, s.
+        /// Period of the inertial unit, s.
         dmu_s: f64,
-        /// The autopilot's, s.
+        /// Period of the autopilot, s.
         autopilot_s: f64,
     },
-    /// The inertial unit gives increments; the closed loop samples rates.
-    #[error("the closed loop takes an inertial unit that gives rates, found increments")]
+    /// The inertial unit outputs increments, but the closed loop requires rates.
+    #[error("found an inertial unit with increments, expected rates for the closed loop")]
     Increments,
-    /// The estimator's settings cannot be made from the sensors'.
+    /// The sensors' settings are invalid for the estimator.
     #[error(transparent)]
     Settings(#[from] LogError),
-    /// The vehicle is nowhere.
-    #[error("the flight starts at {0:?}, where one cannot navigate by north, east and down")]
+    /// The start position is invalid.
+    #[error("invalid start {0:?}: north, east and down are undefined there")]
     Start(Geodetic),
 }
 
 impl FlightConfig {
-    /// Five minutes of hover under `autopilot`.
+    /// A hover of five minutes under `autopilot`.
     #[must_use]
     pub fn new(autopilot: HoverConfig) -> Self {
         Self {
@@ -194,8 +193,8 @@ impl FlightConfig {
         }
     }
 
-    /// Moves the start of the hover to `place`, into the Earth's magnetic field there. Where it is less than
-    /// [`ROOM_M`](Self::ROOM_M) above the ellipsoid, the ground is so much below it, otherwise at the ellipsoid.
+    /// Moves the start of the hover to `place`, with the Earth's magnetic field there. The ground is at the ellipsoid,
+    /// or [`ROOM_M`](Self::ROOM_M) below the start where that is lower.
     pub fn start_at(&mut self, place: Geodetic) {
         self.start = place;
         self.vehicle.ground_m = (place.height_m - Self::ROOM_M).min(0.0);
@@ -204,16 +203,17 @@ impl FlightConfig {
         }
     }
 
-    /// Room below a start, m: a hover wanders in height as the receiver does, and is not to touch the ground.
+    /// Clearance below a start, m: the height of a hover drifts with the receiver's, and the vehicle must not touch the
+    /// ground.
     pub const ROOM_M: f64 = 50.0;
 
-    /// What the sensors are, as a dataset tells it.
+    /// The sensors in the form of a dataset's manifest.
     #[must_use]
     pub fn manifest(&self) -> Manifest {
         let vehicle = format!("simulated helicopter in closed loop, seed {}", self.seed);
         let mut manifest = sensor_manifest(vehicle, &self.dmu, &self.gps);
-        // The heading that a unit computes for itself wanders by degrees within a minute, the error
-        // of its magnetometer stays: a hover is held by the one that stays.
+        // The heading of an inertial unit drifts by degrees within a minute, while the error of its magnetometer stays
+        // constant. A hover therefore uses the magnetometer.
         let unit_attitude = self.dmu.magnetometer.is_none();
         if let Some(rangefinder) = &self.rangefinder {
             manifest.rangefinder.lever_arm_m = rangefinder.lever_arm_m;
@@ -226,10 +226,10 @@ impl FlightConfig {
         manifest
     }
 
-    /// The estimator's settings as the sensors' own configurations tell them.
+    /// The estimator's settings from the sensors' own configurations.
     ///
     /// # Errors
-    /// [`LogError`] for sensors that no dataset can describe.
+    /// [`LogError`] for sensors that a dataset cannot describe.
     pub fn settings(&self) -> Result<EstimatorConfig, LogError> {
         Dataset { manifest: self.manifest(), ..Dataset::default() }.settings()
     }

@@ -1,4 +1,4 @@
-//! The closed loop: vehicle, sensors, estimator and autopilot, as they fly.
+//! The closed loop of vehicle, sensors, estimator and autopilot, with the code of the flight computer.
 
 mod config;
 mod record;

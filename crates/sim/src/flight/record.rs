@@ -1,4 +1,4 @@
-//! A flight flown.
+//! A simulated flight.
 
 use hovernav::autopilot::{ExcitationAbort, Mode, Transition};
 use hovernav::controls::Sticks;
@@ -13,26 +13,26 @@ use hovernav_log::{Dataset, Manifest, Truth};
 /// One sample of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlightSample {
-    /// The centre of gravity.
+    /// State of the centre of gravity.
     pub truth: Truth,
-    /// The estimate, which the autopilot flies on without its steps; the truth where it flies on that.
+    /// The estimate; the autopilot uses it without its steps. The truth if that is the feedback.
     pub solution: Option<Solution>,
-    /// What it was doing.
+    /// Mode of the autopilot.
     pub mode: Mode,
-    /// Its command.
+    /// Command of the sticks.
     pub sticks: Sticks,
-    /// What of it is a test input: of the autopilot's, or added to whoever flies.
+    /// Test input in the command: of the autopilot, or added with or without it.
     pub injected: Sticks,
-    /// Where the servos stood.
+    /// Positions of the servos.
     pub servos: Sticks,
-    /// The wind until the next sample, m/s.
+    /// Wind until the next sample, m/s.
     pub wind_mps: Vector<Ned>,
 }
 
-/// A flight flown.
+/// A simulated flight.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// What the sensors were.
+    /// Description of the sensors.
     pub manifest: Manifest,
     /// Samples of the inertial unit.
     pub imu: Vec<ImuSample>,
@@ -44,19 +44,18 @@ pub struct Flight {
     pub ranges: Vec<RangeReading>,
     /// Headings of two antennas.
     pub headings: Vec<AntennaHeading>,
-    /// What happened, one sample per inertial sample.
+    /// One sample per inertial sample.
     pub samples: Vec<FlightSample>,
-    /// Every change of mode.
+    /// All changes of mode.
     pub transitions: Vec<Transition>,
-    /// Test inputs that ended before their time: when, s, and why.
+    /// Aborted test inputs: time, s, and reason.
     pub aborted: Vec<(f64, ExcitationAbort)>,
-    /// When it crashed, s, if it did: the flight ends there.
+    /// Time of the crash, s, if it crashed; the flight ends there.
     pub crashed_s: Option<f64>,
 }
 
 impl Flight {
-    /// Everything that was recorded, as a dataset and the truth about it, for
-    /// [`Dataset::write`].
+    /// The recorded data as a dataset and the truth, for [`Dataset::write`].
     #[must_use]
     pub fn dataset(&self) -> (Dataset, Vec<Truth>) {
         let injected = self.samples.iter().map(|sample| sample.injected.to_array());

@@ -1,4 +1,4 @@
-//! A flight under way, sample by sample.
+//! A running flight, sample by sample.
 
 use super::config::{Feedback, FlightConfig, FlightError, FlightEvent};
 use super::record::{Flight, FlightSample};
@@ -21,7 +21,7 @@ use hovernav::time::Time;
 use hovernav_model::helicopter::Helicopter;
 
 impl FlightConfig {
-    /// Flies it.
+    /// Flies the flight.
     ///
     /// # Errors
     /// [`FlightError`].
@@ -29,7 +29,7 @@ impl FlightConfig {
         self.fly_with(|_| ())
     }
 
-    /// The same, and tells `progress` the second of the flight at each sample.
+    /// Flies the flight and calls `progress` with the time of each sample, s.
     ///
     /// # Errors
     /// [`FlightError`].
@@ -37,7 +37,7 @@ impl FlightConfig {
         self.fly_in::<f64>(progress)
     }
 
-    /// The same with a flight computer, estimator and autopilot, that computes in `T`.
+    /// Flies the flight with a flight computer (estimator and autopilot) that computes in `T`.
     ///
     /// # Errors
     /// [`FlightError`].
@@ -56,7 +56,7 @@ impl FlightConfig {
     }
 }
 
-/// A flight under way.
+/// A running flight.
 struct RunningFlight<'a, T> {
     config: &'a FlightConfig,
     period_s: f64,
@@ -71,7 +71,7 @@ struct RunningFlight<'a, T> {
     next_baro: u64,
     next_range: u64,
     next_heading: u64,
-    /// Fixes on their way, with the time of their arrival.
+    /// Fixes in transit, with their arrival times.
     pending_fixes: Vec<(Time, Fix)>,
     estimator: Estimator<Full, 28, T>,
     stepless: SteplessSolution<T>,
@@ -81,7 +81,7 @@ struct RunningFlight<'a, T> {
     engaged: bool,
     added: Sticks,
     events: std::slice::Iter<'a, (f64, FlightEvent)>,
-    /// The command of the sample before, which acts now.
+    /// Command of the previous sample, which acts now.
     acting: Sticks,
     flight: Flight,
 }
@@ -109,7 +109,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
             None => Helicopter::new(config.helicopter)?,
             Some(rigged_for) => Helicopter::new(rigged_for)?.with_parameters(config.helicopter)?,
         };
-        // The pilot has trimmed this helicopter; the autopilot learns its trim from the pilot.
+        // The pilot has trimmed this helicopter; the autopilot takes over the pilot's trim.
         let mut pilot = config.autopilot;
         let (trim, hover) = (pilot.trim.sticks.to_array(), helicopter.hover_sticks().to_array());
         pilot.trim.sticks = Sticks::from_array(std::array::from_fn(|stick| {
@@ -169,7 +169,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
         })
     }
 
-    /// Sensors, estimator, autopilot, and the vehicle on to the next sample.
+    /// Runs sensors, estimator and autopilot, and moves the vehicle to the next sample.
     fn sample(&mut self, sample: u64) -> Result<(), FlightError> {
         let time_s = sample as f64 * self.period_s;
         let time = Time::ZERO + time_s;
@@ -251,14 +251,14 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
         Ok(())
     }
 
-    /// An event to the estimator, and to the autopilot what comes of it.
+    /// Passes an event to the estimator, and its result to the autopilot.
     fn estimate(&mut self, event: &Event) {
         let Self { estimator, stepless, autopilot, .. } = self;
         autopilot.hear(event);
         estimator.push_traced(event, stepless, |notice| autopilot.hear_notice(&notice));
     }
 
-    /// What the sensors say at `time`, to the record and to the estimator.
+    /// Passes the measurements at `time` to the record and to the estimator.
     fn measure(&mut self, time: Time, state: &State) {
         let config = self.config;
         let sample = self.dmu.measure(
@@ -277,7 +277,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
         let due = |count: u64, rate_hz: f64| Time::ZERO + count as f64 / rate_hz <= time;
         while due(self.next_fix, config.gps.rate_hz) {
             self.next_fix += 1;
-            // A receiver measures at its own samples; the samples are close enough to share one.
+            // A receiver measures at its own times; the inertial samples are close enough to be used.
             let antenna = state.at_point(config.gps.lever_arm_m);
             if let Some(fix) = self.gps.measure(time, &antenna.position, antenna.velocity_mps) {
                 self.pending_fixes.push((time + config.gps.latency_s, fix));
@@ -306,7 +306,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
         self.measure_aids(time, state, listens);
     }
 
-    /// What the rangefinder and the antennas say.
+    /// Measures with the rangefinder and the antennas.
     fn measure_aids(&mut self, time: Time, state: &State, listens: bool) {
         if let Some((rangefinder, rate_hz)) = &mut self.rangefinder
             && is_due(&mut self.next_range, *rate_hz, time)
@@ -332,7 +332,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
     }
 }
 
-/// Whether a sensor that has measured `count` times is to measure at `time`; counts it.
+/// Whether a sensor with `count` measurements is due at `time`; increments the count.
 fn is_due(count: &mut u64, rate_hz: f64, time: Time) -> bool {
     let before = *count;
     while Time::ZERO + *count as f64 / rate_hz <= time {

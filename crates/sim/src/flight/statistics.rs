@@ -1,31 +1,30 @@
-//! How well a flight went.
+//! Statistics of a flight.
 
 use super::record::{Flight, FlightSample};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, wrap_angle};
 
-/// How well a hover was held, from a sample on.
+/// Quality of a hover from a given sample on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HoverStatistics {
     /// Root mean square of u, v, w, m/s.
     pub velocity_rms_mps: [f64; 3],
     /// Root mean square of roll and pitch about their means, °.
     pub attitude_rms_deg: [f64; 2],
-    /// Farthest the heading was from where it began, °.
+    /// Largest deviation from the initial heading, °.
     pub heading_worst_deg: f64,
-    /// Root mean square of the distance from where it began, north, east, down, m.
+    /// Root mean square of the deviation from the initial position, north, east, down, m.
     pub position_rms_m: [f64; 3],
-    /// Root mean square of what the estimator got wrong of north, east and down velocity, m/s; NaN
-    /// where it said nothing.
+    /// Root mean square of the estimator's error of north, east and down velocity, m/s; NaN without a solution.
     pub velocity_error_rms_mps: [f64; 3],
-    /// Root mean square of what the estimator got wrong of roll, pitch and heading, °; NaN as above.
+    /// Root mean square of the estimator's error of roll, pitch and heading, °; NaN as above.
     pub attitude_error_rms_deg: [f64; 3],
     /// Root mean square of the commands about their means.
     pub sticks_rms: [f64; 4],
-    /// Means of the commands: what the vehicle is off its trim by.
+    /// Means of the commands: the deviation of the vehicle's trim.
     pub sticks_mean: [f64; 4],
 }
 
-/// The extremes of a stretch of flight.
+/// Extremes of a part of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Excursion {
     /// Steepest tilt, √(roll² + pitch²), rad.
@@ -35,7 +34,7 @@ pub struct Excursion {
 }
 
 impl Flight {
-    /// The extremes of the `duration_s` from `from_s` on; zero where the flight ended before.
+    /// Extremes during `duration_s` from `from_s` on; zero where the flight ended before.
     #[must_use]
     pub fn excursion(&self, from_s: f64, duration_s: f64) -> Excursion {
         let truths = self.samples.iter().map(|sample| sample.truth);
@@ -50,8 +49,8 @@ impl Flight {
         })
     }
 
-    /// How well the hover was held from `from_s` on, against where the vehicle then was; all zero
-    /// where the flight did not last so long.
+    /// Quality of the hover from `from_s` on, relative to the vehicle's state at that time; all zero where the flight
+    /// ended before.
     #[must_use]
     pub fn statistics(&self, from_s: f64) -> HoverStatistics {
         let held = self.samples.partition_point(|sample| sample.truth.time.seconds() < from_s);

@@ -1,4 +1,4 @@
-//! What an airframe other than the one it was rigged for does, and one that something happens to.
+//! An airframe that was rigged for another one, and an airframe with failures.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
@@ -31,7 +31,7 @@ fn climb_mps(mut vehicle: Vehicle, seconds: f64) -> f64 {
     -vehicle.state().velocity_mps.z()
 }
 
-/// Collective with which `flight` hovered from `from_s` to `to_s`, in the mean.
+/// Mean collective of the hover of `flight` from `from_s` to `to_s`.
 fn collective(flight: &Flight, from_s: f64, to_s: f64) -> f64 {
     let samples = flight.samples.iter();
     let within = samples.filter(|m| (from_s..to_s).contains(&m.truth.time.seconds()));
@@ -40,7 +40,7 @@ fn collective(flight: &Flight, from_s: f64, to_s: f64) -> f64 {
     sum / count
 }
 
-/// A calm flight on the truth.
+/// A calm flight with the truth as feedback.
 fn flight(change: impl FnOnce(&mut FlightConfig)) -> Flight {
     let design = HoverDesign::default();
     let gains = design.synthesise(&shipped::raptor60()).unwrap();
@@ -61,7 +61,7 @@ fn an_airframe_rigged_for_another_mass_hovers_with_its_collective_elsewhere() {
     let nominal = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
     let collective = |mass_kg| {
         let other = nominal.with_parameters(weighing(mass_kg)).unwrap();
-        // A hover it is: nothing moves with the sticks where it says.
+        // The state is a hover: the derivative is zero with these sticks.
         let change = other.derivative(other.hover(), &other.hover_sticks(), Vector::ZERO);
         assert!(change.velocity_mps2.norm() < 1e-8 && change.rate_radps2.norm() < 1e-8);
         other.hover_sticks().collective
@@ -115,7 +115,7 @@ fn a_load_dropped_in_flight_is_flown_with_less_collective() {
 
 #[test]
 fn the_ground_carries_a_part_of_the_weight() {
-    // The skids stand 0.38 m below the centre of gravity.
+    // The skids are 0.38 m below the centre of gravity.
     let [near, far] = [0.6, 20.0].map(|height_m| climb_mps(vehicle(height_m), 0.5));
     println!("climb after half a second at 0.6 m and at 20 m: {near:.3} {far:.1e} m/s");
     assert!(near > 0.1 && far.abs() < 1e-3);
@@ -132,7 +132,7 @@ fn a_jammed_servo_stays_where_it_is() {
     assert_abs_diff_eq!(vehicle.servos().pedal, 0.3, epsilon = 0.01);
 }
 
-/// The gyro stands before the tail's servo: with that jammed nothing damps the heading but the air.
+/// The gyro acts through the tail's servo: with a jammed servo only the air damps the heading.
 #[test]
 fn a_jammed_tail_has_no_gyro() {
     let turned_rad = |jams: bool| {

@@ -1,5 +1,4 @@
-//! How late the estimator's solution is against the motion, measured where the truth is known: what the design's
-//! default counts for it.
+//! Lag of the estimator's solution behind the true motion, measured for the default of the design.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver};
@@ -12,11 +11,11 @@ use hovernav_log::Truth;
 use hovernav_model::shipped;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
 
-/// What the loops are fed, in the order p, q, r, phi, theta, psi, u, v, w.
+/// Measurements of the loops, in the order p, q, r, phi, theta, psi, u, v, w.
 const NAMES: [&str; 9] = ["p", "q", "r", "phi", "theta", "psi", "u", "v", "w"];
 
-/// A gusty hover on which the autopilot flies 3-2-1-1 on every stick. It flies by the truth: flown by the estimate,
-/// the vehicle would follow the estimate's errors, and what it follows late would look like a lag.
+/// A gusty hover in which the autopilot flies 3-2-1-1 inputs on every stick, with the truth as feedback. With the
+/// estimate as feedback the vehicle would follow the estimate's errors, which would look like a lag.
 fn flight(seed: u64) -> (Flight, FlightConfig) {
     let (design, model) = (HoverDesign::default(), shipped::raptor60());
     let autopilot = HoverConfig::new(design.period_s, design.synthesise(&model).unwrap());
@@ -37,7 +36,7 @@ fn flight(seed: u64) -> (Flight, FlightConfig) {
     (flight, config)
 }
 
-/// What the controller was given at each sample: the estimate without its steps.
+/// Solution for the controller at each sample: the estimate without its steps.
 fn flown(flight: &Flight, config: &FlightConfig) -> Vec<Option<Solution>> {
     let mut estimator: Estimator<Full, 28> = Estimator::new(config.settings().unwrap());
     let mut stepless = SteplessSolution::default();
@@ -67,10 +66,10 @@ fn estimated(of: &Solution) -> [f64; 9] {
     [p, q, r, angles.roll_rad, angles.pitch_rad, angles.yaw_rad, u, v, w]
 }
 
-/// How late each quantity of the solution is, s: with s(t) the truth, the τ for which s − τ ds/dt is nearest to the
-/// estimate. Errors that do not go with the motion, a GPS's wander or a bias, average out.
+/// Lag of each quantity of the solution, s: the τ for which s − τ ds/dt of the truth s(t) is nearest to the estimate.
+/// Errors uncorrelated with the motion, such as GPS drift or a bias, average out.
 fn lags_s(seeds: std::ops::RangeInclusive<u64>) -> [f64; 9] {
-    /// Samples over which the mean is taken out of truth and error, some 3 s: what is slower is no lag.
+    /// Number of samples, about 3 s, over which the mean of truth and error is removed: slower differences are not lag.
     const WINDOW: usize = 99;
     let (mut product, mut square) = ([0.0; 9], [0.0; 9]);
     for seed in seeds {
@@ -123,6 +122,7 @@ fn the_design_counts_for_the_estimator_what_it_is_late_by() {
         assert_abs_diff_eq!(found, attitude_s, epsilon = 2e-3);
     }
     assert_abs_diff_eq!(w, velocity_s, epsilon = 3e-3);
-    // Attitude errors move horizontal velocities as slowly as manoeuvres do: these are known to some 15 ms.
+    // Attitude errors change horizontal velocities as slowly as manoeuvres do, so their lags are accurate to about 15
+    // ms only.
     assert!([u, v].iter().all(|found| found.abs() < 40e-3), "{u} {v}");
 }

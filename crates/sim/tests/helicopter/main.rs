@@ -1,4 +1,4 @@
-//! The simulated helicopter: its airframe, its engine, and how late the estimator follows it.
+//! The simulated helicopter: its airframe, its engine, and the lag of the estimator.
 
 mod airframe;
 mod estimator_lag;

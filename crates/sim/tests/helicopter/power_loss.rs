@@ -1,4 +1,4 @@
-//! What becomes of a helicopter whose engine stops.
+//! Behaviour of the helicopter after an engine failure.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
@@ -19,7 +19,7 @@ fn induced_mps(parameters: &HelicopterParameters) -> f64 {
     (weight_n / (2.0 * parameters.air_density_kgpm3 * area_m2)).sqrt()
 }
 
-/// A calm flight on the truth from 400 m whose engine stops at 20 s; `more` happens at the same time.
+/// A calm flight from 400 m with the truth as feedback, whose engine stops at 20 s; `more` happens at the same time.
 fn flight(more: &[FlightEvent]) -> Flight {
     let design = HoverDesign::default();
     let gains = design.synthesise(&shipped::raptor60()).unwrap();
@@ -40,8 +40,8 @@ fn sink_mps(flight: &Flight, at_s: f64) -> f64 {
     at.map_or(f64::NAN, |sample| sample.truth.velocity_mps.z())
 }
 
-/// Rotor speed and sink rate of a level fall with the collective at `collective`, after `seconds`, and the
-/// torque there.
+/// Rotor speed and sink rate of a level descent after `seconds` with the collective at `collective`, and the rotor
+/// torque.
 fn fall(collective: f64, seconds: f64) -> (f64, f64, f64) {
     let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
     let sticks = Sticks { collective, ..Sticks::NEUTRAL };
@@ -69,16 +69,16 @@ fn with_the_collective_down_it_autorotates_as_rotors_do() {
         "rotor at {:.0} %, sink {sink_mps:.2} m/s, {share:.2} induced velocities",
         100.0 * speed
     );
-    // 1.79 where the force on the rotor is 1.25 times its disc under the dynamic pressure, as it is on autogiros:
-    // Leishman (2006), equations 12.7 to 12.11, after Harris (2003).
+    // 1.79 for a rotor force of 1.25 times its disc under the dynamic pressure, as on autogyros: Leishman (2006),
+    // equations 12.7 to 12.11, after Harris (2003).
     assert!((1.6..2.1).contains(&share), "{share}");
     assert!((0.6..1.1).contains(&speed) && torque_nm.abs() < 1e-3, "{speed} {torque_nm}");
 }
 
 #[test]
 fn the_power_of_the_fall_is_what_the_air_takes() {
-    // In a steady fall nothing stores energy: weight times sink rate heats the air. Of it the blades' drag
-    // takes what the rotor's torque without lift would be.
+    // In a steady descent no energy is stored: weight times sink rate heats the air. The blades' drag takes as much of
+    // it as the rotor's torque without lift.
     let helicopter = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
     let parameters = helicopter.parameters();
     let (speed, sink_mps, _) = fall(-1.0, 20.0);
