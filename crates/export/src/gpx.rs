@@ -10,7 +10,7 @@ use hovernav::ekf::Solution;
 use crate::text::{Escaped, Thinning, xml_date};
 use crate::{ExportError, Out, Sink};
 
-/// GPX is written by receivers, once to five times a second, and read by programs made for that, s.
+/// Interval of the points, s: receivers write GPX once to five times a second, and programs expect that.
 const INTERVAL_S: f64 = 0.2;
 
 pub struct Gpx<'w> {

@@ -12,11 +12,11 @@ use hovernav::time::Time;
 use crate::text::{Escaped, Thinning, xml_date};
 use crate::{ExportError, Out, Sink};
 
-/// Google Earth shows no more of a track than this many a second, s.
+/// Interval of the points, s: Google Earth shows no more than that.
 const INTERVAL_S: f64 = 0.2;
 
-/// What a point of the track has. Times, places and attitudes stand in the file one after the other, so
-/// that they wait for its end.
+/// A point of the track. The file has all times, then all positions, then all attitudes, so the points are stored until
+/// its end.
 struct Point {
     time: Time,
     position: Geodetic,
@@ -43,7 +43,7 @@ impl<'w> Kml<'w> {
             out,
             "<Style id=\"track\"><LineStyle><color>ffb27200</color><width>3</width></LineStyle></Style>"
         )?;
-        // Ellipsoidal heights taken for heights above the sea lie by the geoid's height off the ground.
+        // Ellipsoidal heights shown as heights above the sea are off the ground by the height of the geoid.
         writeln!(
             out,
             "<Placemark><name>{name}</name><description>Heights are above the ellipsoid.</description>"

@@ -19,7 +19,7 @@ use hovernav::time::Time;
 
 pub use mcap_file::LAYOUT;
 
-/// A format that solutions are written in.
+/// A format of exported solutions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ExportFormat {
     /// Apache Parquet: the columns of `solution.csv`.
@@ -39,11 +39,11 @@ pub enum ExportFormat {
 }
 
 impl ExportFormat {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 7] =
         [Self::Parquet, Self::Kml, Self::Gpx, Self::Pos, Self::Tum, Self::Euroc, Self::Mcap];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -57,10 +57,10 @@ impl ExportFormat {
         }
     }
 
-    /// The file beside `solution.csv`.
+    /// Name of the file next to `solution.csv`.
     #[must_use]
     pub fn file_name(self) -> String {
-        // A second file of the same ending must not take the place of the solution.
+        // The name must differ from that of the solution.
         let ending = if self == Self::Euroc { "euroc.csv" } else { self.name() };
         format!("solution.{ending}")
     }
@@ -76,46 +76,45 @@ impl FromStr for ExportFormat {
     }
 }
 
-/// Why a solution was not written.
+/// Why a solution was not exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The file system or a pipe refused.
+    /// The file system or a pipe reported an error.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The format cannot hold a time before its clock began.
+    /// The time is before the start of the format's clock.
     #[error("found a time of {0} s, expected none before 0, where the format's clock begins")]
     BeforeZero(f64),
     /// The format is not in this build.
     #[error("{} is not in this build, which lacks the feature `{}`", .0.name(), .0.name())]
     LeftOut(ExportFormat),
-    /// The library that writes the format refused.
+    /// The library that writes the format reported an error.
     #[error("{0}")]
     Library(String),
 }
 
-/// Where a file goes.
+/// Destination of a file.
 type Out<'w> = Box<dyn Write + Send + 'w>;
 
-/// A file of one format in the making.
+/// A file of one format being written.
 trait Sink {
-    /// Adds a solution, later than the one before.
+    /// Adds a solution with a later time than the previous one.
     fn push(&mut self, solution: &Solution) -> Result<(), ExportError>;
     /// Ends the file.
     fn finish(self: Box<Self>) -> Result<(), ExportError>;
 }
 
-/// A solution on its way to a file, moment by moment: no more than a stretch of it is in memory, of KML
-/// the places of five moments a second.
+/// Export of solutions to a file, one at a time, with bounded memory; KML stores the points of five solutions a second.
 pub struct Export<'w> {
     sink: Box<dyn Sink + 'w>,
-    /// What is added to the times, ns.
+    /// Offset of the times, ns.
     later_ns: i64,
 }
 
 impl<'w> Export<'w> {
-    /// Begins a file of this `format`, called `name` where the format has a place for it. Formats that date their
-    /// moments take `utc_at_zero_ns` for the time, ns since the start of 1970 UTC, at which the solutions' clock
-    /// reads zero: 0 of a clock that counts from then itself, or of which it is not known.
+    /// Begins a file of this `format`, titled `name` if the format has a title. Formats with dates use
+    /// `utc_at_zero_ns`, the time in ns since the start of 1970 UTC at which the solutions' clock reads zero. It is 0
+    /// for a clock that counts from then, or if unknown.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -138,7 +137,7 @@ impl<'w> Export<'w> {
             ExportFormat::Euroc => Box::new(trajectory::Euroc::new(out)?),
             ExportFormat::Mcap => Box::new(mcap_file::Mcap::new(out)?),
         };
-        // The others have the log's own clock, which what they are compared with has, too.
+        // The others keep the log's own clock, as do the data they are compared with.
         let is_dated = matches!(
             format,
             ExportFormat::Kml | ExportFormat::Gpx | ExportFormat::Pos | ExportFormat::Mcap
@@ -146,7 +145,7 @@ impl<'w> Export<'w> {
         Ok(Self { sink, later_ns: if is_dated { utc_at_zero_ns } else { 0 } })
     }
 
-    /// Adds a solution, later than the one before.
+    /// Adds a solution with a later time than the previous one.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -158,7 +157,7 @@ impl<'w> Export<'w> {
     /// Ends the file.
     ///
     /// # Errors
-    /// [`ExportError`]; of MCAP also where there was no solution.
+    /// [`ExportError`]; for MCAP also without solutions.
     pub fn finish(self) -> Result<(), ExportError> {
         self.sink.finish()
     }

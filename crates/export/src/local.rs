@@ -1,4 +1,4 @@
-//! Solutions in east, north and up from the first, the body's axes forward, left and up.
+//! Solutions in east, north and up from the first solution, with body axes forward, left and up.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
@@ -21,13 +21,13 @@ pub fn flu(body: Vector<Body>) -> [f64; 3] {
     [body.x(), -body.y(), -body.z()]
 }
 
-/// The attitude from forward, left, up to east, north, up as x, y, z, w, w not negative.
+/// The attitude from forward, left, up to east, north, up as a quaternion x, y, z, w with w ≥ 0.
 pub fn flu_to_enu(body_to_ned: Rotation<Body, Ned>) -> [f64; 4] {
     let quaternion = ENU_FROM_NED * body_to_ned.quaternion() * FRD_FROM_FLU;
     (if quaternion.w < 0.0 { -quaternion } else { quaternion }).to_array()
 }
 
-/// East, north and up from `origin`, m.
+/// Position relative to `origin`, m, east, north and up.
 pub fn position_m(solution: &Solution, origin: &Geodetic) -> [f64; 3] {
     enu(solution.position.local_ned_m(origin))
 }

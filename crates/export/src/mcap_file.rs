@@ -16,10 +16,10 @@ use crate::local::{enu, flu_to_enu, position_m};
 use crate::text::Thinning;
 use crate::{ExportError, Out, Sink, schemas};
 
-/// A layout for Foxglove that shows the file: map, attitude in three dimensions, plots.
+/// A Foxglove layout for the file: map, attitude in three dimensions, plots.
 pub const LAYOUT: &str = include_str!("foxglove-layout.json");
 
-/// Messages are text: this many a second draw every motion of a vehicle, s.
+/// Interval of the messages, s: fast enough for the motion of any vehicle, while the messages are text.
 const INTERVAL_S: f64 = 0.02;
 
 impl From<McapError> for ExportError {
@@ -43,7 +43,7 @@ pub struct Mcap<'w> {
     file: mcap::Writer<NoSeek<Out<'w>>>,
     channels: Channels,
     thinning: Thinning,
-    /// Where the first solution was.
+    /// Position of the first solution.
     origin: Option<Geodetic>,
     sequence: u32,
 }

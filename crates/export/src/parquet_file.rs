@@ -14,7 +14,7 @@ use parquet::schema::types::Type;
 
 use crate::{ExportError, Out, Sink};
 
-/// Rows of one group, so that memory stays bounded.
+/// Number of rows in a group, which bounds the memory.
 const ROWS: usize = 65_536;
 
 impl From<ParquetError> for ExportError {
@@ -25,7 +25,7 @@ impl From<ParquetError> for ExportError {
 
 pub struct Parquet<'w> {
     file: SerializedFileWriter<Out<'w>>,
-    /// The group in the making, column by column.
+    /// The current group, column by column.
     columns: Vec<Vec<f64>>,
 }
 
@@ -46,7 +46,7 @@ impl<'w> Parquet<'w> {
         self.columns.first().map_or(0, Vec::len)
     }
 
-    /// Writes the group, and begins the next.
+    /// Writes the current group, and begins the next.
     fn end_group(&mut self) -> Result<(), ParquetError> {
         let mut group = self.file.next_row_group()?;
         for column in &mut self.columns {

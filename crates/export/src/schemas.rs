@@ -1,4 +1,4 @@
-//! The messages of the MCAP file as JSON schemas: Foxglove's by their names and fields, and our own.
+//! JSON schemas of the messages in the MCAP file: Foxglove's, by their names and fields, and our own.
 //!
 //! # Source
 //! Foxglove's well-known message schemas: `foxglove.LocationFix`, `foxglove.FrameTransform`,
@@ -53,7 +53,7 @@ pub fn frame_transform() -> Value {
     }))
 }
 
-/// One number a column.
+/// A message with one number for each column.
 pub fn solution(columns: &[&str]) -> Value {
     numbers(columns)
 }

@@ -1,4 +1,4 @@
-//! Text and calendar time of the formats that have them.
+//! Text and calendar time for the formats that contain them.
 
 use std::fmt;
 
@@ -6,20 +6,20 @@ use chrono::{DateTime, SecondsFormat, Utc};
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
 
-/// The moment as a date: time since the start of 1970.
+/// A time since the start of 1970 as a date.
 pub fn date(time: Time) -> DateTime<Utc> {
     DateTime::from_timestamp_nanos(time.nanoseconds())
 }
 
-/// The moment as XML writes it, to the nearest millisecond.
+/// A time in the form of XML, to the nearest millisecond.
 pub fn xml_date(time: Time) -> String {
-    // The formatter cuts what it does not show.
+    // The formatter truncates further digits.
     const HALF_A_MILLISECOND: i64 = 500_000;
     let rounded = time.nanoseconds().saturating_add(HALF_A_MILLISECOND);
     date(Time::from_nanoseconds(rounded)).to_rfc3339_opts(SecondsFormat::Millis, true)
 }
 
-/// Text as XML shows it; what XML cannot hold is left out.
+/// Text escaped for XML; characters that XML cannot represent are left out.
 pub struct Escaped<'a>(pub &'a str);
 
 impl fmt::Display for Escaped<'_> {
@@ -40,7 +40,7 @@ impl fmt::Display for Escaped<'_> {
     }
 }
 
-/// Solutions at least an interval apart, and the last.
+/// Selection of solutions at least an interval apart, and the last one.
 pub struct Thinning {
     interval_s: f64,
     last: Option<Time>,
@@ -52,7 +52,7 @@ impl Thinning {
         Self { interval_s, last: None, passed_over: None }
     }
 
-    /// Whether `solution` is one of them.
+    /// Whether `solution` is selected.
     pub fn takes(&mut self, solution: &Solution) -> bool {
         let is_due = self.last.is_none_or(|last| solution.time - last >= self.interval_s);
         if is_due {
@@ -62,7 +62,7 @@ impl Thinning {
         is_due
     }
 
-    /// The last, unless it was taken.
+    /// The last solution, unless it was selected.
     pub fn rest(&mut self) -> Option<Solution> {
         self.passed_over.take()
     }

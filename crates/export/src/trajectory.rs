@@ -16,7 +16,7 @@ use crate::{ExportError, Out, Sink};
 /// TUM's trajectory.
 pub struct Tum<'w> {
     out: Out<'w>,
-    /// Where the first solution was.
+    /// Position of the first solution.
     origin: Option<Geodetic>,
 }
 
@@ -25,7 +25,7 @@ impl<'w> Tum<'w> {
         Self { out, origin: None }
     }
 
-    /// The head of the file, which says where its metres count from.
+    /// Writes the head of the file, with the origin of its metres.
     fn begin(&mut self, origin: Geodetic) -> Result<Geodetic, ExportError> {
         writeln!(
             self.out,
@@ -59,13 +59,13 @@ impl Sink for Tum<'_> {
 /// EuRoC's ground truth.
 pub struct Euroc<'w> {
     out: Out<'w>,
-    /// Where the first solution was.
+    /// Position of the first solution.
     origin: Option<Geodetic>,
 }
 
 impl<'w> Euroc<'w> {
     pub fn new(mut out: Out<'w>) -> Result<Self, ExportError> {
-        // Its readers expect one line of heads, and know no other remark.
+        // Its readers expect one header line and no other comments.
         writeln!(
             out,
             "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],\

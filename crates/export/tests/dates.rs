@@ -1,4 +1,4 @@
-//! What dates its moments dates them by the calendar, and the rest keeps the log's own clock.
+//! Formats with dates contain calendar time, and the others keep the log's own clock.
 
 use std::io::Write;
 use std::sync::{Arc, Mutex};
@@ -7,7 +7,7 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_export::{Export, ExportFormat};
 
-/// Bytes that are looked at after the export has ended.
+/// Output bytes that are read after the export has ended.
 #[derive(Clone, Default)]
 struct Shared(Arc<Mutex<Vec<u8>>>);
 

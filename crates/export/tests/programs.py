@@ -1,5 +1,5 @@
-"""Checks the exports in the directory given with the programs that people read them with: the schemas of
-KML and GPX, evo, the reader of MCAP. Says what it found, a line each; an assertion that fails is an error."""
+"""Checks the exports in a directory with the programs that read them: the schemas of KML and GPX, evo, the reader of
+MCAP. Prints one line for each; a failed assertion is an error."""
 
 import json
 import sys

@@ -1,6 +1,6 @@
-//! What is written is read by the programs that it is for: schemas of KML and GPX, evo, MCAP's reader.
+//! Exports are read by the programs for which they are made: schemas of KML and GPX, evo, MCAP's reader.
 //!
-//! They come from the Python package index. Where they cannot be had, the test says so and is skipped.
+//! These come from the Python package index. If they are not available, the test reports that and is skipped.
 
 use std::fs::{self, File};
 use std::io::BufWriter;

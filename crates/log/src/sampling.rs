@@ -1,8 +1,8 @@
-//! How often an inertial unit has to be sampled to navigate by it.
+//! Sample rates that inertial navigation requires.
 
 use hovernav::imu::Motion;
 
-/// How many inertial samples a second there have to be, by what a sample is.
+/// Required sample rates, by the form of the samples.
 ///
 /// # Example
 /// ```
@@ -12,24 +12,24 @@ use hovernav::imu::Motion;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRates {
-    /// A log of fewer is refused, Hz.
+    /// Rate below which a log is rejected, Hz.
     pub least_hz: f64,
-    /// The solution of fewer is poor, and a warning says so, Hz.
+    /// Rate below which the solution is poor and a warning is given, Hz.
     pub poor_hz: f64,
 }
 
 impl SampleRates {
-    /// Of angular rates and specific forces, which lose what happens between two samples. A small helicopter rolls
-    /// and pitches at up to 3 Hz, and six samples a cycle integrate that to a tenth: every second sample of a unit
-    /// of 33 Hz is too few. Eight do to a twentieth, which is what slow autopilots log at 25 Hz, a clock that runs
-    /// fast included.
+    /// For angular rates and specific forces, which lose the motion between two samples. A small helicopter rolls and
+    /// pitches at up to 3 Hz. Six samples a cycle integrate that with an error of a tenth, so every second sample of a
+    /// 33 Hz unit is too few. Eight samples a cycle give a twentieth, which is the 25 Hz of slow autopilot logs with a
+    /// fast clock.
     pub const RATES: Self = Self { least_hz: 18.0, poor_hz: 24.0 };
-    /// Of increments of angle and velocity, which hold all that happened since the sample before, but for coning
-    /// and sculling within it. Two and a half samples have to fit within the quarter of a second above which the
-    /// filter takes an interval for a gap, so that one may be lost without a word.
+    /// For increments of angle and velocity, which contain all motion since the previous sample, except coning and
+    /// sculling. Two and a half samples have to fit within the filter's gap limit of a quarter of a second, so that one
+    /// sample may be lost.
     pub const INCREMENTS: Self = Self { least_hz: 10.0, poor_hz: 24.0 };
 
-    /// Those for samples that are of the form of `motion`.
+    /// Required rates for samples in the form of `motion`.
     #[must_use]
     pub const fn of(motion: &Motion) -> Self {
         match motion {

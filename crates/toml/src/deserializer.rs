@@ -1,4 +1,4 @@
-//! From a parsed TOML value to a type, with the place of an error and the keys that nothing knows.
+//! Conversion of a parsed TOML value to a type, with the path of an error and the unknown keys.
 
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error as _, Expected, MapAccess, SeqAccess,
@@ -10,7 +10,7 @@ use toml::map::Iter;
 
 use crate::{ValueError, words};
 
-/// A step from a value to one inside it.
+/// A step from a value to a value inside it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Key(String),
@@ -33,7 +33,7 @@ impl serde::de::Error for ValueError {
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
         let expected = words::expected(expected);
-        Self::custom(format_args!("found {length} of them, expected {expected}"))
+        Self::custom(format_args!("found {length} elements, expected {expected}"))
     }
 
     fn unknown_variant(found: &str, expected: &'static [&'static str]) -> Self {
@@ -41,7 +41,7 @@ impl serde::de::Error for ValueError {
         Self::custom(format_args!("found \"{found}\", expected {expected}"))
     }
 
-    /// Its key is added where it is read.
+    /// The caller that reads the key adds it to the error.
     fn unknown_field(_key: &str, expected: &'static [&'static str]) -> Self {
         Self::custom(format_args!("no such key, expected {}", words::one_of(expected)))
     }
@@ -58,11 +58,11 @@ impl ValueError {
     }
 }
 
-/// Hands a value to a visitor. Tables alone are structures and maps, and arrays alone sequences, so
-/// that each type is compiled for one kind of access.
+/// Passes a value to a visitor. Only tables become structures and maps, and only arrays become sequences, so that each
+/// type is compiled for one kind of access.
 pub(crate) struct ValueDeserializer<'a> {
     value: &'a Value,
-    /// The keys that lead to the value, joined by dots.
+    /// The keys of the path to the value, joined by dots.
     path: String,
     unknown: &'a mut Vec<String>,
 }
@@ -198,7 +198,7 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
 /// The entries of a table.
 struct Entries<'a> {
     rest: Iter<'a, String, Value>,
-    /// Of the key just handed out.
+    /// Value of the key that was just returned.
     value: Option<(&'a String, &'a Value)>,
     path: String,
     unknown: &'a mut Vec<String>,
@@ -216,7 +216,7 @@ impl<'a> Entries<'a> {
         Ok(ValueDeserializer { value, path, unknown: self.unknown })
     }
 
-    /// `error` as that of the entry just handed out.
+    /// `error` with the path of the entry that was just returned.
     fn inside(&self, error: ValueError) -> ValueError {
         match self.value {
             Some((key, _)) => error.inside(Place::Key(key.clone())),
@@ -307,7 +307,7 @@ impl<'de> SeqAccess<'de> for Elements<'_> {
     }
 }
 
-/// A variant of an enumeration: a string without content, or the only key of a table with it.
+/// A variant of an enumeration: a string without content, or a table with the variant as its only key.
 struct Variant<'a> {
     name: &'a String,
     content: Option<&'a Value>,
@@ -328,7 +328,7 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
 }
 
 impl<'a> Variant<'a> {
-    /// Gives `read` the content.
+    /// Passes the content to `read`.
     fn content<T>(
         self,
         read: impl FnOnce(ValueDeserializer<'a>) -> Result<T, ValueError>,

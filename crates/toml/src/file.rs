@@ -1,14 +1,14 @@
-//! Whole files in memory, if they are files and not too large.
+//! Bounded reading of regular files.
 
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// The bytes of the regular file `path`, at most `most` of them.
+/// Reads the regular file `path`, at most `most` bytes.
 ///
 /// # Errors
-/// Those of the file system; a pipe or a device, for which one could wait without end; a file of more
-/// than `most` bytes, also where it grows while it is read.
+/// Errors of the file system. A pipe or a device, which could block forever. A file of more than `most` bytes, even if
+/// it grows only while it is read.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open_file(path, most)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len() as usize);
@@ -16,10 +16,10 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
 }
 
-/// The regular file `path` of at most `most` bytes, to be read.
+/// Opens the regular file `path` of at most `most` bytes for reading.
 ///
 /// # Errors
-/// Those of the file system; a pipe or a device; a file of more than `most` bytes.
+/// Errors of the file system; a pipe or a device; a file of more than `most` bytes.
 pub fn open_file(path: &Path, most: u64) -> io::Result<File> {
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {

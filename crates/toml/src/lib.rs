@@ -20,51 +20,51 @@ use recording::Recording;
 pub use file::{open_file, read_bytes};
 pub use whole_file::{WholeFile, copy_whole, write_whole};
 
-/// Set-up files are short: no larger file is one, bytes.
+/// Largest size of a set-up file, bytes.
 const LONGEST_TEXT: u64 = 16 << 20;
 
-/// Why a TOML file is refused: one line that names the file and the place in it.
+/// Why a TOML file is rejected: one line with the file and the line in it.
 #[derive(Debug, thiserror::Error)]
 pub enum TomlError {
-    /// The file system refused.
+    /// The operating system reported an error.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The text is not TOML, or a value is not of its key's kind or range.
+    /// The text is not TOML, or a value has the wrong kind or is out of range.
     #[error("{}:{line}: {reason}", path.display())]
     Text {
         /// The file.
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What was found and expected, on one line.
+        /// Found and expected values, on one line.
         reason: String,
     },
 }
 
 impl TomlError {
-    /// The error of `text`, the contents of the file `path`, at the byte `offset`.
+    /// Error in `text`, the contents of the file `path`, at the byte `offset`.
     #[must_use]
     pub fn at(path: &Path, text: &str, offset: usize, reason: &str) -> Self {
         let line = 1 + text.bytes().take(offset).filter(|&byte| byte == b'\n').count();
         Self::Text { path: path.to_path_buf(), line, reason: reason.replace('\n', ", ") }
     }
 
-    /// The error of [`toml`]'s own parser on `text`, the contents of the file `path`.
+    /// Error of [`toml`]'s own parser in `text`, the contents of the file `path`.
     #[must_use]
     pub fn of(path: &Path, text: &str, error: &toml::de::Error) -> Self {
         Self::at(path, text, error.span().map_or(0, |span| span.start), error.message())
     }
 }
 
-/// The text of the file `path`, past a byte order mark.
+/// Reads the text of the file `path`, without a byte order mark.
 ///
 /// # Errors
-/// [`TomlError::Io`], and [`TomlError::Text`] where it is not UTF-8.
+/// [`TomlError::Io`], and [`TomlError::Text`] if it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, TomlError> {
     let bytes = read_bytes(path, LONGEST_TEXT)
         .map_err(|source| TomlError::Io { path: path.to_path_buf(), source })?;
@@ -79,7 +79,7 @@ pub fn read_text(path: &Path) -> Result<String, TomlError> {
     Ok(text)
 }
 
-/// What the file `path` spells, and the keys in it that nothing knows.
+/// Reads the value in the file `path`, and the unknown keys in it.
 ///
 /// # Errors
 /// As [`read_text`] and [`parse`].
@@ -87,28 +87,28 @@ pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(T, Vec<String>), TomlEr
     parse(&read_text(path)?, path)
 }
 
-/// What `text` spells, and the keys in it that nothing knows, as in `gps.latency`; `path` names it in
-/// messages. A date is given to its key's type as text.
+/// Parses the value in `text`, with its unknown keys in the form `gps.latency`; `path` names it in messages. A date
+/// reaches its key's type as text.
 ///
 /// # Errors
-/// [`TomlError::Text`] where the text is not TOML, or a value is not of its key's kind or range.
+/// [`TomlError::Text`] if the text is not TOML, or a value has the wrong kind or is out of range.
 pub fn parse<T: DeserializeOwned>(text: &str, path: &Path) -> Result<(T, Vec<String>), TomlError> {
     let table = parse_table(text, path)?;
     from_table(table).map_err(|error| error.in_text(text, path))
 }
 
-/// The table that `text` spells; `path` names it in messages.
+/// Parses the table in `text`; `path` names it in messages.
 ///
 /// # Errors
-/// [`TomlError::Text`] where the text is not TOML.
+/// [`TomlError::Text`] if the text is not TOML.
 pub fn parse_table(text: &str, path: &Path) -> Result<Table, TomlError> {
     text.parse().map_err(|error| TomlError::of(path, text, &error))
 }
 
-/// What `table` spells, and the keys in it that nothing knows.
+/// Converts `table` to a value, with its unknown keys.
 ///
 /// # Errors
-/// [`ValueError`] where a value is not of its key's kind or range.
+/// [`ValueError`] if a value has the wrong kind or is out of range.
 pub fn from_table<T: DeserializeOwned>(table: Table) -> Result<(T, Vec<String>), ValueError> {
     let mut unknown = Vec::new();
     let value = toml::Value::Table(table);
@@ -119,7 +119,7 @@ pub fn from_table<T: DeserializeOwned>(table: Table) -> Result<(T, Vec<String>),
 /// `value` as a TOML document.
 ///
 /// # Errors
-/// A value that TOML has no form for, such as a list with `None` in it.
+/// A value that TOML cannot represent, such as a list with `None` in it.
 pub fn to_string<T: Serialize + ?Sized>(value: &T) -> Result<String, toml::ser::Error> {
     toml::to_string(&Recording::of(value)?)
 }
@@ -127,15 +127,15 @@ pub fn to_string<T: Serialize + ?Sized>(value: &T) -> Result<String, toml::ser::
 /// `value` as a TOML value.
 ///
 /// # Errors
-/// As [`to_string`]; also an integer above 2⁶³ − 1, and a map whose keys are no text.
+/// As [`to_string`]; also an integer above 2⁶³ − 1, and a map whose keys are not text.
 pub fn to_value<T: Serialize + ?Sized>(value: &T) -> Result<toml::Value, toml::ser::Error> {
     toml::Value::try_from(Recording::of(value)?)
 }
 
-/// `base` with the keys of `table` put over it, tables key by key and everything else whole.
+/// `base` overridden by `table`: tables key by key, everything else as a whole.
 ///
 /// # Errors
-/// [`ValueError`] as [`from_table`], and for what TOML cannot hold.
+/// [`ValueError`] as in [`from_table`], and for values that TOML cannot represent.
 pub fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: Table) -> Result<T, ValueError> {
     let text = to_string(base).map_err(serde::de::Error::custom)?;
     let mut merged: Table = text.parse().map_err(serde::de::Error::custom)?;
@@ -154,7 +154,7 @@ fn put_over(base: &mut Table, table: Table) {
     }
 }
 
-/// A value that is not of its key's kind or range: its key, what was found and what is expected.
+/// A value of the wrong kind or out of range: its key, with found and expected values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValueError {
     message: String,
@@ -164,20 +164,20 @@ pub struct ValueError {
 impl std::error::Error for ValueError {}
 
 impl ValueError {
-    /// The error of `key`: `reason` says what was found and what is expected.
+    /// Error of `key`; `reason` contains found and expected values.
     #[must_use]
     pub fn of_key(key: &str, reason: &str) -> Self {
         <Self as serde::de::Error>::custom(reason).below(key)
     }
 
-    /// The same error of what stands below `key`.
+    /// The same error of a value below `key`.
     #[must_use]
     pub fn below(mut self, key: &str) -> Self {
         self.place.push(Place::Key(key.to_owned()));
         self
     }
 
-    /// This error with its line in `text`, the contents of the file `path`, which was read into the value.
+    /// The same error with its line in `text`, the contents of the file `path`, from which the value was read.
     #[must_use]
     pub fn in_text(&self, text: &str, path: &Path) -> TomlError {
         TomlError::at(path, text, offset_of(text, &self.place).unwrap_or(0), &self.to_string())
@@ -190,13 +190,13 @@ impl std::fmt::Display for ValueError {
     }
 }
 
-/// The byte of `text` at which the value of `key`, one of the outermost, begins; 0 where there is none.
+/// Byte offset in `text` of the value of the outermost key `key`; 0 without that key.
 #[must_use]
 pub fn offset_of_key(text: &str, key: &str) -> usize {
     offset_of(text, &[Place::Key(key.to_owned())]).unwrap_or(0)
 }
 
-/// Byte of `text` at which the value at `place`, given from the innermost key outward, begins.
+/// Byte offset in `text` of the value at `place`, which begins with the innermost key.
 fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let (mut start, mut value) = (0, &DeValue::Table(document.into_inner()));
@@ -206,7 +206,7 @@ fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
             (DeValue::Array(list), Place::Index(index)) => list.get(*index),
             _ => None,
         };
-        // What is missing is missing from what is around it.
+        // The error of a missing key is at the table around it.
         let Some(next) = next else { break };
         (start, value) = (next.span().start, next.get_ref());
     }

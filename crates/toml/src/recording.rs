@@ -218,7 +218,7 @@ impl Serializer for Recorder {
     }
 }
 
-/// A list in the making.
+/// A list being recorded.
 struct List {
     /// The variant that the list is the content of.
     variant: Option<&'static str>,
@@ -239,7 +239,7 @@ impl List {
     }
 }
 
-/// The traits that hand on the elements of a list differ in their names alone.
+/// The traits for elements of a list differ only in their names.
 macro_rules! list {
     ($($elements:ident: $element:ident),+) => {$(
         impl $elements for List {
@@ -265,7 +265,7 @@ list!(
     SerializeTupleVariant: serialize_field
 );
 
-/// A map in the making.
+/// A map being recorded.
 struct Map {
     /// The last key, whose value comes next.
     key: Recording,
@@ -298,7 +298,7 @@ impl SerializeMap for Map {
     }
 }
 
-/// A structure in the making.
+/// A structure being recorded.
 struct Struct {
     /// The variant that the structure is the content of.
     variant: Option<&'static str>,
@@ -320,7 +320,7 @@ impl Struct {
     }
 }
 
-/// The traits that hand on the fields of a structure differ in their names alone.
+/// The traits for fields of a structure differ only in their names.
 macro_rules! structure {
     ($($structure:ident),+) => {$(
         impl $structure for Struct {

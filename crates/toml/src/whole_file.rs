@@ -1,4 +1,4 @@
-//! Files that appear under their name when they are whole.
+//! Files that get their name only when they are complete.
 
 use std::fs::{File, OpenOptions, Permissions};
 use std::io::{self, Write};
@@ -6,30 +6,30 @@ use std::path::{Path, PathBuf};
 
 use crate::file::open_file;
 
-/// A file in the making. It has another name, its own with `.part` behind it, until [`finish`](Self::finish)
-/// gives it its own; dropped before that, because the disk is full say, it is removed. What stood under
-/// its name before stands there until then, and afterwards where the new one did not become whole.
+/// A file being written. Its name ends in `.part` until [`finish`](Self::finish) gives it its own name. Dropped before,
+/// for example because the disk is full, it is removed. An earlier file with its name stays until then, and remains if
+/// the new one is not completed.
 ///
-/// Where a link stands under the name, the file that it leads to is replaced, not the link. A device or a pipe
-/// cannot be replaced: it is written to as the bytes come.
+/// If the name is a link, the target of the link is replaced, not the link. A device or a pipe cannot be replaced, so
+/// it is written directly.
 #[derive(Debug)]
 pub struct WholeFile {
     file: File,
-    /// Its name until it is whole, and the one it is to have; `None` of a device, and once it has it.
+    /// Temporary and final name; `None` for a device, and after completion.
     names: Option<[PathBuf; 2]>,
 }
 
 impl WholeFile {
     /// Begins the file `path`.
     ///
-    /// # Errors
+    /// Errors of the file system, also if an existing file of this name is not writable.
     /// Those of the file system, also where a file of this name may not be written to.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut permissions: Option<Permissions> = None;
         let mut own = path.to_path_buf();
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => {
-                // Refuses what writing over it would refuse.
+                // Fails where overwriting would fail.
                 OpenOptions::new().write(true).open(path)?;
                 own = path.canonicalize()?;
                 permissions = Some(found.permissions());
@@ -48,10 +48,10 @@ impl WholeFile {
         Ok(whole)
     }
 
-    /// Begins the file `path`, which must not be there.
+    /// Begins the file `path`, which must not exist.
     ///
     /// # Errors
-    /// Those of the file system; [`AlreadyExists`](io::ErrorKind::AlreadyExists).
+    /// Errors of the file system; [`AlreadyExists`](io::ErrorKind::AlreadyExists).
     pub fn create_new(path: &Path) -> io::Result<Self> {
         if path.symlink_metadata().is_ok() {
             return Err(io::ErrorKind::AlreadyExists.into());
@@ -63,15 +63,15 @@ impl WholeFile {
     /// [`finish`](Self::finish)ed.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn handle(&self) -> io::Result<File> {
         self.file.try_clone()
     }
 
-    /// Gives the file its name: all of it is written, and nothing stays in a buffer before it.
+    /// Gives the file its name, after all buffers are written to the disk.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn finish(mut self) -> io::Result<()> {
         if let Some([part, own]) = &self.names {
             std::fs::rename(part, own)?;
@@ -94,26 +94,26 @@ impl Write for WholeFile {
 impl Drop for WholeFile {
     fn drop(&mut self) {
         if let Some([part, _]) = &self.names {
-            // Nothing can be done where even that fails.
+            // A failure here cannot be handled.
             let _ = std::fs::remove_file(part);
         }
     }
 }
 
-/// Writes `bytes` to the file `path`, whole or not at all: as a [`WholeFile`].
+/// Writes `bytes` to the file `path`, completely or not at all: see [`WholeFile`].
 ///
 /// # Errors
-/// Those of the file system.
+/// Errors of the file system.
 pub fn write_whole(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes.as_ref())?;
     file.finish()
 }
 
-/// Copies the regular file `from` to `path`, whole or not at all: as a [`WholeFile`].
+/// Copies the regular file `from` to `path`, completely or not at all: see [`WholeFile`].
 ///
 /// # Errors
-/// Those of the file system; a pipe or a device as `from`.
+/// Errors of the file system; a pipe or a device as `from`.
 pub fn copy_whole(from: &Path, path: &Path) -> io::Result<()> {
     let mut from = open_file(from, u64::MAX)?;
     let mut file = WholeFile::create(path)?;

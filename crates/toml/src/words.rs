@@ -1,16 +1,16 @@
-//! What is wrong with a value, in plain words: no name of a type of Rust's.
+//! Errors of values in plain words, without names of Rust types.
 
 use serde::de::{Expected, Unexpected};
 
 use crate::deserializer::Place;
 
-/// What stands in the file.
+/// Description of the value in the file.
 pub(crate) fn found(what: Unexpected<'_>) -> String {
     match what {
         Unexpected::Str(text) => format!("\"{text}\""),
         Unexpected::Signed(number) => number.to_string(),
         Unexpected::Unsigned(number) => number.to_string(),
-        // Its shortest form: 1e300 has one digit, not 301.
+        // The shortest form: 1e300 instead of 301 digits.
         Unexpected::Float(number) => format!("{number:?}"),
         Unexpected::Bool(is) => is.to_string(),
         Unexpected::Seq => "a list".into(),
@@ -19,7 +19,7 @@ pub(crate) fn found(what: Unexpected<'_>) -> String {
     }
 }
 
-/// What the key takes.
+/// Description of the permitted values.
 pub(crate) fn expected(what: &dyn Expected) -> String {
     let name = what.to_string();
     let whole = |from: &str, to: &str| format!("a whole number from {from} to {to}");
@@ -57,8 +57,8 @@ pub(crate) fn one_of(names: &[&str]) -> String {
     }
 }
 
-/// `message` with the key at `place`, given from the innermost outward, before it. A message that begins with
-/// a key of its own speaks of one below that place.
+/// `message` preceded by the key at `place`, which begins with the innermost key. A message that begins with a key
+/// concerns a key below that place.
 pub(crate) fn sentence(place: &[Place], message: &str) -> String {
     let keys = place.iter().rev().filter_map(|step| match step {
         Place::Key(key) => Some(key.as_str()),

@@ -1,4 +1,4 @@
-//! The Earth's magnetic field by the World Magnetic Model.
+//! The Earth's magnetic field from the World Magnetic Model.
 
 mod coefficients;
 #[cfg(test)]
@@ -8,8 +8,7 @@ use coefficients::{WMM2020, WMM2025};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 
-/// The Earth's main magnetic field at a place and time, without what rock, buildings and the vehicle
-/// add to it.
+/// The Earth's main magnetic field at a position and time, without the fields of rock, buildings and the vehicle.
 ///
 /// ```
 /// use hovernav::earth::Geodetic;
@@ -28,10 +27,10 @@ pub struct MagneticField {
     pub field_gauss: Vector<Ned>,
 }
 
-/// Why the World Magnetic Model says nothing.
+/// Why the World Magnetic Model does not apply.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OutsideModel {
-    /// The time is outside the years it was made for.
+    /// The time is outside the years of the model.
     #[error(
         "found the year {found:.2}, expected 2020.0 to 2030.0, where the World Magnetic Model holds"
     )]
@@ -39,23 +38,22 @@ pub enum OutsideModel {
         /// The decimal year.
         found: f64,
     },
-    /// The place is too deep or too high.
+    /// The position is too deep or too high.
     #[error(
         "found {found} m, expected the World Magnetic Model's -1 km to 850 km above the ellipsoid"
     )]
     Height {
-        /// Above the ellipsoid, m.
+        /// Height above the ellipsoid, m.
         found: f64,
     },
 }
 
 impl MagneticField {
-    /// The field at `place` in the year `decimal_year`, which counts parts of a year behind the
-    /// point: see [`decimal_year`]. Held by the model of 2020 before 2025.0 and by that of 2025 after.
+    /// The field at `place` in the year `decimal_year`, with the part of the year after the decimal point: see
+    /// [`decimal_year`]. The model of 2020 applies before 2025.0, that of 2025 from then on.
     ///
-    /// Its one-sigma errors, most of them of magnetic rock, are about 0.0014 gauss in strength, 0.2°
-    /// in inclination, and in declination 0.26° and 0.05° over the horizontal field in gauss, squared
-    /// and added.
+    /// One-sigma errors, mostly from magnetic rock: strength 0.0014 gauss, inclination 0.2°. Declination: the root of
+    /// the sum of squares of 0.26° and of 0.05° divided by the horizontal field in gauss.
     ///
     /// # Errors
     /// [`OutsideModel`] before 2020.0, from 2030.0 on, below −1 km or above 850 km.
@@ -76,7 +74,7 @@ impl MagneticField {
         Ok(Self { field_gauss: model.field_nt(place, decimal_year) * GAUSS_PER_NANOTESLA })
     }
 
-    /// From true to magnetic north, east positive, rad in (−π, π].
+    /// Angle from true to magnetic north, east positive, rad in (−π, π].
     ///
     /// # Source
     /// Equation (E11) of docs/equations.md.
@@ -85,27 +83,26 @@ impl MagneticField {
         libm::atan2(self.field_gauss.y(), self.field_gauss.x())
     }
 
-    /// From the horizontal down to the field, the dip, rad in −π/2 to π/2.
+    /// Dip: angle from the horizontal down to the field, rad in −π/2 to π/2.
     #[must_use]
     pub fn inclination_rad(&self) -> f64 {
         libm::atan2(self.field_gauss.z(), self.horizontal_gauss())
     }
 
-    /// The length of the field, gauss.
+    /// Strength of the field, gauss.
     #[must_use]
     pub fn strength_gauss(&self) -> f64 {
         self.field_gauss.norm()
     }
 
-    /// The length of its horizontal part, gauss: a compass is of no use where that is below 0.02.
+    /// Strength of its horizontal part, gauss; below 0.02 a compass is useless.
     #[must_use]
     pub fn horizontal_gauss(&self) -> f64 {
         libm::hypot(self.field_gauss.x(), self.field_gauss.y())
     }
 }
 
-/// The start of a day as a decimal year: 2025.0 is the start of 1 January 2025. `month` counts from 1
-/// to 12 and `day` from 1.
+/// Start of a day as a decimal year: 2025.0 is the start of 1 January 2025. `month` is 1 to 12, `day` is from 1.
 #[must_use]
 pub fn decimal_year(year: u16, month: u8, day: u8) -> f64 {
     const BEFORE_MONTH: [u16; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
@@ -116,12 +113,12 @@ pub fn decimal_year(year: u16, month: u8, day: u8) -> f64 {
     f64::from(year) + f64::from(days) / if is_leap { 366.0 } else { 365.0 }
 }
 
-/// Degree and order at which the model ends.
+/// Largest degree and order of the model.
 const DEGREE: usize = 12;
 
-/// Coefficients of spherical harmonics for five years.
+/// Coefficients of spherical harmonics, valid for five years.
 struct Model {
-    /// The decimal year to which the coefficients belong.
+    /// The decimal year of the coefficients.
     epoch: f64,
     /// g, h, nT, and ġ, ḣ, nT a year, by degree n from 1 on and order m from 0 to n.
     coefficients: [[f64; 4]; DEGREE * (DEGREE + 3) / 2],
@@ -139,7 +136,7 @@ impl Model {
         let [radius_m, sin, cos] = geocentric(place);
         let ratio = REFERENCE_RADIUS_M / radius_m;
         let years = decimal_year - self.epoch;
-        // North, east, down of the sphere.
+        // North, east, down in spherical coordinates.
         let [mut north, mut east, mut down] = [0.0; 3];
         let mut diagonal = Legendre { value: 1.0, slope: 0.0, over_cos: 0.0 };
         for order in 0..=DEGREE {
@@ -166,7 +163,7 @@ impl Model {
                 down -= (degree + 1) as f64 * along * now.value;
             }
         }
-        // From the sphere's vertical to the ellipsoid's.
+        // Rotation from the sphere's vertical to the ellipsoid's.
         let (sin_tilt, cos_tilt) = libm::sincos(libm::atan2(sin, cos) - place.latitude_rad);
         Vector::new(north * cos_tilt - down * sin_tilt, east, north * sin_tilt + down * cos_tilt)
     }
@@ -184,14 +181,14 @@ fn geocentric(place: &Geodetic) -> [f64; 3] {
 #[derive(Clone, Copy, Default)]
 struct Legendre {
     value: f64,
-    /// Its derivative by the latitude.
+    /// Derivative by the latitude.
     slope: f64,
-    /// Its value over the cosine of the latitude, finite at the poles; of no meaning at order 0.
+    /// Value divided by the cosine of the latitude, finite at the poles; meaningless at order 0.
     over_cos: f64,
 }
 
 impl Legendre {
-    /// From P(m−1, m−1) to P(m, m).
+    /// P(m, m) from P(m−1, m−1).
     fn next_order(&self, order: usize, sin: f64, cos: f64) -> Self {
         let factor = match order {
             1 => 1.0,
@@ -204,7 +201,7 @@ impl Legendre {
         }
     }
 
-    /// From P(n−1, m), and `before` it P(n−2, m), to P(n, m).
+    /// P(n, m) from P(n−1, m) and from `before`, P(n−2, m).
     ///
     /// # Source
     /// Equation (E13) of docs/equations.md.

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 /// declination, °, inclination, °, and north, east, down and strength, nT.
 type Row = [f64; 10];
 
-/// Every fourth or so of NCEI's test values of the 2025 model, `WMM2025_TestValues.txt`.
+/// About every fourth of NCEI's test values of the 2025 model, `WMM2025_TestValues.txt`.
 #[rustfmt::skip]
 const OF_2025: [Row; 34] = [
     [2025.0, 28.0, 89.0, -121.0, -99.77, 88.47, -255.0, -1482.0, 56194.0, 56214.0],
@@ -45,7 +45,7 @@ const OF_2025: [Row; 34] = [
     [2029.5, 77.0, -18.0, 138.0, 4.45, -47.55, 31751.0, 2472.0, -34817.0, 47186.0],
 ];
 
-/// The test values of the 2020 model's report, `WMM2020testvalues.pdf`.
+/// Test values from the report of the 2020 model, `WMM2020testvalues.pdf`.
 #[rustfmt::skip]
 const OF_2020: [Row; 12] = [
     [2020.0, 0.0, 80.0, 0.0, -1.28, 83.14, 6570.4, -146.3, 54606.0, 55000.1],
@@ -71,7 +71,7 @@ fn at(year: f64, height_km: f64, latitude_deg: f64, longitude_deg: f64) -> Magne
     MagneticField::at(&place, year).unwrap()
 }
 
-/// Checks rows whose field is rounded to `step_nt`.
+/// Compares rows whose field is rounded to `step_nt`.
 fn check(rows: &[Row], step_nt: f64) {
     for row in rows {
         let [year, height_km, latitude_deg, longitude_deg, declination, inclination, ..] = *row;
@@ -137,7 +137,7 @@ fn years_are_cut_into_days() {
 }
 
 proptest! {
-    // A field without sources has no divergence and no curl; both by central differences over 1 km.
+    // A field without sources has neither divergence nor curl; both from central differences over 1 km.
     #[test]
     fn the_field_has_no_sources_above_the_ground(
         latitude_deg in -85.0..85.0f64, longitude_deg in -180.0..180.0f64,
@@ -162,7 +162,7 @@ proptest! {
             let (ahead, behind) = (field(offset_m), field(offset_m.map(|value| -value)));
             std::array::from_fn(|component| (ahead[component] - behind[component]) / (2.0 * STEP_M))
         });
-        // The field changes by some 3e-7 gauss per metre.
+        // The field changes by about 3e-7 gauss per metre.
         let divergence = derivatives[0][0] + derivatives[1][1] + derivatives[2][2];
         prop_assert!(divergence.abs() < 1e-12, "{}", divergence);
         for (one, other) in [(0, 1), (1, 2), (2, 0)] {

@@ -1,27 +1,27 @@
-//! `autopilot.toml`: the autopilot's configuration as a file.
+//! `autopilot.toml`: the autopilot's configuration in a file.
 
 use std::path::{Path, PathBuf};
 
 use hovernav::autopilot::{ConfigError, HoverConfig};
 use hovernav_toml::TomlError;
 
-/// Why an autopilot's file is refused.
+/// Why an autopilot's file is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum AutopilotFileError {
-    /// It cannot be read or written, or does not spell an autopilot.
+    /// The file cannot be read or written, or does not contain an autopilot.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// It spells one that cannot fly.
+    /// The autopilot in the file cannot fly.
     #[error("{}: {source}", path.display())]
     Value {
         /// The file.
         path: PathBuf,
-        /// Which value.
+        /// The invalid value.
         source: ConfigError,
     },
 }
 
-/// Reads `autopilot.toml` and checks that one can fly with it.
+/// Reads `autopilot.toml` and checks that its autopilot can fly.
 ///
 /// # Errors
 /// [`AutopilotFileError`].
@@ -31,10 +31,10 @@ pub fn read_autopilot(path: &Path) -> Result<HoverConfig, AutopilotFileError> {
     Ok(config)
 }
 
-/// Writes `config` to `path`, below `remark` as a comment. What is read back is the same to the bit.
+/// Writes `config` to `path`, after `remark` as a comment. It reads back bit for bit.
 ///
 /// # Errors
-/// [`AutopilotFileError`], also for a configuration one cannot fly with.
+/// [`AutopilotFileError`], also for a configuration that cannot fly.
 pub fn write_autopilot(
     config: &HoverConfig,
     path: &Path,

@@ -1,4 +1,4 @@
-//! `[autopilot]` of `fly.toml`: what flies when the pilot closes the switch, and when it may.
+//! `[autopilot]` of `fly.toml`: the autopilot that flies while the pilot's switch is closed, and its conditions.
 
 use std::path::{Path, PathBuf};
 
@@ -15,57 +15,57 @@ use hovernav::earth::Geodetic;
 use hovernav::flight_control::{FailsafeConfig, Fence, FlightControlConfig};
 use hovernav::servo::SwitchConfig;
 
-/// `[autopilot]`: the autopilot that flies when the pilot closes the switch.
+/// `[autopilot]`: the autopilot that flies while the pilot's switch is closed.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AutopilotSection {
-    /// What `hovernav design` wrote; a relative path is looked for beside `fly.toml`.
+    /// Output of `hovernav design`; a relative path is relative to the directory of `fly.toml`.
     pub file: PathBuf,
-    /// The vehicle's model, on which the gains are tried before the flight: a `model.toml`, a relative path
-    /// looked for beside `fly.toml`, or the name of one that comes with hovernav. Loops that are unstable with
-    /// it are refused; without it nothing tells.
+    /// Model of the vehicle, on which the gains are tested before the flight. It is a `model.toml`, with a relative
+    /// path relative to the directory of `fly.toml`, or the name of a model that comes with hovernav. Loops that are
+    /// unstable with it are rejected; without it there is no such test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// The switch on the aux channel.
     #[serde(default)]
     pub switch: SwitchConfig,
-    /// When it may take over.
+    /// Conditions for engagement.
     #[serde(default)]
     pub ready: ReadinessLimits,
-    /// What the pilot's sticks do while it flies.
+    /// Effect of the pilot's sticks while the autopilot flies.
     #[serde(default)]
     pub pilot: PilotRole,
-    /// With `pilot = "steer"`: what the sticks ask for. With `pilot = "override"` other values than these are
-    /// refused, for they would have no effect.
+    /// With `pilot = "steer"`: the commands of the sticks. With `pilot = "override"` other values than the defaults are
+    /// rejected, because they would have no effect.
     #[serde(default)]
     pub steering: SteeringConfig,
-    /// With `pilot = "steer"`: a stick this far from where it was at engagement gives the sticks back at
-    /// once, above `steering.full_stick`, to 1; 0.8 where not set. With `pilot = "override"` the file's
-    /// `transfer.override_travel` counts, and this is refused.
+    /// With `pilot = "steer"`: deflection of a stick from its position at engagement that returns control to the pilot
+    /// at once. It is above `steering.full_stick`, up to 1; 0.8 where not set. With `pilot = "override"` it is
+    /// rejected, because `transfer.override_travel` of the file applies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub override_travel: Option<f64>,
-    /// What the throttle does while it flies.
+    /// Throttle while the autopilot flies.
     #[serde(default)]
     pub throttle: ThrottleSource,
-    /// What it does when something is lost.
+    /// Response to a loss of sensors, pilot or servos.
     #[serde(default)]
     pub failsafe: FailsafeConfig,
-    /// How far from `[site]` it may go; without, anywhere.
+    /// Limits of the distance from `[site]`; without it, unlimited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fence: Option<FenceSection>,
-    /// Test inputs that it flies by itself; without, none.
+    /// Test inputs that the autopilot flies automatically; without it, none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excitation: Option<ExcitationSection>,
-    /// The autopilot as it flies: what the file says and this section changes. Filled in when a flight
-    /// begins, so that its record is whole.
+    /// The autopilot's parameters in flight: its file with the changes of this section. Set at the start of a flight,
+    /// so that the record is complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flown: Option<HoverConfig>,
 }
 
-/// [`AutopilotSection::override_travel`] where it is not set.
+/// [`AutopilotSection::override_travel`] if it is not set.
 const STEERED_OVERRIDE: f64 = 0.8;
 
-/// `[autopilot.fence]`: how far the autopilot may go from `[site]`.
+/// `[autopilot.fence]`: limits of the distance from `[site]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FenceSection {
@@ -75,35 +75,34 @@ pub struct FenceSection {
     pub height_m: f64,
 }
 
-/// What the pilot's sticks do while the autopilot flies.
+/// Effect of the pilot's sticks while the autopilot flies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PilotRole {
-    /// A stick moved gives the sticks back.
+    /// A moved stick returns control to the pilot.
     #[default]
     Override,
-    /// A stick moved asks for a velocity, its release for a hold.
+    /// A moved stick commands a velocity, a released one a hold.
     Steer,
 }
 
-/// What the throttle does while the autopilot flies.
+/// Throttle while the autopilot flies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ThrottleSource {
-    /// The pilot's pulses are passed through; without a pilot it stays where it was last.
+    /// The pilot's pulses pass through; without a pilot the throttle keeps its last value.
     #[default]
     Pass,
-    /// It stays where it was at engagement.
+    /// The throttle keeps its value at engagement.
     Hold,
 }
 
 impl AutopilotSection {
-    /// The autopilot that `file` holds, a relative path taken from `directory`, with what this
-    /// section changes.
+    /// Loads the autopilot from `file`, a relative path relative to `directory`, and applies the changes of this
+    /// section.
     ///
     /// # Errors
-    /// A file that cannot be read or flown, and every value here that cannot be: see
-    /// [`FlyConfigError`].
+    /// A file that cannot be read or flown with, and every impossible value in this section: see [`FlyConfigError`].
     pub fn load(
         &self,
         directory: &Path,
@@ -141,7 +140,7 @@ impl AutopilotSection {
         Ok(config)
     }
 
-    /// What flight control is set up with; `None` before the autopilot's file was loaded.
+    /// Configuration of flight control; `None` before the autopilot's file is loaded.
     #[must_use]
     pub fn flight_control(
         &self,
@@ -168,7 +167,7 @@ impl AutopilotSection {
         Some(config)
     }
 
-    /// Checks what does not need the file.
+    /// Checks everything that does not need the file.
     pub(super) fn check(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
         let refuse = |key, error: &dyn std::fmt::Display| {
             Err(FlyConfigError::value("autopilot", key, &error.to_string()))
@@ -176,7 +175,7 @@ impl AutopilotSection {
         if servo.capture.is_none() {
             return refuse(
                 "switch",
-                &"found no [servo.capture], expected one: the switch is the pilot's",
+                &"found no [servo.capture], expected one: it contains the pilot's switch",
             );
         }
         if let Some(CaptureSection::Gpio { aux: None, .. }) = servo.capture {
@@ -205,26 +204,26 @@ impl AutopilotSection {
         Ok(())
     }
 
-    /// Checks what a flight before this one may have been flown with: keys without an effect, servos that let a
-    /// stick go one way only.
+    /// Checks that do not apply to the records of earlier flights: keys without an effect, and servos that move one way
+    /// only.
     pub(super) fn check_sticks(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
         if let (PilotRole::Override, Some(found)) = (self.pilot, self.override_travel) {
             let why = format!(
-                "found {found} with pilot = \"override\", expected none: there transfer.override_travel of \
-                 the autopilot's file counts; or pilot = \"steer\""
+                "found {found} with pilot = \"override\", expected none: transfer.override_travel of the \
+                 autopilot's file applies; or set pilot = \"steer\""
             );
             return Err(FlyConfigError::value("autopilot", "override_travel", &why));
         }
         if self.pilot == PilotRole::Override && self.steering != SteeringConfig::default() {
-            let why = "found values with pilot = \"override\", expected none: there the sticks ask for nothing; \
-                       or pilot = \"steer\"";
+            let why = "found values with pilot = \"override\", expected none: the sticks command nothing; \
+                       or set pilot = \"steer\"";
             return Err(FlyConfigError::value("autopilot", "steering", &why));
         }
         reach::check_travel(servo)
     }
 }
 
-/// Whether every control can go both ways from where hover needs it.
+/// Checks that every control can move both ways from its position in hover.
 fn check_room(config: &HoverConfig) -> Result<(), FlyConfigError> {
     let HoverConfig { limits, trim, .. } = config;
     let ends = limits.lowest.to_array().into_iter().zip(limits.highest.to_array());
@@ -232,7 +231,7 @@ fn check_room(config: &HoverConfig) -> Result<(), FlyConfigError> {
         if trim - lowest < reach::ROOM || highest - trim < reach::ROOM {
             let why = format!(
                 "its limits.lowest and limits.highest: found {lowest} to {highest} about trim.sticks at {trim}, \
-                 expected {} of way to either side",
+                 expected {} of full stick to either side",
                 reach::ROOM
             );
             return Err(FlyConfigError::value("autopilot", "file", &why));

@@ -1,16 +1,16 @@
-//! Why a flight's configuration is refused.
+//! Errors of a flight's configuration.
 
 use std::path::PathBuf;
 
 use hovernav_toml::TomlError;
 
-/// Why a flight's configuration is refused: one line that names the file and the place in it.
+/// Why a flight's configuration is rejected: one line with the file and the line or key.
 #[derive(Debug, thiserror::Error)]
 pub enum FlyConfigError {
-    /// It cannot be read, is not TOML, or a value is not of its key's kind or range.
+    /// The file cannot be read, is not TOML, or a value has the wrong kind or is out of range.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// Keys that nothing knows.
+    /// Unknown keys.
     #[error("{}: no such key: {}", path.display(), keys.join(", "))]
     UnknownKeys {
         /// The file.
@@ -18,14 +18,14 @@ pub enum FlyConfigError {
         /// The keys, with their sections.
         keys: Vec<String>,
     },
-    /// A value that cannot be.
+    /// An impossible value.
     #[error("{}{key}: {reason}", bracketed(section))]
     Value {
-        /// The section; empty of the keys that stand in none.
+        /// The section; empty for keys outside all sections.
         section: String,
         /// The key.
         key: String,
-        /// What was found and expected.
+        /// Found and expected values.
         reason: String,
     },
 }
@@ -40,7 +40,7 @@ impl FlyConfigError {
     }
 }
 
-/// The section's head; of the keys that stand in none, nothing.
+/// The section in brackets; empty for keys outside all sections.
 fn bracketed(section: &str) -> String {
     if section.is_empty() { String::new() } else { format!("[{section}] ") }
 }

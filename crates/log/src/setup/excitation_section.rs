@@ -1,31 +1,31 @@
-//! `[autopilot.excitation]` of `fly.toml`: test inputs that the autopilot flies by itself.
+//! `[autopilot.excitation]` of `fly.toml`: test inputs that the autopilot flies automatically.
 
 use serde::{Deserialize, Serialize};
 
 use hovernav::autopilot::{ExcitationLimits, ExcitationProgramme, Maneuver, TestInput};
 use hovernav::controls::Channel;
 
-/// `[autopilot.excitation]`: test inputs for an identification flight. The autopilot flies them by itself
-/// while it holds, one after the other.
+/// `[autopilot.excitation]`: test inputs for an identification flight. The autopilot flies them automatically while it
+/// holds, one after the other.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ExcitationSection {
-    /// From engagement to the first input, s, 2 to 600.
+    /// Time from engagement to the first input, s, 2 to 600.
     pub first_s: f64,
-    /// From the end of one to the beginning of the next, s, 1 to 600.
+    /// Time from the end of one input to the start of the next, s, 1 to 600.
     pub pause_s: f64,
-    /// A pilot's stick this far from where it was at engagement ends all of them until the next
-    /// engagement, 0.01 to 0.5.
+    /// Deflection of a pilot's stick from its position at engagement that ends all inputs until the next engagement,
+    /// 0.01 to 0.5.
     pub dead_band: f64,
-    /// How fast a stick is moved for them, full travels a second, 0.1 to 50.
+    /// Rate limit of the inputs, full travels a second, 0.1 to 50.
     pub stick_rate_per_s: f64,
-    /// Roll or pitch beyond this ends them, rad, 0.02 to 0.8.
+    /// Roll or pitch that ends the inputs, rad, 0.02 to 0.8.
     pub tilt_rad: f64,
-    /// An angular rate beyond this ends them, rad/s, 0.05 to 10.
+    /// Angular rate that ends the inputs, rad/s, 0.05 to 10.
     pub rate_radps: f64,
-    /// A speed over ground beyond this ends them, m/s, 0.2 to 20.
+    /// Ground speed that ends the inputs, m/s, 0.2 to 20.
     pub speed_mps: f64,
-    /// The inputs, in the order in which they are flown; with their repetitions 1 to 16.
+    /// The inputs, in the order of flight; 1 to 16 including repetitions.
     pub inputs: Vec<InputSection>,
 }
 
@@ -49,24 +49,24 @@ impl Default for ExcitationSection {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputSection {
-    /// The stick that is moved.
+    /// Stick that is moved.
     pub stick: StickName,
-    /// How it is moved.
+    /// Shape of the input.
     pub kind: InputKind,
-    /// By how much from where it stands, share of full stick, −0.5 to 0.5; 0.1 where not set.
+    /// Amplitude from the current position, share of full stick, −0.5 to 0.5; 0.1 where not set.
     #[serde(default = "amplitude")]
     pub amplitude: f64,
-    /// How long a step is held (1.5 where not set), a doublet each way (1), a unit of a 3-2-1-1 (0.5), a
-    /// whole sweep (60), s.
+    /// Length, s: of a step (1.5 where not set), of each side of a doublet (1), of a unit of a 3-2-1-1 (0.5), of a
+    /// whole sweep (60).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_s: Option<f64>,
-    /// Where a sweep begins, Hz, 0.01 to 20; 0.1 where not set.
+    /// Start frequency of a sweep, Hz, 0.01 to 20; 0.1 where not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_hz: Option<f64>,
-    /// Where a sweep ends, Hz, up to 20; 3 where not set.
+    /// End frequency of a sweep, Hz, up to 20; 3 where not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_hz: Option<f64>,
-    /// How often it is flown, 1 to 16; once where not set.
+    /// Number of repetitions, 1 to 16; 1 where not set.
     #[serde(default = "once")]
     pub times: u8,
 }
@@ -93,24 +93,24 @@ pub enum StickName {
     Pedal,
 }
 
-/// How a stick is moved.
+/// Shape of a test input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum InputKind {
-    /// There, held, and back.
+    /// Out, held, and back.
     #[serde(rename = "step")]
     Step,
-    /// As long to one side as to the other.
+    /// Equal times to one side and to the other.
     #[serde(rename = "doublet")]
     Doublet,
     /// Pulses of 3, 2, 1 and 1 units to alternating sides.
     #[serde(rename = "3211")]
     ThreeTwoOneOne,
-    /// A sine whose frequency rises, slowly at first.
+    /// A sine with rising frequency, slow at first.
     #[serde(rename = "sweep")]
     Sweep,
 }
 
-/// Share of a sweep over which it fades in, and out.
+/// Share of a sweep over which it fades in, and over which it fades out.
 const FADE: f64 = 0.05;
 
 impl InputSection {
@@ -140,7 +140,7 @@ impl InputSection {
         TestInput { stick, maneuver }
     }
 
-    /// What is set that has no meaning for its kind.
+    /// A key that is set but does not apply to this kind.
     fn meaningless(&self) -> Option<&'static str> {
         let sweeps = self.kind == InputKind::Sweep;
         let first = self.first_hz.map(|_| "first_hz");
@@ -149,10 +149,10 @@ impl InputSection {
 }
 
 impl ExcitationSection {
-    /// What flight control flies.
+    /// The excitation for flight control.
     ///
     /// # Errors
-    /// In words, what was found and expected.
+    /// A sentence with found and expected values.
     pub(super) fn programme(&self) -> Result<ExcitationProgramme, String> {
         let flown: Vec<TestInput> = self
             .inputs
@@ -162,11 +162,11 @@ impl ExcitationSection {
         let (count, most) = (flown.len(), ExcitationProgramme::MOST);
         if count == 0 || count > most || self.inputs.iter().any(|input| input.times == 0) {
             return Err(format!(
-                "inputs: found {count} with their repetitions, expected 1 to {most}, each at least once"
+                "inputs: found {count} including repetitions, expected 1 to {most}, each at least once"
             ));
         }
         if let Some(key) = self.inputs.iter().find_map(InputSection::meaningless) {
-            return Err(format!("inputs: found {key}, expected it of a sweep alone"));
+            return Err(format!("inputs: found {key}, expected it for a sweep only"));
         }
         let programme = ExcitationProgramme {
             inputs: std::array::from_fn(|index| flown.get(index).copied()),
@@ -221,7 +221,7 @@ mod tests {
     fn what_cannot_be_flown_is_refused_with_what_was_found() {
         let one = "inputs = [{ stick = 'pedal', kind = 'step' }]";
         for (text, expected) in [
-            (String::new(), "found 0 with their repetitions, expected 1 to 16"),
+            (String::new(), "found 0 including repetitions, expected 1 to 16"),
             (one.replace("'step'", "'step', times = 17"), "times: found 17, expected 1 to 16"),
             (one.replace("'step'", "'step', times = 0"), "times: found 0, expected 1 to 16"),
             (
@@ -229,11 +229,11 @@ mod tests {
                     "'step' }",
                     "'step', times = 9 }, { stick = 'pedal', kind = 'step', times = 8 }",
                 ),
-                "found 17 with their repetitions",
+                "found 17 including repetitions",
             ),
             (
                 one.replace("'step'", "'step', last_hz = 2.0"),
-                "found last_hz, expected it of a sweep",
+                "found last_hz, expected it for a sweep",
             ),
             (one.replace("'step'", "'step', amplitude = 0.9"), "amplitude: found 0.9"),
             (one.replace("'step'", "'step', amplitude = nan"), "amplitude: found NaN"),

@@ -1,9 +1,8 @@
-//! What the numbers of the sensors, the alignment, the aids and the filter may be in flight. A log may be
-//! estimated with others.
+//! Ranges of the numbers of sensors, alignment, aids and filter in flight. A log may be estimated with others.
 
 use super::range::{Section, range};
 
-/// A bias that never changes is one that the filter learns once and then trusts blindly.
+/// Unit and remark for bias times: the filter would stop estimating a bias that never changes.
 const BIAS_TIME: &str = "s; write 10000000 for a bias that hardly changes";
 
 /// `[navigation]`, whose keys are those of a `dataset.toml`.

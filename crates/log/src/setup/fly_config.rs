@@ -1,4 +1,4 @@
-//! `fly.toml`: which devices are on which lines, and how the vehicle is built.
+//! `fly.toml`: the devices and their lines, and the vehicle.
 
 use std::path::{Path, PathBuf};
 
@@ -21,8 +21,8 @@ use hovernav::flight_control::FlightControlConfig;
 use hovernav::sensors::{DmuConfig, GpsConfig};
 use hovernav_toml::TomlError;
 
-/// `fly.toml`: every key of a flight. A key it does not know is an error: on a flight computer a
-/// misspelt setting must not fall back to a default.
+/// `fly.toml`: all settings of a flight. An unknown key is an error: on a flight computer a misspelt setting must not
+/// fall back to a default.
 ///
 /// ```
 /// use hovernav_log::FlyConfig;
@@ -46,9 +46,9 @@ use hovernav_toml::TomlError;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FlyConfig {
-    /// Priority of the loop's thread among the system's real-time threads, 1 to 99: no other program
-    /// then delays it. Needs the right to (`CAP_SYS_NICE`); without it, the flight says so and goes
-    /// on. Without this key the thread is an ordinary one.
+    /// Real-time priority of the loop's thread, 1 to 99, so that no ordinary program delays it. Needs the right to do
+    /// so (`CAP_SYS_NICE`); without that right, the flight reports it and continues. Without this key the thread has
+    /// ordinary priority.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub realtime_priority: Option<u8>,
     /// The inertial unit.
@@ -57,10 +57,10 @@ pub struct FlyConfig {
     pub receiver: ReceiverSection,
     /// The pilot's pulses and the servos.
     pub servo: ServoSection,
-    /// The autopilot, if one may fly.
+    /// The autopilot, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub autopilot: Option<AutopilotSection>,
-    /// Telemetry in packed frames, which flow while the ground wants them.
+    /// Telemetry in packed frames, sent while the ground station requests it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub telemetry: Option<TelemetrySection>,
     /// Telemetry in MAVLink 2.
@@ -68,17 +68,16 @@ pub struct FlyConfig {
     pub mavlink: Option<MavlinkSection>,
     /// The flight record.
     pub record: RecordSection,
-    /// Where the flight is, if the magnetic declination is not given.
+    /// Position of the flight, required without a magnetic declination.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteSection>,
-    /// How the sensors are mounted and how good they are, and the estimator's settings: the keys of
-    /// a `dataset.toml`. The unit's heading counts as magnetic unless `imu.heading_reference` says
-    /// otherwise.
+    /// Mounting and accuracy of the sensors, and the estimator's settings: the keys of a `dataset.toml`. The unit's
+    /// heading counts as magnetic unless `imu.heading_reference` is set otherwise.
     pub navigation: Manifest,
 }
 
 impl FlyConfig {
-    /// Reads a configuration to fly by: checks every value, and that every device has a line of its own.
+    /// Reads a configuration for a flight; checks every value, and that every device has a separate line.
     ///
     /// # Errors
     /// [`FlyConfigError`].
@@ -88,13 +87,12 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// The configuration that `text` spells, every number of it one to fly with; `path` names it in
-    /// messages.
+    /// Parses the configuration in `text`, and checks that every number permits a flight; `path` names it in messages.
     ///
     /// # Errors
     /// [`FlyConfigError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, FlyConfigError> {
-        // Before the types have their say, so that a NaN is told as any other number out of its range.
+        // Before the conversion to types, so that NaN is reported like any other number out of range.
         check_numbers(&[], &toml::Value::Table(hovernav_toml::parse_table(text, path)?))?;
         let config = Self::parse_flown(text, path)?;
         if let Some(section) = &config.autopilot {
@@ -103,7 +101,7 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// The same of a configuration that has flown already, whatever its numbers: its record shall be read.
+    /// The same without checks of the numbers, for a configuration that has flown: its record must stay readable.
     ///
     /// # Errors
     /// [`FlyConfigError`].
@@ -122,7 +120,7 @@ impl FlyConfig {
             && config.site.is_some()
             && site_height.is_none()
         {
-            let why = "found none, expected one: the height of the fence counts from it";
+            let why = "found none, expected one: the height of the fence is measured from it";
             return Err(value("site", "height_m", &why));
         }
         config.sensors()?;
@@ -139,14 +137,12 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// Fills in what the moment of the flight decides, `unix_s` seconds after the start of 1970: the
-    /// date, and the magnetic declination by the World Magnetic Model for the site on that day, each
-    /// if it is not given; the remark says how. Afterwards the settings depend on nothing but what
-    /// this configuration spells out.
+    /// Fills in the values that depend on the time of the flight, `unix_s` seconds after the start of 1970. Without a
+    /// date or a magnetic declination it sets them, the declination from the World Magnetic Model for the site on that
+    /// day. The remark states its origin. Afterwards the settings depend only on this configuration.
     ///
     /// # Errors
-    /// Neither a declination nor a site; a site that is not on Earth; settings of the estimator that
-    /// cannot be.
+    /// Neither a declination nor a site; a site that is not on Earth; impossible settings of the estimator.
     pub fn settle(&mut self, unix_s: i64) -> Result<Option<String>, FlyConfigError> {
         let mut remark = None;
         if self.navigation.date.is_none()
@@ -167,7 +163,7 @@ impl FlyConfig {
                 Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)
                     .ok_or_else(|| {
                         let found = format!("{} and {}", site.latitude_deg, site.longitude_deg);
-                        value("site", "latitude_deg", &expected(found, "a place on Earth"))
+                        value("site", "latitude_deg", &expected(found, "a position on Earth"))
                     })?;
             let settings =
                 self.navigation.settings(true, Some(&place)).map_err(navigation_value)?;
@@ -182,13 +178,13 @@ impl FlyConfig {
     /// The estimator's settings.
     ///
     /// # Errors
-    /// Settings that cannot be.
+    /// Impossible settings.
     pub fn settings(&self) -> Result<EstimatorConfig, FlyConfigError> {
         Ok(self.navigation.settings(true, None).map_err(navigation_value)?.0)
     }
 
-    /// Where the record of a flight goes that starts `unix_s` seconds after the start of 1970: a file
-    /// named after the second in UTC, in the directory `record.directory`.
+    /// Path of the record of a flight that starts `unix_s` seconds after the start of 1970: a file named after the
+    /// second in UTC, in the directory `record.directory`.
     #[must_use]
     pub fn record_path(&self, unix_s: i64) -> PathBuf {
         let name = DateTime::from_timestamp_secs(unix_s).map_or_else(
@@ -202,8 +198,8 @@ impl FlyConfig {
         self.record.directory.join(name)
     }
 
-    /// Reads the autopilot's file, a relative path taken from `directory`, and keeps what will fly, so
-    /// that the configuration is whole without it.
+    /// Reads the autopilot's file, whose relative path is relative to `directory`, and stores its parameters, so that
+    /// the configuration is complete without the file.
     ///
     /// # Errors
     /// See [`AutopilotSection::load`].
@@ -227,10 +223,10 @@ impl FlyConfig {
         Ok(())
     }
 
-    /// What flight control is set up with; `None` without an autopilot, or before its file was loaded.
+    /// Configuration of flight control; `None` without an autopilot, or before its file is loaded.
     ///
     /// # Errors
-    /// A value that cannot be flown with.
+    /// A value with which no flight is possible.
     pub fn flight_control(&self) -> Result<Option<FlightControlConfig>, FlyConfigError> {
         let section = self.autopilot.as_ref();
         let config =
@@ -241,7 +237,7 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// Checks swashplate, channels and what of the autopilot does not need its file.
+    /// Checks swashplate, channels, and the parts of the autopilot that do not need its file.
     fn check_servos(&self) -> Result<(), FlyConfigError> {
         let servo = &self.servo;
         servo
@@ -254,24 +250,24 @@ impl FlyConfig {
         }
         let Some(section) = &self.autopilot else { return Ok(()) };
         if section.fence.is_some() && self.site.is_none() {
-            let why = "found no [site], expected one: the fence is about it";
+            let why = "found no [site], expected one: it is the centre of the fence";
             return Err(value("autopilot", "fence", &why));
         }
         section.check(servo)
     }
 
-    /// The configuration as it would stand in a file, every key spelt out.
+    /// The configuration as a TOML file with every key.
     ///
     /// # Errors
-    /// What TOML cannot hold; no configuration that was parsed has that.
+    /// Values that TOML cannot hold; a parsed configuration has none.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         hovernav_toml::to_string(self)
     }
 
-    /// What the sensors are, for [`Sensors::new`](hovernav::sensors::Sensors::new).
+    /// Configurations of the sensors, for [`Sensors::new`](hovernav::sensors::Sensors::new).
     ///
     /// # Errors
-    /// [`FlyConfigError::Value`] for a range, rate or latency that cannot be.
+    /// [`FlyConfigError::Value`] for an impossible range, rate or latency.
     pub fn sensors(&self) -> Result<(DmuConfig, GpsConfig), FlyConfigError> {
         if let Some(found) = self.realtime_priority.filter(|found| !(1..=99).contains(found)) {
             return Err(value("", "realtime_priority", &expected(found, "1 to 99")));
@@ -324,7 +320,7 @@ impl FlyConfig {
     }
 }
 
-/// Whether a line to the ground has one way to go.
+/// Checks that a line to the ground has either a port or an address.
 fn check_ground_line(
     section: &'static str,
     port: Option<&Path>,
@@ -360,7 +356,7 @@ fn value(
 
 fn navigation_value(error: LogError) -> FlyConfigError {
     match error {
-        // Of a section of its own, with its key: "[filter] …".
+        // An error of a separate section contains its key: "[filter] …".
         LogError::Toml(TomlError::Text { reason, .. }) => {
             match reason.strip_prefix('[').and_then(|rest| rest.split_once("] ")) {
                 Some((section, rest)) if rest.contains(": ") => {

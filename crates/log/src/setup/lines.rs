@@ -1,4 +1,4 @@
-//! Which device is on which line: none is left out, and no line has two.
+//! Assignment of devices to lines: every device has one, and no line has two.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use super::sections::CaptureSection;
 use hovernav::controls::Channel;
 
 impl FlyConfig {
-    /// Whether both sensors have a port and everything that has a line has one of its own.
+    /// Checks that both sensors have a port, and that no two devices share a line.
     pub(super) fn check_lines(&self) -> Result<(), FlyConfigError> {
         let servo = &self.servo;
         let pilot = match &servo.capture {
@@ -45,14 +45,16 @@ impl FlyConfig {
     }
 }
 
-/// Refuses the first line that something before it has already.
+/// Rejects the first line that an earlier device already uses.
 fn alone(
     lines: impl Iterator<Item = (&'static str, &'static str, String)>,
 ) -> Result<(), FlyConfigError> {
     let mut known: Vec<(&'static str, &'static str, String)> = Vec::new();
     for (section, key, line) in lines {
         if let Some((other, its, _)) = known.iter().find(|(_, _, known)| *known == line) {
-            let why = format!("found {line}, which [{other}] {its} has, expected one of its own");
+            let why = format!(
+                "found {line}, already used by [{other}] {its}, expected a line of its own"
+            );
             return Err(FlyConfigError::value(section, key, &why));
         }
         known.push((section, key, line));
@@ -82,26 +84,29 @@ mod tests {
             ("[dmu]\nport = 'a'\n".to_owned(), "[receiver] port: found none"),
             (
                 "[dmu]\nport = 'a'\n[receiver]\nport = 'a'\n".to_owned(),
-                "[receiver] port: found a, which [dmu] port has",
+                "[receiver] port: found a, already used by [dmu] port",
             ),
             (
                 format!(
                     "{sensors}[servo.capture]\nserial = {{ port = 'c' }}\n[servo.stream]\nport = 'c'\n"
                 ),
-                "[servo.stream] port: found c, which [servo.capture] serial has",
+                "[servo.stream] port: found c, already used by [servo.capture] serial",
             ),
             (
                 format!("{sensors}[telemetry]\nport = 'd'\n[mavlink]\nport = 'd'\n"),
-                "[mavlink] port: found d, which [telemetry] port has",
+                "[mavlink] port: found d, already used by [telemetry] port",
             ),
             (
                 format!(
                     "{sensors}[servo.output]\nlateral = {{ chip = 0, output = 1 }}\n\
                      pedal = {{ chip = 0, output = 1 }}\n"
                 ),
-                "pedal: found chip 0, output 1, which [servo.output] lateral has",
+                "pedal: found chip 0, output 1, already used by [servo.output] lateral",
             ),
-            (gpio(3), "[servo.capture] aux: found line 3, which [servo.capture] longitudinal has"),
+            (
+                gpio(3),
+                "[servo.capture] aux: found line 3, already used by [servo.capture] longitudinal",
+            ),
         ] {
             let error = checked(&text).expect_err(&text).to_string();
             assert!(error.contains(said) && error.contains("expected"), "{text}: {error}");

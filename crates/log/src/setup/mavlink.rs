@@ -1,11 +1,10 @@
-//! What is sent in MAVLink, by whom and how often.
+//! MAVLink messages: sender and rates.
 
-/// How often each message is sent at most, Hz; 0 is never. None is sent more often than
-/// the speaker is called.
+/// Largest rate of each message, Hz; 0 is never. The rate is also limited by the calls of the sender.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MavlinkRates {
-    /// HEARTBEAT; ground stations give up after some seconds without.
+    /// HEARTBEAT; ground stations report a loss after some seconds without it.
     pub heartbeat_hz: f64,
     /// ATTITUDE.
     pub attitude_hz: f64,
@@ -24,7 +23,7 @@ pub struct MavlinkRates {
 }
 
 impl Default for MavlinkRates {
-    /// Two thirds of 57 600 baud.
+    /// Fills two thirds of 57 600 baud.
     fn default() -> Self {
         Self {
             heartbeat_hz: 1.0,
@@ -40,7 +39,7 @@ impl Default for MavlinkRates {
 }
 
 impl MavlinkRates {
-    /// The rates with their keys.
+    /// The rates, with their keys.
     fn named(&self) -> [(&'static str, f64); 8] {
         [
             ("heartbeat_hz", self.heartbeat_hz),
@@ -56,7 +55,7 @@ impl MavlinkRates {
 }
 
 impl MavlinkConfig {
-    /// Whether every value can be: the key of the first that cannot, and what was found and expected.
+    /// Checks every value: returns the key of the first invalid one, with found and expected values.
     pub(super) fn check(&self) -> Result<(), (&'static str, String)> {
         for (key, found) in
             [("speaker.system_id", self.system_id), ("speaker.component_id", self.component_id)]
@@ -78,17 +77,17 @@ impl MavlinkConfig {
     }
 }
 
-/// Who speaks, and how much.
+/// Sender of MAVLink messages, and its rates.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MavlinkConfig {
-    /// The vehicle's number, 1 to 255.
+    /// System ID of the vehicle, 1 to 255.
     pub system_id: u8,
-    /// The part of the vehicle that speaks, 1 to 255; 1 is the autopilot.
+    /// Component ID of the sender, 1 to 255; 1 is the autopilot.
     pub component_id: u8,
-    /// Innovations beyond this many one-sigma are refused: what test ratios are ratios to.
+    /// Innovations beyond this number of one-sigmas are rejected; test ratios are relative to it.
     pub gate_sigmas: f64,
-    /// How often.
+    /// Rates of the messages.
     pub rates: MavlinkRates,
 }
 

@@ -1,4 +1,4 @@
-//! What a vehicle's set-up is: the sections of `fly.toml` and the file of its autopilot.
+//! Set-up of a vehicle: the sections of `fly.toml` and the file of its autopilot.
 
 mod autopilot;
 mod autopilot_section;

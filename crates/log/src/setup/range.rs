@@ -1,4 +1,4 @@
-//! The range of a number in `fly.toml`, and the walk that holds every number to its own.
+//! Ranges of the numbers in `fly.toml`, and the check of every number.
 
 use toml::Value;
 
@@ -8,33 +8,32 @@ use super::fly_config::FlyConfig;
 use super::ranges::{AUTOPILOT, DEVICES};
 use hovernav::scalar::Readable;
 
-/// What the number of a key may be.
+/// Permitted range of a number.
 #[derive(Clone, Copy)]
 pub(super) struct Range {
     key: &'static str,
     from: f64,
     to: f64,
     unit: &'static str,
-    /// Whether 0, which says that there is none, is good too.
+    /// Whether 0, in the sense of "none", is permitted too.
     or_zero: bool,
 }
 
-/// A section and its numbers; `*` stands for any one key, of the section or of the number, that has no line
-/// of its own before it.
+/// A section and its numbers. `*` matches any key, of the section or of the number, without an earlier line of its own.
 pub(super) type Section = (&'static str, &'static [Range]);
 
-/// `key` from `from` to `to`.
+/// Range of `key` from `from` to `to`.
 pub(super) const fn range(key: &'static str, from: f64, to: f64, unit: &'static str) -> Range {
     Range { key, from, to, unit, or_zero: false }
 }
 
 impl Range {
-    /// The same, or 0.
+    /// The same range, or 0.
     pub const fn or_zero(self) -> Self {
         Self { or_zero: true, ..self }
     }
 
-    /// Never of a NaN.
+    /// Whether the range contains `found`; false for NaN.
     fn holds(&self, found: f64) -> bool {
         (self.from..=self.to).contains(&found) || (self.or_zero && found == 0.0)
     }
@@ -52,8 +51,8 @@ impl std::fmt::Display for Range {
 }
 
 impl FlyConfig {
-    /// Whether every number is one that a flight can be flown with; a NaN, which would switch a check off,
-    /// never is. The autopilot's own once its file is loaded.
+    /// Checks that every number permits a flight. NaN, which would disable a check, never does. The autopilot's own
+    /// numbers are included once its file is loaded.
     pub(super) fn check_ranges(&self) -> Result<(), FlyConfigError> {
         let spelled = hovernav_toml::to_value(self)
             .map_err(|error| FlyConfigError::value("", "settings", &error))?;
@@ -61,7 +60,7 @@ impl FlyConfig {
     }
 }
 
-/// Whether every number of `value`, which stands below the keys `at` of a `fly.toml`, is in its range.
+/// Checks every number of `value`, which is below the keys `at` of a `fly.toml`.
 pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigError> {
     let mut refused = None;
     numbers(value, &mut at.to_vec(), &mut |section, key, found| {
@@ -72,7 +71,7 @@ pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigE
             let why = format!("found {}, expected {range}", Readable(found));
             let section = section.join(".");
             refused = Some(match section.strip_prefix(FLOWN) {
-                // A person has it in a file of its own.
+                // Users have these keys in a separate file.
                 Some(own) => {
                     let own = own.trim_start_matches('.');
                     let dot = if own.is_empty() { "" } else { "." };
@@ -86,11 +85,11 @@ pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigE
     refused.map_or(Ok(()), Err)
 }
 
-/// Where the autopilot's file stands in a configuration once it is loaded.
+/// Section of the autopilot's file in a configuration, once it is loaded.
 const FLOWN: &str = "autopilot.flown";
 
-/// Calls `each` with section, key and number of every number below `value`, which stands at `path`; of an
-/// array, with its own key for every element.
+/// Calls `each` with section, key and number of every number below `value`, which is at `path`. Elements of an array
+/// have the key of the array.
 fn numbers<'a>(
     value: &'a Value,
     path: &mut Vec<&'a str>,
@@ -98,7 +97,7 @@ fn numbers<'a>(
 ) {
     let number = match value {
         Value::Float(number) => *number,
-        // A whole number that a double lacks is in no range either way.
+        // An integer that a double cannot represent is out of every range.
         Value::Integer(number) => *number as f64,
         Value::Array(values) => {
             values.iter().for_each(|value| numbers(value, path, each));
@@ -119,7 +118,7 @@ fn numbers<'a>(
     }
 }
 
-/// The range of the number `key` of `section`.
+/// Range of the number `key` of `section`.
 fn range_of(section: &[&str], key: &str) -> Option<&'static Range> {
     let is = |pattern: &str, key: &str| pattern == "*" || pattern == key;
     let tables = [DEVICES, AUTOPILOT, NAVIGATION];

@@ -1,10 +1,10 @@
-//! What the numbers of a flight's devices, servos and autopilot may be: generous for whatever one may own.
+//! Ranges of the numbers of a flight's devices, servos and autopilot, wide enough for any hardware.
 
 use super::range::{Range, Section, range};
 
 const BAUD: Range = range("baud", 300.0, 4e6, "baud");
 
-/// The devices, their lines, and the servos. `*` stands for any one key.
+/// Devices, their lines, and servos. `*` matches any key.
 pub(super) const DEVICES: &[Section] = &[
     ("", &[range("realtime_priority", 1.0, 99.0, "")]),
     ("dmu", &[BAUD, range("rate_hz", 20.0, 70.0, "Hz"), range("latency_s", 0.0, 0.1, "s")]),
@@ -80,7 +80,7 @@ pub(super) const DEVICES: &[Section] = &[
     ("mavlink.speaker.rates", &[range("*", 0.01, 1e3, "Hz").or_zero()]),
 ];
 
-/// `[autopilot]`, and the file it names, which stands below `flown` once it is loaded.
+/// `[autopilot]`, and the file that it names, which is below `flown` once it is loaded.
 pub(super) const AUTOPILOT: &[Section] = &[
     ("autopilot", &[range("override_travel", 0.01, 1.0, "of full stick")]),
     (
@@ -206,12 +206,12 @@ pub(super) const AUTOPILOT: &[Section] = &[
     ("autopilot.flown.gains.attitude", GAINS),
 ];
 
-/// At the end of its range a gain answers a hundredth of a rad, of a m/s or of a rad/s with full stick.
+/// At the end of its range a gain responds with full stick to a hundredth of a rad, of a m/s or of a rad/s.
 const GAINS: &[Range] = &[
     range("derivative_filter_s", 0.0, 100.0, "s"),
     range("tracking_time_s", 0.01, 1e6, "s"),
     range("hidden_from_hidden", -1e3, 1e3, ""),
     range("hidden_from_measured", -1e3, 1e3, ""),
     range("hidden_from_pending", -1e3, 1e3, ""),
-    range("*", -100.0, 100.0, "full sticks a unit of what is fed back"),
+    range("*", -100.0, 100.0, "full sticks per unit of feedback"),
 ];

@@ -1,4 +1,4 @@
-//! Whether the servos can go where the autopilot's sticks ask them to.
+//! Whether the servos reach the deflections of the autopilot's sticks.
 
 use super::error::FlyConfigError;
 use super::sections::ServoSection;
@@ -6,18 +6,18 @@ use hovernav::autopilot::{HoverConfig, StickLimits};
 use hovernav::controls::{Channel, Sticks};
 use hovernav::servo::SwashplateKind;
 
-/// Least way that a control must have from hover trim to each of its limits, share of full stick.
+/// Smallest travel of a control from hover trim to each of its limits, share of full stick.
 pub(super) const ROOM: f64 = 0.01;
-/// Least way that a servo must have from its `trim_ms` to each end of its range, share of full stick.
+/// Smallest travel of a servo from its `trim_ms` to each end of its range, share of full stick.
 const TRAVEL: f64 = 0.1;
-/// A microsecond is below what a servo resolves, ms.
+/// Tolerance of pulse widths, ms, below the resolution of a servo.
 const RESOLUTION_MS: f64 = 1e-3;
 
-/// The channels that the autopilot moves, in the order of [`Sticks`].
+/// The channels of the autopilot, in the order of [`Sticks`].
 const MOVED: [Channel; 4] =
     [Channel::Lateral, Channel::Longitudinal, Channel::Collective, Channel::Pedal];
 
-/// Refuses a servo that the autopilot moves and that can go one way only from trim.
+/// Rejects a servo of the autopilot that can move one way only from trim.
 pub(super) fn check_travel(servo: &ServoSection) -> Result<(), FlyConfigError> {
     for channel in MOVED {
         let config = servo.channels[channel];
@@ -29,7 +29,7 @@ pub(super) fn check_travel(servo: &ServoSection) -> Result<(), FlyConfigError> {
             if has < way_ms {
                 let why = format!(
                     "found {} with {key} = {end_ms}, expected at least {way_ms} ms between them, {TRAVEL} of \
-                     full stick: the autopilot moves it both ways",
+                     full stick: the autopilot moves the servo both ways",
                     config.trim_ms
                 );
                 return Err(FlyConfigError::value(section(channel), "trim_ms", &why));
@@ -39,12 +39,12 @@ pub(super) fn check_travel(servo: &ServoSection) -> Result<(), FlyConfigError> {
     Ok(())
 }
 
-/// The limits of `config`, no further than the servos and the limits of collective let its sticks go: what is
-/// cut off behind the autopilot's back winds up its integrators.
+/// The limits of `config`, reduced to the range of the servos and of collective: a deflection cut off outside the
+/// autopilot would wind up its integrators.
 ///
 /// # Errors
-/// A servo that ends before hover trim has room to both sides; a swashplate on which a control does not come to its
-/// limits while the others are where hover needs them.
+/// A servo range without room on both sides of hover trim. A swashplate on which a control does not reach its limits
+/// while the others are at hover trim.
 pub(super) fn within_servos(
     config: &HoverConfig,
     servo: &ServoSection,
@@ -60,7 +60,7 @@ pub(super) fn within_servos(
     ] {
         if room < ROOM {
             let why = format!(
-                "found {limit}, expected {ROOM} of way beyond the autopilot's hover trim, {collective}"
+                "found {limit}, expected {ROOM} of full stick beyond the autopilot's hover trim, {collective}"
             );
             return Err(FlyConfigError::value("servo.swashplate", key, &why));
         }
@@ -79,7 +79,7 @@ pub(super) fn within_servos(
         let at = trim.to_array()[stick];
         if at - least < ROOM || most - at < ROOM {
             let why = format!(
-                "found {} to {} ms, which is {least:.2} to {most:.2} of full stick, expected {ROOM} of way to \
+                "found {} to {} ms, which is {least:.2} to {most:.2} of full stick, expected {ROOM} of full stick to \
                  either side of the autopilot's hover trim, {at}",
                 own.min_ms, own.max_ms
             );
@@ -93,7 +93,7 @@ pub(super) fn within_servos(
     Ok(limits)
 }
 
-/// Whether the servos of a mixed plate have the control `stick` at both of `ends`, the others at hover `trim`.
+/// Checks that the servos of a mixed plate reach both `ends` of the control `stick`, with the others at hover `trim`.
 fn check_mixing(
     servo: &ServoSection,
     trim: Sticks,
@@ -111,8 +111,8 @@ fn check_mixing(
                 continue;
             }
             let why = format!(
-                "found a mixing that asks the servo {channel} for {width_ms:.3} ms where this stick is at the \
-                 autopilot's limit, {end}, and the others at hover trim, expected {} to {} ms: make it less, or \
+                "found a mixing that moves the servo {channel} to {width_ms:.3} ms with this stick at the \
+                 autopilot's limit, {end}, and the others at hover trim, expected {} to {} ms: reduce it, or \
                  limits.lowest and limits.highest in the autopilot's file",
                 own.min_ms, own.max_ms
             );

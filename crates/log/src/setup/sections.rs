@@ -10,37 +10,36 @@ use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
 use hovernav::servo::{ChannelConfig, SignalConfig, Swashplate};
 
-/// `[site]`: where the flight is, to a few kilometres; with a fence, its middle on the ground.
+/// `[site]`: position of the flight, to a few kilometres; with a fence, its centre on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SiteSection {
     /// Latitude, °.
     pub latitude_deg: f64,
     /// Longitude, °.
     pub longitude_deg: f64,
-    /// Height above the ellipsoid, m, 0 where not set; a fence needs it.
+    /// Height above the ellipsoid, m; 0 where not set. Required for a fence.
     #[serde(default)]
     pub height_m: f64,
 }
 
-/// `[dmu]`: the inertial unit and its line. Its ranges are `navigation.imu.gyro_range_degps` and
+/// `[dmu]`: the inertial unit and its line. Its full-scale ranges are `navigation.imu.gyro_range_degps` and
 /// `accel_range_g`, 200 °/s and 4 g where not given.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct DmuSection {
     /// The serial port.
     pub port: PathBuf,
-    /// Its speed, baud.
+    /// Baud rate.
     pub baud: u32,
-    /// Which packets to ask for.
+    /// Type of the packets.
     pub mode: DmuMode,
-    /// Packets asked for in a second, 20 to 70; without, the unit sends as fast as it can.
+    /// Packet rate, Hz, 20 to 70; without it, the unit sends as fast as it can.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// From a sample to the arrival of its packet's last byte, s; without, the time on the line.
+    /// Time from a sample to the arrival of its packet's last byte, s; without it, the transmission time on the line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub latency_s: Option<f64>,
-    /// Whether the accelerometers x, y, z count specific force along (`+`) or against (`-`) their
-    /// axes.
+    /// Whether the accelerometers x, y, z report specific force along (`+`) or against (`-`) their axes.
     pub acceleration_signs: [AccelerationSign; 3],
 }
 
@@ -57,17 +56,17 @@ impl Default for DmuSection {
     }
 }
 
-/// The packets that hold samples.
+/// Type of the packets with samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DmuMode {
     /// With the unit's own attitude.
     Angle,
-    /// Without.
+    /// Without it.
     Scaled,
 }
 
-/// Which way an accelerometer counts.
+/// Sign of an accelerometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum AccelerationSign {
     /// Along its axis.
@@ -78,25 +77,25 @@ pub enum AccelerationSign {
     Minus,
 }
 
-/// `[receiver]`: the GPS receiver and its line. The time a fix takes to arrive is
-/// `navigation.gps.latency_s`.
+/// `[receiver]`: the GPS receiver and its line. `navigation.gps.latency_s` is the time from the validity of a fix to
+/// its arrival.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct ReceiverSection {
     /// The serial port.
     pub port: PathBuf,
-    /// Its speed, baud; without, what the protocol's receivers start with: 9600, 4800 of NMEA.
+    /// Baud rate; without it, the initial rate of the protocol's receivers: 9600, or 4800 for NMEA.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baud: Option<u32>,
-    /// Its language.
+    /// Protocol of the receiver.
     pub protocol: ReceiverProtocol,
-    /// Fixes a second to set a u-blox receiver to, 1 to 10; for a Trimble receiver any number here
-    /// means that it is told which reports to send. 0 leaves the receiver as it is.
+    /// Rate of fixes to which a u-blox receiver is set, Hz, 1 to 10; for a Trimble receiver any number other than 0
+    /// requests the necessary reports. 0 leaves the receiver unchanged.
     pub rate_hz: u8,
-    /// The geoid's height above the ellipsoid at the site, m, for a receiver that does not send it.
+    /// Height of the geoid above the ellipsoid at the site, m, for a receiver that does not send it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub geoid_separation_m: Option<f64>,
-    /// Which fixes are good enough.
+    /// Limits for usable fixes.
     pub limits: Limits,
 }
 
@@ -113,7 +112,7 @@ impl Default for ReceiverSection {
     }
 }
 
-/// The languages of receivers.
+/// Protocols of receivers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ReceiverProtocol {
@@ -135,11 +134,11 @@ impl From<ReceiverProtocol> for Protocol {
     }
 }
 
-/// `[record]`: where the flight record goes.
+/// `[record]`: the flight record.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct RecordSection {
-    /// The directory that takes one file a flight, named after the moment it began.
+    /// Directory of the records, one file for each flight, named after its start.
     pub directory: PathBuf,
 }
 
@@ -150,7 +149,7 @@ impl Default for RecordSection {
 }
 
 impl ReceiverSection {
-    /// The line's speed, baud.
+    /// Baud rate of the line.
     #[must_use]
     pub fn baud(&self) -> u32 {
         self.baud.unwrap_or(match self.protocol {
@@ -164,21 +163,21 @@ impl ReceiverSection {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct ServoSection {
-    /// How long the last width is sent on when there is no command, s; then the servos go to trim.
+    /// Time for which the last width is repeated without a command, s; then the servos go to trim.
     pub hold_s: f64,
-    /// When the pilot counts as lost.
+    /// Criteria for a loss of the pilot's signal.
     pub signal: SignalConfig,
-    /// Where the pilot's pulses come from; without, there is no pilot and the servos stay silent.
+    /// Source of the pilot's pulses; without it, there is no pilot and the servos get no pulses.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub capture: Option<CaptureSection>,
-    /// The PWM outputs of the servos; channels without one are not driven.
+    /// PWM outputs of the servos; channels without one are not driven.
     pub output: Channels<Option<PwmLine>>,
-    /// A serial line to a microcontroller that drives the servos, by `docs/servo-packet.md`.
+    /// Serial line to a microcontroller that drives the servos, as in `docs/servo-packet.md`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stream: Option<LineSection>,
-    /// How the servos carry the swashplate.
+    /// Geometry of the swashplate.
     pub swashplate: Swashplate,
-    /// Trim, range, direction and speed of each.
+    /// Trim, range, direction and rate limit of each servo.
     pub channels: Channels<ChannelConfig>,
 }
 
@@ -196,7 +195,7 @@ impl Default for ServoSection {
     }
 }
 
-/// `[servo.capture]`: one of the ways to have the pilot's pulses.
+/// `[servo.capture]`: source of the pilot's pulses.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CaptureSection {
@@ -204,11 +203,11 @@ pub enum CaptureSection {
     Serial(LineSection),
     /// `gpio = { chip = …, lines = { throttle = 4, … } }`: lines of a Linux GPIO chip.
     Gpio {
-        /// The chip, `/dev/gpiochip0` say.
+        /// The chip, for example `/dev/gpiochip0`.
         chip: PathBuf,
         /// Number of each channel's line.
         lines: Channels<u32>,
-        /// Number of the line of the switch for the autopilot, where there is one.
+        /// Number of the line of the autopilot's switch, if there is one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         aux: Option<u32>,
     },
@@ -219,7 +218,7 @@ pub enum CaptureSection {
 pub struct LineSection {
     /// The serial port.
     pub port: PathBuf,
-    /// Its speed, baud.
+    /// Baud rate.
     #[serde(default = "telemetry_baud")]
     pub baud: u32,
 }
@@ -234,32 +233,32 @@ pub struct TelemetrySection {
     /// The serial port; either this or `udp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub port: Option<PathBuf>,
-    /// Its speed, baud.
+    /// Baud rate.
     #[serde(default = "telemetry_baud")]
     pub baud: u32,
-    /// Where datagrams go, `host:port`; either this or `port`.
+    /// Destination of datagrams, `host:port`; either this or `port`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub udp: Option<String>,
 }
 
-/// `[mavlink]`: telemetry in MAVLink 2, on a line of its own.
+/// `[mavlink]`: telemetry in MAVLink 2, on a separate line.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct MavlinkSection {
     /// The serial port; either this or `udp`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub port: Option<PathBuf>,
-    /// Its speed, baud.
+    /// Baud rate.
     #[serde(default = "telemetry_baud")]
     pub baud: u32,
-    /// Where datagrams go, `host:port`; either this or `port`.
+    /// Destination of datagrams, `host:port`; either this or `port`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub udp: Option<String>,
-    /// Who speaks, and how much.
+    /// Sender and message rates.
     #[serde(default)]
     pub speaker: MavlinkConfig,
 }
 
-/// One output of the kernel's PWM: `pwmchip{chip}/pwm{output}`.
+/// An output of the kernel's PWM: `pwmchip{chip}/pwm{output}`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PwmLine {

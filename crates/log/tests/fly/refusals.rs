@@ -1,4 +1,4 @@
-//! What `fly` refuses, each with its key, what was found and what is expected, in plain words.
+//! Configurations that `fly` rejects, each with its key, found and expected values, in plain words.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Gains, HoverConfig, StickLimits, Trim};
@@ -9,7 +9,7 @@ const SENSORS: &str = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
 const AUTOPILOT: &str =
     "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'autopilot.toml'\n";
 
-/// An autopilot whose hover needs some collective.
+/// An autopilot with collective in hover.
 fn hover() -> HoverConfig {
     let mut gains = Gains::default();
     gains.heave.tracking_time_s = 1.0;
@@ -17,7 +17,7 @@ fn hover() -> HoverConfig {
     HoverConfig::new(1.0 / 33.0, gains).with_trim(Trim { sticks, ..Trim::default() })
 }
 
-/// What is said of sensors, autopilot and `text`, with the autopilot's file `hover`.
+/// Result of loading sensors, autopilot and `text`, with the autopilot's file `hover`.
 fn loaded(text: &str, hover: &HoverConfig) -> Result<FlyConfig, String> {
     let directory = tempfile::tempdir().unwrap();
     write_autopilot(hover, &directory.path().join("autopilot.toml"), "").unwrap();
@@ -41,7 +41,7 @@ fn a_servo_that_goes_one_way_only_is_not_for_the_autopilot_to_move() {
             let key = format!("[servo.channels.{channel}] trim_ms: found ");
             assert!(error.starts_with(&key) && error.contains(end), "{error}");
             assert!(error.contains("expected at least 0.05 ms between them"), "{error}");
-            // The pilot alone may have such a servo.
+            // Without an autopilot such a servo is permitted.
             FlyConfig::parse(&format!("{SENSORS}{text}"), "fly.toml".as_ref()).unwrap();
         }
     }
@@ -52,7 +52,7 @@ fn a_servo_that_goes_one_way_only_is_not_for_the_autopilot_to_move() {
 fn a_servo_that_ends_at_hover_trim_is_refused_and_one_that_ends_early_bounds_the_autopilot() {
     let error = refused("[servo.channels.collective]\nmax_ms = 1.65\n");
     let key = "[servo.channels.collective] min_ms, max_ms: found 1 to 1.65 ms";
-    assert!(error.starts_with(key) && error.contains("expected 0.01 of way"), "{error}");
+    assert!(error.starts_with(key) && error.contains("expected 0.01 of full stick"), "{error}");
 
     let config = loaded("[servo.channels.pedal]\nmax_ms = 1.8\n", &hover()).unwrap();
     let limits = config.autopilot.unwrap().flown.unwrap().limits;
@@ -76,7 +76,7 @@ fn a_servo_that_ends_at_hover_trim_is_refused_and_one_that_ends_early_bounds_the
 fn mixing_that_does_not_come_to_the_autopilots_limits_about_hover_trim_is_refused() {
     let plate = |gains: &str| format!("[servo.swashplate]\nkind = 'ccpm120'\n{gains}");
     loaded(&plate(""), &hover()).unwrap();
-    // Each control alone reaches its end; full forward cyclic over hover collective does not.
+    // Each control alone reaches its limit, but full forward cyclic at hover collective does not.
     let steep = plate("longitudinal = 1.0\n");
     FlyConfig::parse(&format!("{SENSORS}{steep}"), "fly.toml".as_ref()).unwrap();
     let error = refused(&steep);
@@ -88,7 +88,7 @@ fn mixing_that_does_not_come_to_the_autopilots_limits_about_hover_trim_is_refuse
     let (lowest, highest) = (Sticks::from_array([-0.5; 4]), Sticks::from_array([0.5; 4]));
     let limits = StickLimits { lowest, highest, ..StickLimits::default() };
     loaded(&steep, &hover().with_limits(limits)).unwrap();
-    // Where one control alone does not, nobody can fly by it.
+    // A control that does not reach its limit even alone is rejected for pilots too.
     let short = format!("{SENSORS}{}[servo.channels.lateral]\nmax_ms = 1.6\n", plate(""));
     let error = FlyConfig::parse(&short, "fly.toml".as_ref()).unwrap_err().to_string();
     assert!(
@@ -110,7 +110,7 @@ fn a_key_without_an_effect_is_refused() {
     assert_eq!(config.autopilot.unwrap().flown.unwrap().transfer.override_travel, 0.8);
 }
 
-/// One sentence for a number out of its range, whatever number it is.
+/// A number out of its range gives the same form of sentence for every key.
 #[test]
 fn every_number_out_of_its_range_is_told_in_one_form() {
     for (section, key, range) in [
@@ -154,7 +154,7 @@ fn a_value_of_another_kind_is_told_in_plain_words() {
         ("dmu = 3\n", "dmu: found 3, expected a table"),
         (
             "[navigation.imu]\nlever_arm_m = [0.0, 0.0]\n",
-            "[navigation.imu] lever_arm_m: found 2 of them, expected a list of 3",
+            "[navigation.imu] lever_arm_m: found 2 elements, expected a list of 3",
         ),
         (
             "[navigation.imu]\nlever_arm_m = [0.0, 'x', 0.0]\n",

@@ -1,5 +1,5 @@
-//! No number that is dangerous to fly by gets past `fly`: every numeric key of its configuration and of the
-//! autopilot's file, with every extreme value.
+//! `fly` rejects every number with which a flight is dangerous: each numeric key of its configuration and of the
+//! autopilot's file is tested with each extreme value.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -9,12 +9,12 @@ use hovernav::ekf::EstimatorConfig;
 use hovernav_log::{FlyConfig, MavlinkConfig, write_autopilot};
 use toml::{Table, Value};
 
-/// What no sensor, no filter and no vehicle has, but for a 0 here and there.
+/// Values that no sensor, filter or vehicle has, except for an occasional 0.
 const EXTREMES: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e300, -1e300, 1e-300];
 const WHOLE_EXTREMES: [i64; 4] = [0, -1, i64::MAX, i64::MIN];
 
-/// What stands in neither example.
+/// Keys that are in neither example.
 const REST: &str = "
     [dmu]
     latency_s = 0.01
@@ -70,7 +70,7 @@ fn merge(base: &mut Table, over: Table) {
     }
 }
 
-/// An example with every key that it leaves out.
+/// An example, extended by every key that it leaves out.
 fn whole(example: &str) -> Table {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
     let mut fly = table(&std::fs::read_to_string(directory.join(example)).unwrap());
@@ -79,7 +79,7 @@ fn whole(example: &str) -> Table {
     merge(&mut every, fly.clone());
     merge(&mut every, table(REST));
     fly = every;
-    // One way to have the pilot's pulses.
+    // Only one source of the pilot's pulses is permitted.
     let both = fly["servo"]["capture"].as_table_mut().unwrap();
     both.remove("serial");
     let defaults = EstimatorConfig::default();
@@ -122,7 +122,7 @@ fn whole(example: &str) -> Table {
     }
     fly.insert("autopilot".into(), Value::Table(autopilot));
     merge(&mut fly, rest);
-    // Spelled out, the autopilot's keys too.
+    // Written out in full, including the autopilot's keys.
     let spelled = FlyConfig::parse(&text(&Value::Table(fly.clone())), example.as_ref()).unwrap();
     table(&spelled.to_toml().unwrap())
 }
@@ -134,7 +134,7 @@ fn spelled(value: &Value) -> String {
     }
 }
 
-/// Where every number of `value` stands.
+/// Path of every number in `value`.
 fn numbers(value: &Value, at: &mut Vec<String>, found: &mut Vec<Vec<String>>) {
     let mut below = |key: String, value: &Value| {
         at.push(key);
@@ -158,8 +158,8 @@ fn place<'a>(value: &'a mut Value, path: &[String]) -> &'a mut Value {
     })
 }
 
-/// Every number of `whole` with every extreme value: how many there were, and those that `flies` took, by
-/// key; refusals that do not name the key, or not what was found.
+/// Tests every number of `whole` with every extreme value. Returns the number of tests, the values that `flies`
+/// accepted, by key, and refusals that do not name the key or the found value.
 fn sweep(
     whole: Table,
     flies: impl Fn(&str) -> Result<(), String>,
@@ -172,7 +172,7 @@ fn sweep(
     for path in &paths {
         let good = place(&mut whole, path).clone();
         let key = path.join(".");
-        // Of a long array the first elements stand for all.
+        // The first elements represent a long array.
         if path.iter().any(|key| key.parse::<usize>().is_ok_and(|index| index > 2)) {
             continue;
         }
@@ -184,13 +184,13 @@ fn sweep(
             tried += 1;
             match flies(&text(&whole)) {
                 Ok(()) => {
-                    // Of an array one element stands for all.
+                    // One element represents an array.
                     let key = path.iter().filter(|key| key.parse::<usize>().is_err());
                     let key = key.map(String::as_str).collect::<Vec<_>>().join(".");
                     let taken = taken.entry(key).or_default();
                     taken.insert(spelled(&extreme).trim_end_matches(".0").to_owned());
                 }
-                // Of a value that is not of its key's kind the line is told.
+                // An error about the wrong kind of value has a line instead of a key.
                 Err(why)
                     if (names.iter().any(|name| why.contains(name.as_str()))
                         || why.starts_with("fly.toml:"))
@@ -216,7 +216,7 @@ fn gains() -> Gains {
     gains
 }
 
-/// All that `fly` asks before the first byte is read.
+/// All checks of `fly` before the first byte is read.
 fn accepted(text: &str, directory: &Path) -> Result<(), String> {
     let words = |error: hovernav_log::FlyConfigError| error.to_string();
     let mut config = FlyConfig::parse(text, "fly.toml".as_ref()).map_err(words)?;
@@ -224,10 +224,10 @@ fn accepted(text: &str, directory: &Path) -> Result<(), String> {
     config.load_autopilot(directory).map_err(words)
 }
 
-/// What is taken, and why it may be.
+/// Accepted extreme values, with the reason why they are harmless.
 const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
     (
-        "somewhere on a vehicle, on Earth or on the compass",
+        "a position on a vehicle or on Earth, or an angle of the compass",
         &["0", "-1", "1e-300"],
         &[
             "navigation.gps.antenna_lever_arm_m",
@@ -245,7 +245,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "nothing is waited for, or at once",
+        "a waiting time of zero",
         &["0", "1e-300"],
         &[
             "autopilot.failsafe.pilot_lost_hold_s",
@@ -255,7 +255,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "every sample is used, or propagated by itself",
+        "every sample is used, or propagated separately",
         &["0", "1e-300"],
         &[
             "navigation.filter.attitude.interval_s",
@@ -266,7 +266,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "an error that there is none of, beside others that have a least",
+        "an error source that is absent, while others have a minimum",
         &["0", "1e-300"],
         &[
             "navigation.filter.gps.delay_sigma_s",
@@ -286,7 +286,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "a limit that there is none of, or that lets all through",
+        "a limit that is absent, or that permits everything",
         &["0", "1e-300"],
         &[
             "autopilot.switch.hysteresis_ms",
@@ -297,7 +297,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "what a log is scored by, which no flight is",
+        "accuracy of a reference for scores, which no flight has",
         &["0", "1e-300"],
         &[
             "navigation.reference.attitude_sigma_deg",
@@ -306,9 +306,13 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
             "navigation.reference.velocity_sigma_mps",
         ],
     ),
-    ("a test input of nothing", &["0", "1e-300"], &["autopilot.excitation.inputs.amplitude"]),
     (
-        "0 has a meaning of its own: never, not known, as it is, the first",
+        "a test input without amplitude",
+        &["0", "1e-300"],
+        &["autopilot.excitation.inputs.amplitude"],
+    ),
+    (
+        "0 has a special meaning: never, unknown, unchanged, the first",
         &["0"],
         &[
             "mavlink.speaker.rates.attitude_hz",
@@ -343,7 +347,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
         ],
     ),
     (
-        "the other way round, or to the end",
+        "the opposite direction, or the end of the range",
         &["-1"],
         &[
             "autopilot.steering.signs.collective",
@@ -362,7 +366,7 @@ fn harmless(key: &str, value: &str) -> bool {
     HARMLESS.iter().any(|(_, values, keys)| values.contains(&value) && keys.contains(&key))
 }
 
-/// What of `taken` is not listed as harmless.
+/// Those of the values `taken` that are not listed as harmless.
 fn dangerous(
     taken: BTreeMap<String, BTreeSet<String>>,
     listed: impl Fn(&str, &str) -> bool,
@@ -406,7 +410,7 @@ fn no_extreme_number_of_an_autopilots_file_is_flown_with() {
         "trim.sticks.longitudinal",
         "trim.sticks.pedal",
     ];
-    // A gain of 1 to the other side is for the model to judge, on which gains are tried.
+    // The model, on which gains are tested, judges a gain of 1 with the opposite sign.
     let gain = |key: &str, value: &str| {
         (key.starts_with("gains.") && ["0", "-1", "1e-300"].contains(&value))
             || (plain.contains(&key) && ["0", "1e-300"].contains(&value))
