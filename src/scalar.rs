@@ -174,8 +174,8 @@ scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roun
 scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 
 /// Square root by the SSE2 intrinsic; the bits are those of `libm`. In every build `libm` uses an SSE instruction.
-/// Among the wide vectors of a build with `target-cpu=native`, this instruction waits for all parts of the vector,
-/// and a fix takes 1.5 times as long.
+/// Among the wide vectors of a build with `target-cpu=native`, this instruction waits for all parts of the vector. A
+/// fix then takes 1.5 times as long.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]
 fn sqrt_double(of: f64) -> f64 {
@@ -204,10 +204,9 @@ const REDUCED_SINGLE_RAD: f32 = 1e3;
 /// Sine and cosine to 2.5e-16 up to 1e5 rad, without a table of π. The functions of `libm` contain a table of 3.4 kB
 /// for angles up to 1e308, and take four times as long. NaN and infinities give NaN.
 ///
-/// # Source
-/// W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by
-/// π/2 in parts); coefficients and parts of π/2 are those of fdlibm (Sun Microsystems, 1993), `k_sin.c`,
-/// `k_cos.c` and `e_rem_pio2.c`.
+/// # Source W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by
+/// π/2 in parts). Coefficients and parts of π/2 are those of fdlibm (Sun Microsystems, 1993), `k_sin.c`, `k_cos.c`
+/// and `e_rem_pio2.c`.
 fn sincos_double(angle_rad: f64) -> (f64, f64) {
     // Written so that a NaN takes the second branch too.
     let small = libm::fabs(angle_rad) <= REDUCED_RAD;

@@ -1,5 +1,5 @@
-//! Claims of the pages under `docs` about the code: direction of data flow, length of files, crates under the flight
-//! core, places of equations, kinds of findings.
+//! Claims of the pages under `docs` about the code. They are direction of data flow, length of files, crates under
+//! the flight core, functions of equations, kinds of findings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,5 +1,5 @@
-// Raw bytes of a receiver, samples of an inertial unit, and the hover autopilot, in C++17: a vehicle at rest
-// that a gust turns, and the response of the sticks.
+// Raw bytes of a receiver, samples of an inertial unit, and the hover autopilot, in C++17. A gust turns a
+// vehicle at rest, and the sticks respond.
 //
 // The gains here only damp rates. A design for the vehicle gives usable gains:
 //

@@ -136,7 +136,7 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
 }
 
 /// One step of the autopilot: call it once every period of its configuration. Its estimate is the solution without
-/// the latest corrections, which fade in over about a second: a fix thus never moves a stick by a step. Each call
+/// the latest corrections, which fade in over about a second. A fix thus never moves a stick by a step. Each call
 /// counts as one period, independent of `now_ns`. A call at another rate than that of the gains' design is an error
 /// that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
 ///

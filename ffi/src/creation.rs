@@ -81,8 +81,8 @@ pub unsafe extern "C" fn hovernav_create(
     Status::of(create())
 }
 
-/// Builds an object in its memory. In a function of its own, the compiler knows that the memory has no other user,
-/// and builds the object there and not on the stack.
+/// Builds an object in its memory. In a separate function, the compiler knows that the memory has no other user. It
+/// then builds the object there and not on the stack.
 #[inline(never)]
 fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     memory.write(Hovernav {

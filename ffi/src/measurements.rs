@@ -131,8 +131,8 @@ impl Fix {
 
 /// Passes on a sample of the inertial unit. A notice reports a sample that the estimator cannot use: not finite, or
 /// not later than the previous one. Notices report all other results too. The estimator bridges a gap of any length.
-/// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected.
-/// hovernav_get_health() then reports the estimate as stale, and the object must be created again.
+/// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected. Then
+/// hovernav_get_health() reports the estimate as stale, and the object must be created again.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

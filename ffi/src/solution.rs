@@ -110,9 +110,9 @@ pub unsafe extern "C" fn hovernav_get_solution(
 /// Count of numbers in the matrix of hovernav_get_covariance().
 pub const HOVERNAV_COVARIANCE: usize = 81;
 
-/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. It covers the attitude error (a small
-/// turn about north, east, down, rad), the velocity error (m/s) and the position error (m) of the inertial unit,
-/// north, east, down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
+/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a
+/// small turn, rad), the velocity error (m/s) and the position error (m) of the inertial unit. Each is north, east,
+/// down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate; `covariance` points to room for HOVERNAV_COVARIANCE numbers.

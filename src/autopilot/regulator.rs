@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 /// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample
 /// period.
 ///
-/// Hidden are the states of the design's plant that are not measured but follow from the measured states and the
-/// commands: flapping, stabilizer bar, servo positions.
+/// Hidden states of the design's plant are not measured, but follow from the measured states and the commands:
+/// flapping, stabilizer bar, servo positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",

@@ -59,7 +59,7 @@ impl<T: Scalar> Supervisor<T> {
         self.last_transition
     }
 
-    /// Changes to the best mode that pilot and estimate allow: to a worse one at once, to a better one when the
+    /// Changes to the best mode that pilot and estimate allow. A worse mode is entered at once, a better one when the
     /// estimate has been good enough for a while.
     pub fn choose(&mut self, request: &Request<T>) -> Option<Transition> {
         if !request.engage {

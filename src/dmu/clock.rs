@@ -107,7 +107,6 @@ impl core::error::Error for ClockFault {}
 /// arrivals more than 5 ms from their expected time. Late arrivals are due to the scheduler; only 16 similarly late
 /// ones in a row mean that the clock lost wraps of the timer. Early arrivals are proof, because no packet arrives
 /// before it is sent: the clock then moves at once.
-/// ones are proof, for no packet arrives before it is sent: the clock then moves at once.
 ///
 /// ```
 /// use hovernav::dmu::{Basis, SampleClock};

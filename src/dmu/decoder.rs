@@ -76,9 +76,9 @@ enum Lock {
 /// check the search continues one byte later, never a whole frame.
 ///
 /// Two errors pass undetected. A byte lost or gained after the temperature word leaves a packet of true measurements
-/// with a wrong timer, once in 256 times; [`SampleClock`](super::SampleClock) limits the effect. A header byte gained
-/// inside a packet that begins with two header bytes shifts the words before it by one byte, and neither sum nor
-/// length shows it.
+/// with a wrong timer, once in 256 times. [`SampleClock`](super::SampleClock) limits the effect. In a packet that
+/// begins with two header bytes, a gained header byte shifts the words before it by one byte. Neither sum nor length
+/// shows it.
 ///
 /// Memory is fixed, the work per byte is bounded, and [`PacketCounts`] accounts for each byte.
 ///

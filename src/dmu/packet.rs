@@ -4,8 +4,8 @@
 //! decoded. Its fields are then plain numbers in the unit's counts. [`Calibration`](super::Calibration) converts them
 //! to physical units.
 //!
-//! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs,
-//! timer); the order of the words is that of four independent drivers.
+//! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs, timer). The order of
+//! the words is that of four independent drivers.
 
 use core::fmt;
 

@@ -192,8 +192,8 @@ fn product<T: Scalar>([x0, y0, z0, w0]: [T; 4], [x1, y1, z1, w1]: [T; 4]) -> [T;
     ]
 }
 
-/// The quaternion of a rotation vector: exact, by a series below 0.1 rad whose first omitted term is
-/// under 1e-17, by sine and cosine above.
+/// The exact quaternion of a rotation vector. Below 0.1 rad it is a series whose first omitted term is under 1e-17,
+/// above it uses sine and cosine.
 ///
 /// # Source
 /// Equation (F1) of docs/equations.md.

@@ -49,8 +49,8 @@ impl Fix {
         }
     }
 
-    /// Whether every value is finite and possible for a receiver near the ground: a navigable position, speeds within
-    /// ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
+    /// Whether every value is finite and possible for a receiver near the ground. The position must be navigable,
+    /// speeds within ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let speed_is_good = |speed: f64| libm::fabs(speed) <= FASTEST_MPS;

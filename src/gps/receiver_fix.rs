@@ -126,7 +126,7 @@ impl ReceiverFix {
         })
     }
 
-    /// Computes the missing height from the reported one: `separation_m` is the geoid's height above the ellipsoid at
+    /// Computes the missing height from the reported one. `separation_m` is the geoid's height above the ellipsoid at
     /// the flying site (−107 to 86 m over the Earth).
     #[must_use]
     pub fn with_geoid_separation(mut self, separation_m: f64) -> Self {

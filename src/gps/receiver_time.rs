@@ -108,8 +108,9 @@ impl ReceiverTime {
         }
     }
 
-    /// GPS time from a time of week, below one week, and the UTC of the same moment: days since the start of 1970 and
-    /// nanoseconds since midnight, below two days. The week and the leap seconds are those for which the two agree.
+    /// GPS time from a time of week, below one week, and the UTC of the same moment. UTC is given as days since the
+    /// start of 1970 and nanoseconds since midnight, below two days. The week and the leap seconds are those for
+    /// which the two agree.
     ///
     /// `None` where they disagree by more than 0 to 60 s, the range of leap seconds.
     // Computed in days, because a 64-bit division takes 1 kB of program memory on a microcontroller.

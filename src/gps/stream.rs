@@ -66,7 +66,7 @@ impl Receiver {
         }
     }
 
-    /// The fix of the incomplete epoch: for a line that is silent until the next epoch, or the end of a log.
+    /// The fix of the incomplete epoch. Use it when the line is silent until the next epoch, or at the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         match self {
             #[cfg(feature = "tsip")]

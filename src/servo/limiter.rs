@@ -67,8 +67,8 @@ impl Limiter {
         Ok(Self { config, hold_s, servos, before: None })
     }
 
-    /// Sets the current widths of the servos, ms, as the start of the next command: the autopilot takes over from the
-    /// pilot without a jump. A width that is not finite is ignored; the range applies.
+    /// Sets the current widths of the servos, ms, as the start of the next command. The autopilot thus takes over
+    /// from the pilot without a jump. A width that is not finite is ignored; the range applies.
     pub fn start_from(&mut self, widths_ms: &Channels<f64>) {
         self.servos =
             self.servos.zip(self.config).zip(*widths_ms).map(|((servo, config), width_ms)| {

@@ -56,8 +56,8 @@ pub struct Swashplate {
     pub kind: SwashplateKind,
     /// Angle by which the plate's tilt leads the control, from the nose to the right, °, within ±45.
     pub phase_deg: f64,
-    /// Travel of the side where the plate rises most, in stick fractions of a servo, for a full lateral stick; from
-    /// −1 to 1, not 0.
+    /// Travel at full lateral stick of the side where the plate rises most, in stick fractions of a servo. From −1 to
+    /// 1, not 0.
     pub lateral: f64,
     /// The same travel for a full longitudinal stick.
     pub longitudinal: f64,

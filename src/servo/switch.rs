@@ -47,8 +47,8 @@ impl SwitchConfig {
 
 /// A switch of the transmitter, off until it has been seen off and then on.
 ///
-/// A switch that is on when the pulses begin, or when they return after a loss, counts as off until the pilot has
-/// opened it. The pilot did not request anything at that moment.
+/// A switch may be on when the pulses begin, or when they return after a loss. It then counts as off until the pilot
+/// has opened it. The pilot did not request anything at that moment.
 ///
 /// ```
 /// use hovernav::servo::{Captured, Switch, SwitchConfig};

@@ -116,9 +116,9 @@ fn every_derivative_off_by_a_fifth_leaves_the_60_class_stable() {
     assert!(stable >= 495, "{stable}");
 }
 
-/// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i, in addition to its unstable
-/// poles at 0.71 ± 0.08i, 0.99 and 1.04. These gains are fast enough for table 6.1. Gains with a slower velocity loop
-/// do not depend on the zeros.
+/// The printed model has zeros in the right half plane, 0.37 ± 1.33i and 0.37 ± 4.09i. Its unstable poles are 0.71 ±
+/// 0.08i, 0.99 and 1.04. These gains are fast enough for table 6.1. Gains with a slower velocity loop do not depend
+/// on the zeros.
 #[test]
 fn the_printed_model_is_fast_and_robust() {
     let fast = stable_of_500(&HoverDesign::thesis(), &shipped::thesis());

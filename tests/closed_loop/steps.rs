@@ -248,7 +248,7 @@ struct Excursions {
     released: [f64; 2],
 }
 
-/// Every flight is flown twice in the same gusts, with and without the change: the difference of their attitudes is
+/// Every flight is flown twice in the same gusts, with and without the change. The difference of their attitudes is
 /// the effect of the change. With the true state as feedback this is the effect of the transfer itself. With the
 /// estimate the autopilot also corrects the velocity for the estimate's error.
 fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {

@@ -164,8 +164,8 @@ fn parameters_and_covariances_that_none_has_are_refused_by_name() {
     assert!(shipped::thesis().with_parameters(found, None).is_ok());
 }
 
-/// Each pair is possible, all three together are not: a parameter cannot correlate positively with one and negatively
-/// with the other of two that correlate positively.
+/// Each pair of correlations is possible, but all three together are not. Two parameters that correlate strongly with
+/// a third cannot correlate negatively with each other.
 #[test]
 fn correlations_that_no_variables_have_together_are_refused() {
     let named = |name: &str| Parameter { name: name.into(), value: 1.0, unit: String::new() };

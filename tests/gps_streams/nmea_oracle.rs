@@ -29,8 +29,8 @@ enum Difference {
 
 /// Largest difference of two readings of the same digits.
 ///
-/// The oracle rounds times to nanoseconds, degrees to double precision and all else to single
-/// precision, 2⁻²⁴ of the value; our reader holds positions in radians.
+/// The oracle rounds times to nanoseconds, degrees to double precision and all else to single precision, 2⁻²⁴ of the
+/// value. Our reader stores positions in radians.
 fn rounding(quantity: Quantity, values: &Values) -> f64 {
     const SINGLE: f64 = 1.0 / (1 << 24) as f64;
     let value = values.get(&quantity).map_or(0.0, |value| value.abs());

@@ -264,7 +264,7 @@ fn margins_on_the_vehicle_are_those_promised_in_wind_of_5_mps() {
     assert_margins_hold(&outcome(1503));
 }
 
-/// Without the bar the rotor of this flight is identified as too slow, with its spring 7 bounds off, and pitch with a
+/// Without the bar the rotor of this flight is identified as too slow, with its spring 7 bounds off. Pitch then has a
 /// cost of 104.
 #[test]
 fn a_stabiliser_bar_shows_through_wind_and_gusts() {
@@ -278,7 +278,7 @@ fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     assert_abs_diff_eq!(spring.value, true_spring, epsilon = 3.0 * spring.bound);
 }
 
-/// On only a part of this flight the search without a bar ends with a delay error of one sample, where a model with a
+/// On only a part of this flight the search without a bar ends with a delay error of one sample. There a model with a
 /// bar is far more likely.
 #[test]
 fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
@@ -301,8 +301,8 @@ fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
     }
 }
 
-/// With an unlimited error of the vertical velocity, the collective of this flight is identified as too weak by 4.2
-/// of its bounds, and heave with a cost of 196.
+/// With an unlimited error of the vertical velocity, the collective of this flight is too weak by 4.2 of its bounds.
+/// Heave then has a cost of 196.
 #[test]
 fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let (found, vehicle) = identified(505);
@@ -319,7 +319,7 @@ fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     assert!(reasons.iter().any(|own| own.contains(&format!("{stick} to {output}"))), "{reasons:?}");
 }
 
-/// The likelihood alone identifies the collective of this flight as 35 ms late, an error of six bounds: the autopilot
+/// The likelihood alone identifies the collective of this flight as 35 ms late, an error of six bounds. The autopilot
 /// responds to gusts before the measured velocity shows them.
 #[test]
 fn gusts_do_not_make_the_collective_late() {

@@ -1,5 +1,5 @@
-//! Four recorded plants of the DaISy collection, identified on the first half and evaluated on the second: free run
-//! over the complete half, start state fitted, the first half's means removed.
+//! Four recorded plants of the DaISy collection, identified on the first half and evaluated on the second. The
+//! evaluation is a free run over the complete half, with the start state fitted and the first half's means removed.
 //!
 //! `cargo test --test identification daisy:: -- --nocapture` prints the table.
 

@@ -177,8 +177,8 @@ fn moments() -> Vec<Moment> {
 /// Allowed error of ∂(row)/∂(column), the states in blocks of three.
 ///
 /// Neglected according to the block's documentation: the rotation of NED and all other terms under 2e-4 per second.
-/// The attitude at the step's start and the first effect of each error neglect the rotation of a step, ω Δt, or the
-/// specific force in it, f Δt, over half a step.
+/// The block uses the attitude at the step's start, and only the first effect of each error. This neglects the
+/// rotation of a step, ω Δt, or the specific force in it, f Δt, over half a step.
 fn left_out(row: usize, column: usize, interval_s: f64) -> f64 {
     const SLOW: f64 = 2e-4;
     let (rate, force) = (1.7, 12.7);

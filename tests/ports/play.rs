@@ -1,5 +1,5 @@
-//! A played flight equals the original: a link and a receiver read the data of the dataset from the lines, to the
-//! step of the wire, also across cuts and unplugging. Time-dependent tests use emulated time; pseudo-terminals show
+//! A played flight equals the original. A link and a receiver read the data of the dataset from the lines, to the
+//! step of the wire. This includes cuts and unplugging. Time-dependent tests use emulated time; pseudo-terminals show
 //! that bytes and ports pass through the system.
 
 use std::path::PathBuf;

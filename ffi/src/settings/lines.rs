@@ -228,8 +228,8 @@ impl LinesConfig {
     }
 }
 
-/// Sets `config` to a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms, and an NMEA receiver with a
-/// latency of 0.12 s. `abi` is HOVERNAV_ABI.
+/// Sets `config` to the defaults: a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms. The receiver is an
+/// NMEA one with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -13,8 +13,8 @@ fn header() -> String {
     readable(&String::from_utf8(bytes).unwrap())
 }
 
-/// The generator's text without parts that are useless in C: conditions that only Rust needs, the prefix of a type
-/// before the name of a constant, and three declarations of one enumeration.
+/// The generator's text without parts that are useless in C. These are conditions that only Rust needs, the prefix of
+/// a type before the name of a constant, and three declarations of one enumeration.
 fn readable(text: &str) -> String {
     let text = text
         .replace("HovernavHOVERNAV_", "HOVERNAV_")

@@ -1,5 +1,5 @@
-//! The C interface gives the same bits as Rust: a notch at one speed and following a rotor, and the raw bytes of both
-//! lines with the autopilot.
+//! The C interface gives the same bits as Rust. Tested are a notch at one speed and following a rotor, and the raw
+//! bytes of both lines with the autopilot.
 
 use std::f64::consts::TAU;
 use std::mem::MaybeUninit;

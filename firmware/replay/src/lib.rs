@@ -1,5 +1,5 @@
-//! A minute of `datasets/heli-hover`, compiled in, through estimator and autopilot: the same code on a
-//! microcontroller and on the host, with a hash of all results.
+//! A minute of `datasets/heli-hover`, compiled in, through estimator and autopilot. The same code runs on a
+//! microcontroller and on the host, and gives a hash of all results.
 #![no_std]
 
 mod controller;

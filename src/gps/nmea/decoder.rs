@@ -11,8 +11,8 @@ use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Silence of a line that separates two epochs, s: 10 Hz leaves 100 ms for both, and a loop at 33 Hz reads every 30
-/// ms.
+/// Silence of a line that separates two epochs, s. A rate of 10 Hz leaves 100 ms for both, and a loop at 33 Hz reads
+/// every 30 ms.
 const SILENCE_S: f64 = 0.05;
 
 const GGA: Kinds = 1;
@@ -29,9 +29,9 @@ const GST: Kinds = 32;
 /// next epoch starts. The first two fixes are therefore late by an epoch; [`flush`](Self::flush) on a silent line
 /// delivers any fix at once.
 ///
-/// * Position is that of GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of
-///   its sentences reports none: GGA quality 0 or 6 to 8, RMC status V or mode N, E, M, S or U, GSA mode 1,
-///   GNS without a valid mode, RMC or GNS with the navigational status U.
+/// * Position is that of GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of its
+///   sentences reports none. For GGA this is quality 0 or 6 to 8, for RMC status V or mode N, E, M, S or U, for GSA
+///   mode 1. GNS reports none without a valid mode. RMC and GNS report none with the navigational status U.
 /// * Velocity is that of RMC; that of VTG where the receiver sends no RMC. Down velocity is unknown. At rest
 ///   many receivers leave the course empty: then only the ground speed is known.
 /// * One-sigmas are those of GST; else unknown.
@@ -103,8 +103,8 @@ impl Decoder {
         }
     }
 
-    /// The fix of the incomplete epoch, if it has a position: for a line that is silent until the next epoch, or the
-    /// end of a log.
+    /// The fix of the incomplete epoch, if it has a position. Use it when the line is silent until the next epoch, or
+    /// at the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }

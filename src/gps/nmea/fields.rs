@@ -198,9 +198,9 @@ fn nanoseconds(fraction: &[u8]) -> Option<u64> {
 
 /// An optional minus, digits, and at most one point before, between or after them.
 ///
-/// Numbers of up to 15 digits are correctly rounded: the digits and the power of ten that divides them are exact, and
-/// the division rounds once. Further digits after the point are ignored, an error below one part in 10¹⁴. More than
-/// 15 digits before the point are invalid: no receiver sends them.
+/// Numbers of up to 15 digits are correctly rounded. Their digits and the power of ten that divides them are exact,
+/// and the division rounds once. Further digits after the point are ignored, an error below one part in 10¹⁴. More
+/// than 15 digits before the point are invalid: no receiver sends them.
 ///
 /// # Source
 /// W. D. Clinger, *How to read floating point numbers accurately*, PLDI 1990, section 3.

@@ -9,7 +9,7 @@ use crate::gps::{
 };
 use crate::time::Time;
 
-/// Largest difference between times of fix in one epoch, s: the receiver computes one fix per second, and the time in
+/// Largest difference between times of fix in one epoch, s. The receiver computes one fix per second, and the time in
 /// single precision has steps of 31 ms.
 const SAME_EPOCH_S: f64 = 0.1;
 /// Largest age of the geometry report, s, at which it still describes a fix; it arrives every 1 to 5 s.
@@ -17,10 +17,10 @@ const SATELLITES_LAST_S: f64 = 10.0;
 
 /// Turns a TSIP stream into fixes.
 ///
-/// A fix is delivered as soon as position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix have
-/// arrived, or a superpacket (0x8F-20, 0x8F-23) alone. A position without velocity is delivered when the second ends
-/// (0x82) or the next begins. 0x4A, with steps of 2 m, gives no fix. Satellites and dilutions are those of the last
-/// 0x6D, which follows the fix that it describes.
+/// A fix needs position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix, or a superpacket
+/// (0x8F-20, 0x8F-23) alone. It is delivered as soon as they have arrived. A position without velocity is delivered
+/// when the second ends (0x82) or the next begins. 0x4A, with steps of 2 m, gives no fix. Satellites and dilutions
+/// are those of the last 0x6D, which follows the fix that it describes.
 ///
 /// Heights are interpreted as above the ellipsoid unless the last 0x55 reported otherwise; [`Startup`] configures
 /// this. The week comes from the last 0x41; a floor resolves its rollover.
@@ -119,8 +119,8 @@ impl Decoder {
         }
     }
 
-    /// The fix of the incomplete epoch, if it has a position: for a line that is silent until the next epoch, or the
-    /// end of a log.
+    /// The fix of the incomplete epoch, if it has a position. Use it when the line is silent until the next epoch, or
+    /// at the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }

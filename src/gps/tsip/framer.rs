@@ -35,8 +35,8 @@ enum State {
 
 /// Finds packets in a stream that is cut into any pieces.
 ///
-/// If it starts in the middle of a packet, on the second byte of a doubled 0x10, it may interpret data as the start
-/// of a packet. The first packet of a stream is therefore the least reliable.
+/// A start on the second byte of a doubled 0x10, in the middle of a packet, may interpret data as the start of a
+/// packet. The first packet of a stream is therefore the least reliable.
 #[derive(Clone, Debug)]
 pub struct Framer {
     state: State,

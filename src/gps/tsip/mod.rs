@@ -2,8 +2,8 @@
 //!
 //! Line: 9600 baud, 8 data bits, **odd parity**, 1 stop bit. Packets are `10 id data… 10 03`, with every 0x10 in the
 //! data doubled; numbers are big-endian. There is no length and no checksum: the parity bit is the only protection on
-//! the line. Open a port so that it *drops* bytes with a parity error (`INPCK | IGNPAR`): the packet then has the
-//! wrong length and is rejected. (The `serial` module cannot request this: see there.) Lengths, ranges and
+//! the line. Open a port so that it *drops* bytes with a parity error (`INPCK | IGNPAR`). The packet then has the
+//! wrong length and is rejected. The `serial` module cannot request this: see there. Lengths, ranges and
 //! [`quality`](super::quality) checks catch some of the errors that parity misses.
 //!
 //! [`Framer`] finds packets, [`Report`] reads them, and [`Decoder`] assembles one fix per second. [`Startup`] brings

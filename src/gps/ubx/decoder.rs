@@ -38,9 +38,9 @@ pub struct Acknowledgement {
 /// NAV-POSLLH, NAV-VELNED, NAV-STATUS, NAV-DOP and NAV-TIMEGPS of one time of week form an epoch. It is delivered
 /// once all kinds of message of the last epochs have arrived, or when the next epoch starts.
 ///
-/// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived, and all that arrived report
-///   it as good (`gnssFixOK`) and measured with satellites: 2-D, 3-D, or combined with dead reckoning. Dead
-///   reckoning alone and time alone are no fix.
+/// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived. All that arrived must report it
+///   as good (`gnssFixOK`) and as 2-D, 3-D, or combined with dead reckoning. Dead reckoning alone and time alone are
+///   no fix.
 /// * Position is that of NAV-PVT, else NAV-POSLLH, else NAV-SOL (Earth-fixed, in cm); velocity that of NAV-PVT,
 ///   else NAV-VELNED, else NAV-SOL.
 /// * One-sigmas are the receiver's accuracy estimates. Its one figure for the horizontal error is used for north
@@ -105,8 +105,8 @@ impl Decoder {
         }
     }
 
-    /// The fix of the incomplete epoch, if it is a fix already: for a line that is silent until the next epoch, or the
-    /// end of a log.
+    /// The fix of the incomplete epoch, if it is a fix already. Use it when the line is silent until the next epoch,
+    /// or at the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }
