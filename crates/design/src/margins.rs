@@ -445,7 +445,7 @@ fn largest_singular_value(matrix: &DMatrix<Complex<f64>>) -> f64 {
     matrix.singular_values().iter().copied().fold(0.0, f64::max)
 }
 
-/// Approximately the smallest of the largest singular values of DMD⁻¹ over diagonal D: an upper bound of the structured
+/// Approximate minimum over diagonal D of the largest singular value of DMD⁻¹. It is an upper bound of the structured
 /// singular value for independent perturbations of the channels.
 ///
 /// # Source

@@ -97,8 +97,8 @@ pub fn step_response(
     Ok(StepResponse { time_s, outputs })
 }
 
-/// Closed-loop poles as the gain k of u = −k·y grows, from one input to one output: one row of n
-/// poles per gain, each continued from the nearest of the row before.
+/// Closed-loop poles over the gain k of u = −k·y, from one input to one output. Each gain has a row of n poles, each
+/// continued from the nearest pole of the previous row.
 ///
 /// # Errors
 /// As [`bode`], and [`DesignError::Singular`] at a gain of −1/D.

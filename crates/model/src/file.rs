@@ -65,12 +65,12 @@ impl StateSpace {
 
     /// The model in the text `text`; `path` is its name in messages.
     ///
-    /// Keys: `name`, `source`, `time_domain` (`"continuous"` or `"discrete"`, always required), `period_s` (s, for a
-    /// discrete model only), matrices `A`, `B` and optionally `C`, `D` as lists of rows, `states`, `inputs` and
-    /// optionally `outputs` as tables of `name` and `unit`, `parameters` as tables of `name`, `value`, `unit`,
-    /// `parameter_covariance`, `slopes` as tables of `parameter`, `row`, `column`, `slope` as in [`Slope`], and
-    /// `verdict` (`"good"`, `"care"` or `"do not fly"`) with its `reasons`, which are required unless it is `"good"`.
-    /// Without `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
+    /// The keys `name`, `source` and `time_domain` (`"continuous"` or `"discrete"`) are required, and `period_s` (s)
+    /// for a discrete model only. The matrices `A`, `B` and optionally `C`, `D` are lists of rows. `states`, `inputs`
+    /// and optionally `outputs` are tables of `name` and `unit`. `parameters` are tables of `name`, `value`, `unit`,
+    /// with the matrix `parameter_covariance`. `slopes` are tables of `parameter`, `row`, `column`, `slope` as in
+    /// [`Slope`]. The `verdict` is `"good"`, `"care"` or `"do not fly"`; its `reasons` are required unless it is
+    /// `"good"`. Without `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
     ///
     /// # Errors
     /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or unknown, or the content is

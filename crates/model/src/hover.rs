@@ -11,8 +11,8 @@ use super::signal::Signal;
 use super::state_space::StateSpace;
 use hovernav::controls::Sticks;
 
-/// States of hover models with their units: velocity and rate in body axes, attitude, flapping (a backwards, b to the
-/// right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
+/// States of hover models with their units. They are velocity and rate in body axes, attitude, flapping (a backwards, b
+/// to the right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
 pub const STATES: [(&str, &str); 14] = [
     ("u", "m/s"),
     ("v", "m/s"),

@@ -1,7 +1,8 @@
 //! Vehicle models for simulation and design: a nonlinear helicopter, and linear models as data.
 //!
-//! [`helicopter::Helicopter`] is a rigid body in six degrees of freedom with a tip-path-plane rotor with a stabilizer
-//! bar, a tail rotor with a rate gyro, fins and a fuselage. It is trimmed and linearised about hover or slow flight.
+//! [`helicopter::Helicopter`] is a rigid body in six degrees of freedom. It has a tip-path-plane rotor with a
+//! stabilizer bar, a tail rotor with a rate gyro, fins and a fuselage. It is trimmed and linearised about hover or slow
+//! flight.
 //!
 //! [`StateSpace`] is a linear model: matrices, the names and units of its signals, and its time domain. It is read from
 //! and written to `model.toml`; [`shipped`] contains three. [`hover`] builds the structures of hover models of small

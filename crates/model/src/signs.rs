@@ -122,9 +122,9 @@ impl fmt::Display for WrongSign {
 
 impl StateSpace {
     /// Derivatives with an impossible sign that the model's own verdict does not name, as after an edit by hand. A
-    /// parameter is judged with its covariance. An entry of a matrix is judged where no parameter corresponds to it: a
-    /// damping beyond [`KnownSign::UNDAMPED_PER_S`], and a control derivative only per `stick`, whose sign is that of a
-    /// record. For a model in percent the sign convention of its source applies.
+    /// parameter is judged with its covariance. An entry of a matrix is judged where no parameter corresponds to it. A
+    /// damping is impossible beyond [`KnownSign::UNDAMPED_PER_S`]. A control derivative is judged only per `stick`,
+    /// whose sign is that of a record. For a model in percent the sign convention of its source applies.
     #[must_use]
     pub fn wrong_signs(&self) -> Vec<WrongSign> {
         let found = KnownSign::all().filter(|known| !self.tells_of(known));

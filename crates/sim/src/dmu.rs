@@ -201,8 +201,8 @@ pub struct ImuTruth {
 
 /// A running inertial unit: it receives the true motion at its own rate and returns its samples.
 ///
-/// The order of the errors is: first-order low-pass (exact for motion that is linear between samples, and for vibration
-/// at any frequency), scale factor, biases and white noise, range, resolution.
+/// The errors are applied in the order low-pass, scale factor, biases and white noise, range, resolution. The
+/// first-order low-pass is exact for motion that is linear between samples, and for vibration at any frequency.
 #[derive(Clone, Debug)]
 pub struct SimulatedDmu {
     output: DmuOutput,

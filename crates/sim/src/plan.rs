@@ -103,7 +103,7 @@ impl FlightPlan {
         )
     }
 
-    /// Climbs by `height_m` (descends where negative) at `rate_mps`, with smooth transitions of 2 s; at a lower rate
+    /// Climbs by `height_m` (descends where negative) at `rate_mps`, with smooth transitions of 2 s. The rate is lower
     /// where the height is too small for that.
     #[must_use]
     pub fn climb(self, height_m: f64, rate_mps: f64) -> Self {
@@ -115,7 +115,7 @@ impl FlightPlan {
     }
 
     /// Turns by `heading_change_rad` (right positive) at `rate_radps`, banked for the speed, with smooth transitions of
-    /// 2 s; at a lower rate where the change is too small for that.
+    /// 2 s. The rate is lower where the change is too small for that.
     #[must_use]
     pub fn turn(self, heading_change_rad: f64, rate_radps: f64) -> Self {
         let (rate_radps, steady_s) = steady_part(heading_change_rad, rate_radps);

@@ -94,8 +94,8 @@ impl RunningSource {
         }
     }
 
-    /// Angular rate, rad/s, and specific force, m/s², after first-order low-passes with the two time constants: at the
-    /// end of the next `step_s`, or the mean over it.
+    /// Angular rate, rad/s, and specific force, m/s², after first-order low-passes with the two time constants. The
+    /// values are those at the end of the next `step_s`, or the mean over it.
     ///
     /// # Source
     /// Equation (W6) of docs/equations.md.

@@ -55,10 +55,10 @@ impl HoverDesign {
     /// Searches the weights of this design for `wanted` on `model`. The same start gives the same result.
     ///
     /// Each trial multiplies one or a few weights by random factors. A smaller shortfall is kept, and the range of the
-    /// factors widens or narrows with success. The shortfall is a sum over settling, settling with stops where a stick
-    /// reaches one, margins in every flight mode, sticks within their travel, and stability with perturbed derivatives.
-    /// If the model contains its uncertainty, stability is also evaluated on vehicles drawn from it, and the worse of
-    /// the two counts.
+    /// factors widens or narrows with success. The shortfall is a sum over settling, margins in every flight mode,
+    /// sticks within their travel, and stability with perturbed derivatives. Where a stick reaches a stop, settling
+    /// with stops is added. If the model contains its uncertainty, stability is also evaluated on vehicles drawn from
+    /// it, and the worse of the two counts.
     ///
     /// If the best design lacks 45° and 6 dB, the times of the table, or stability of nine in ten models perturbed by
     /// 20 %, a second search follows. It varies the weights of roll and pitch for these requirements alone; its result

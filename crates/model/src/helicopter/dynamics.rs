@@ -176,8 +176,8 @@ const DISTURBED: [f64; 2] = [0.5, 1.5];
 /// vertical autorotation near 1.8 times the induced velocity of hover.
 ///
 /// # Source
-/// Leishman, *Principles of Helicopter Aerodynamics* (2006), equations 12.7 to 12.11, after Harris (2003): the force on
-/// an autorotating rotor is 1.25 times its disc under the dynamic pressure of the descent, so that it sinks at
+/// Leishman, *Principles of Helicopter Aerodynamics* (2006), equations 12.7 to 12.11, after Harris (2003). The force on
+/// an autorotating rotor is 1.25 times its disc under the dynamic pressure of the descent. The rotor therefore sinks at
 /// 2/√1.25 = 1.79 induced velocities.
 const TURBULENT: f64 = 1.0 / 3.0;
 

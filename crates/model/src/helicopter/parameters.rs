@@ -120,8 +120,8 @@ impl HelicopterParameters {
     ///
     /// # Source
     /// Mass and rotor diameter: Paw, table of the airframe. Blade chord, rotor speeds, tail geometry, lift slopes,
-    /// flapping inertia, hub height: typical of the class, as in Gavrilets, Mettler and Feron for an X-Cell 60
-    /// (*Dynamic model for a miniature aerobatic helicopter*, MIT LIDS P-2580, 2003). Inertias: theirs, increased for
+    /// flapping inertia, hub height: typical of the class. The source is Gavrilets, Mettler and Feron, *Dynamic model
+    /// for a miniature aerobatic helicopter*, MIT LIDS P-2580, 2003, for an X-Cell 60. Inertias: theirs, increased for
     /// the payload under the skids. The hub is softer than the X-Cell's aerobatic one, and the two bar gains differ.
     /// The effective dampings, Lp = −(Kβ+hT)(τf+Bd τs)/Ixx and likewise Mq, are then near −8 and −12 1/s. Those follow
     /// from Paw's printed transition matrix, read as a step at 33 Hz.

@@ -69,8 +69,8 @@ impl ZeroOrderHold {
 
 /// The derivatives of a [`ZeroOrderHold`] with respect to the entries of A and B.
 ///
-/// An entry of A at (i, j) changes Φ by ∫ e^{A(h−s)} eᵢ eⱼᵀ e^{As} ds: a sum of outer products at the nodes of a Gauss
-/// rule, exact to rounding over one step. Longer periods follow by doubling.
+/// An entry of A at (i, j) changes Φ by ∫ e^{A(h−s)} eᵢ eⱼᵀ e^{As} ds. A Gauss rule evaluates it as a sum of outer
+/// products, exact to rounding over one step. Longer periods follow by doubling.
 #[derive(Clone, Debug)]
 pub struct HoldDerivatives<'a> {
     hold: &'a ZeroOrderHold,

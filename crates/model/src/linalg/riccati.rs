@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::symmetrise;
 
 /// The stabilising solution X of X = AᵀX(I + GX)⁻¹A + H. With G = BR⁻¹Bᵀ and H = Q it is the cost to go of the optimal
-/// regulator; with A, C and the noises transposed it is the covariance of the predicted state. `None` where the
+/// regulator. With A, C and the noises transposed it is the covariance of the predicted state. `None` where the
 /// iteration does not converge.
 ///
 /// `a`, `g` and `h` are n×n, `g` and `h` symmetric. The iteration ends when a step changes X by less than `tolerance`

@@ -195,8 +195,8 @@ pub struct CampaignResult {
 }
 
 impl Campaign {
-    /// Flights of one minute of hover with the 60-class helicopter under `autopilot`: wind up to 5 m/s, all sensor
-    /// grades, an outage of 5 to 20 s in every fourth flight.
+    /// Flights of one minute of hover with the 60-class helicopter under `autopilot`. The wind is up to 5 m/s, all
+    /// sensor grades occur, and every fourth flight has an outage of 5 to 20 s.
     #[must_use]
     pub fn new(autopilot: HoverConfig) -> Self {
         Self {

@@ -42,8 +42,9 @@ const PLOTS: [Plot; 2] = [
     },
 ];
 
-/// An SVG of all runs, with one row per fault: the part of the samples inside 3 sigma, and the cost of the fault,
-/// orange where no warning names it. Values beyond the axis are drawn at its end. Runs without a solution are omitted.
+/// An SVG of all runs, with one row per fault. It shows the part of the samples inside 3 sigma, and the cost of the
+/// fault, orange where no warning names it. Values beyond the axis are drawn at its end. Runs without a solution are
+/// omitted.
 #[must_use]
 pub fn svg(outcomes: &[Outcome]) -> String {
     let flights = cells(outcomes);

@@ -10,8 +10,8 @@ use crate::record::preprocess::{KinematicChannels, check_kinematics};
 /// Fraction of an interval with a still stick that may be missing; from it on the stick does not count as still.
 const UNRECORDED: f64 = 0.9;
 
-/// Warnings about the sticks and the motion of `flight`, one sentence each: sticks that do not move or move together,
-/// and attitude, rates and velocity that are inconsistent as the motion of one rigid body.
+/// Warnings about the sticks and the motion of `flight`, one sentence each. They report sticks that do not move or move
+/// together, and attitude, rates and velocity that are kinematically inconsistent.
 ///
 /// Only the sticks and outputs of `kind` are checked. Times are those of the flight. [`FlightRecord::gaps`] reports the
 /// parts without data.

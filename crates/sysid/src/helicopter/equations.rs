@@ -1,8 +1,8 @@
 //! Parametrised hover dynamics of a small helicopter, from yaw alone to Mettler's 13 states.
 //!
-//! States and inputs have the names of a flight record: u, v, w m/s; p, q, r rad/s; phi, theta rad; lateral,
-//! longitudinal, collective, pedal −1…1 about trim. Derivatives are in SI, per unit stick. Every structure is
-//! continuous in time.
+//! States and inputs have the names of a flight record. The states are u, v, w, m/s; p, q, r, rad/s; phi, theta, rad.
+//! The inputs are lateral, longitudinal, collective and pedal, −1…1 about trim. Derivatives are in SI, per unit stick.
+//! Every structure is continuous in time.
 //!
 //! # Source
 //! Paw (2005), *System identification and control system design for a model helicopter in hover*, NTU,
@@ -152,8 +152,8 @@ const VELOCITY_ERROR: &[Row] = &[("tau_vh", "s", 5.0, 0.01, 1000.0)];
 const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
 
 /// The effect of gusts on each axis is a slow acceleration of its own, dp to dw. The response to a gust can then exceed
-/// what the derivative predicts, and no gust grows as its derivative vanishes. kw, and ku, kv, kphi and ktheta below,
-/// are the terms that rigid-body kinematics add to the linear equations; they are known from the flight.
+/// what the derivative predicts, and no gust grows as its derivative vanishes. The terms kw, and ku, kv, kphi and
+/// ktheta below, are those that rigid-body kinematics add to the linear equations. They are known from the flight.
 ///
 /// A gust along the disc adds lift, dl, as slowly as horizontal gusts do. It acts on roll and pitch by tilting the
 /// disc: with flapping, dp and dq are therefore rates of tilt. Modelled as accelerations they would act faster than any

@@ -21,8 +21,8 @@ pub struct Pole {
 }
 
 impl Pole {
-    /// Outline of the 95 % confidence region of the pole, to first order, 1/s: a closed ellipse of `points` points for
-    /// a complex pole, both ends of an interval for a real one.
+    /// Outline of the 95 % confidence region of the pole, to first order, 1/s. It is a closed ellipse of `points`
+    /// points for a complex pole, and both ends of an interval for a real one.
     #[must_use]
     pub fn region_95(&self, points: usize) -> Vec<Complex<f64>> {
         // Squares of the 95 % points of χ² with two degrees of freedom and with one.

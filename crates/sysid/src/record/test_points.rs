@@ -45,8 +45,9 @@ fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     })
 }
 
-/// Steps of each stick during test points of that stick alone, one row for each of `controls`: the sum of its steps
-/// since the test point began, and 0 elsewhere. Other stick movements may respond to gusts; these steps do not.
+/// Steps of each stick during test points of that stick alone, one row for each of `controls`. A row contains the sum
+/// of the steps since the test point began, and 0 elsewhere. Other stick movements may respond to gusts; these steps do
+/// not.
 #[must_use]
 pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
     let least = least_steps(controls);

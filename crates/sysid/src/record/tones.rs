@@ -4,7 +4,7 @@
 //! and weight all other motion at that frequency down. Every signal of a record, including inputs, passes through the
 //! same notches, so that a linear model between them stays valid.
 //!
-//! A pilot or an autopilot responds to noise, so the notches are causal: a zero-phase notch would make the stick depend
+//! A pilot or an autopilot responds to noise, so the notches are causal. A zero-phase notch would make the stick depend
 //! on later noise and bias the identification. A notch also removes the noise in its band. That matters for a signal
 //! whose noise the predictor does not model as white, such as a velocity. If its spectrum were empty there, the
 //! identified noise would be too small at high frequencies and the slow disturbances too large. The band is therefore

@@ -113,9 +113,9 @@ fn picked<T: Clone>(all: &[T], places: &[usize]) -> Vec<T> {
 
 /// Responses estimated from all experiments together; the experiments are repetitions of one another.
 ///
-/// The spectra of all windows are averaged at each frequency with the weight (ε/ε_least)⁻⁴, where ε is the random error
-/// that the window's coherence implies (Tischler & Remple eq. 10.19). An average of spectral matrices is itself a
-/// spectral matrix, so every coherence stays between 0 and 1.
+/// The spectra of all windows are averaged at each frequency with the weight (ε/ε_least)⁻⁴ (Tischler & Remple eq.
+/// 10.19). The random error ε follows from the window's coherence. An average of spectral matrices is itself a spectral
+/// matrix, so every coherence stays between 0 and 1.
 ///
 /// # Errors
 /// [`FrequencyError`] where the experiments have different signals or periods, no window fits, or the inputs cannot be

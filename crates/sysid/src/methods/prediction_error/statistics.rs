@@ -42,8 +42,8 @@ pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
     solve_many(&at.information, &DMatrix::identity(count, count))
 }
 
-/// Covariance of the free parameters for innovations that are correlated over `lags` samples and of varying size, from
-/// `white`, the covariance for white innovations of constant size.
+/// Covariance of the free parameters for innovations that are correlated over `lags` samples and of varying size. It is
+/// computed from `white`, the covariance for white innovations of constant size.
 ///
 /// With gₖ a sample's contribution to the cost's gradient and M the information, M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's
 /// window w keeps the middle factor positive. The position of a step between two samples of the stick is unknown, so

@@ -41,8 +41,8 @@ impl Record {
     /// The inputs after their delays and lags, and their derivatives with respect to each: per sample first by the
     /// delays, then by the lags.
     ///
-    /// For a delay of d samples and a fraction f of a sample, the value over an interval is f times the older value
-    /// plus 1 − f times the newer: the mean of the delayed, held input.
+    /// A delay of d samples and a fraction f of a sample gives f times the older value plus 1 − f times the newer. That
+    /// is the mean of the delayed, held input over the interval.
     pub fn delayed(
         &self,
         structure: &Structure,

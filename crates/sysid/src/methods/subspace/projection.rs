@@ -24,8 +24,8 @@ pub(super) struct Projection {
     outputs: usize,
 }
 
-/// Below this ratio of its diagonal a triangular factor is computed by rotations instead of through the normal
-/// equations, whose error grows with the square of the condition.
+/// Smallest ratio of a triangular factor's diagonal for the normal equations. Below it rotations are used, because the
+/// error of the normal equations grows with the square of the condition number.
 const WELL_CONDITIONED: f64 = 1e-5;
 
 /// Directions of the inputs below this part of the largest are no excitation.
@@ -129,8 +129,8 @@ fn breakdown(experiment: &Experiment) -> SubspaceError {
 /// Instants stacked at a time: as many rows as fit in a cache.
 const BLOCK: usize = 512;
 
-/// Block Hankel matrices side by side, transposed, of the instants `rows`: one row per instant; columns
-/// are future inputs, past inputs, past outputs, future outputs, each oldest first.
+/// Transposed block Hankel matrices of the instants `rows`, one row per instant. The columns are future inputs, past
+/// inputs, past outputs, future outputs, each oldest first.
 fn stacked(experiment: &Experiment, horizon: usize, rows: Range<usize>) -> DMatrix<f64> {
     let signals = experiment.inputs.ncols() + experiment.outputs.ncols();
     let mut columns = Vec::with_capacity(rows.len() * 2 * horizon * signals);

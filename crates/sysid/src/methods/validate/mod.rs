@@ -203,7 +203,7 @@ const RUNAWAY: f64 = 100.0;
 /// The initial state is fitted on the validation data, because it is otherwise unknown.
 ///
 /// # Errors
-/// A [`Refusal`] with its reason where the result would be meaningless: the data were used for estimation, the model or
+/// A [`Refusal`] with its reason where the result would be meaningless. The data were used for estimation, the model or
 /// its predictor is unstable over the requested horizon, a prediction diverges, or an output is constant.
 pub fn validate(
     model: &InnovationModel,

@@ -115,7 +115,7 @@ const ROUGHLY_RELATED: f64 = 0.5;
 ///
 /// The relations are φ̇ = p + tan θ (q sin φ + r cos φ), θ̇ = q cos φ − r sin φ, and the body-axis velocity against
 /// specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the tilted axes and
-/// drag; in hover they must at least agree in sign and magnitude.
+/// drag. In hover they must at least agree in sign and magnitude.
 ///
 /// # Errors
 /// [`ExperimentError::UnknownSignal`] where a named signal is not in the record.
