@@ -397,8 +397,8 @@ impl From<&CoreNotice> for Notice {
     }
 }
 
-/// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. At most twelve are
-/// stored, more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
+/// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve,
+/// more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -79,7 +79,7 @@ impl Check {
             Self::Rate => "angular rate, rad/s",
             Self::Level => "roll or pitch, rad",
             Self::Sticks => "stick from hover trim",
-            Self::Period => "period of the loop, off by, s",
+            Self::Period => "error of the loop's period, s",
             Self::Pilot => "pilot's signal",
             Self::Servos => "servos",
             Self::Fence => "share of the way to the fence",
@@ -209,7 +209,7 @@ impl core::fmt::Display for Checked {
             Check::Pilot | Check::Servos => {
                 write!(f, "{}: {}", check.name(), if self.passes { "good" } else { "not good" })
             }
-            _ if value.is_nan() => write!(f, "{}: not known, at most {limit}", check.name()),
+            _ if value.is_nan() => write!(f, "{}: unknown, expected at most {limit}", check.name()),
             _ => write!(f, "{}: {value:.3}, at most {limit}", check.name()),
         }
     }
@@ -237,7 +237,7 @@ impl core::fmt::Display for Checked {
 /// assert!(!readiness.is_ready());
 /// let first = readiness.failed().next().expect("no estimate");
 /// assert_eq!(first.check, Check::Estimate);
-/// assert_eq!(first.to_string(), "age of the estimate, s: not known, at most 0.1");
+/// assert_eq!(first.to_string(), "age of the estimate, s: unknown, expected at most 0.1");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readiness {

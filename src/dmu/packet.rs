@@ -71,7 +71,7 @@ impl fmt::Display for PacketError {
             Self::Length { expected, found } => {
                 write!(f, "packet of {expected} bytes cut off after {found}")
             }
-            Self::Header { found } => write!(f, "packet begins with {found:#04x}, not 0xff"),
+            Self::Header { found } => write!(f, "packet header: found {found:#04x}, expected 0xff"),
             Self::Checksum { expected, found } => {
                 write!(f, "checksum: found {found:#04x}, expected {expected:#04x}")
             }

@@ -60,8 +60,8 @@ impl fmt::Display for ControlNotice {
                 let failed = readiness.failed().count();
                 write!(
                     f,
-                    "the autopilot does not take over: {failed} of its checks fail; the pilot flies on, open \
-                     the switch before trying again"
+                    "the autopilot does not take over: {failed} of its checks fail; the pilot flies on; open \
+                     the switch before another attempt"
                 )
             }
             Self::Released => f.write_str("the pilot flies: the switch is open"),
@@ -73,7 +73,7 @@ impl fmt::Display for ControlNotice {
                     HandedBack::Override => "a stick was moved; open the switch before engaging again",
                     HandedBack::NoAttitude => "the attitude is not known; fly by hand and land",
                     HandedBack::Late => {
-                        "the loop is late again and again; fly by hand, look for what keeps the computer busy"
+                        "the loop was late several times in a row; fly by hand, then find the cause of the load"
                     }
                 };
                 write!(f, "the pilot flies: {what}")
@@ -87,7 +87,7 @@ impl fmt::Display for ControlNotice {
                 "no pilot: the autopilot descends; keep clear below; the sticks act again when the signal returns",
             ),
             Self::FenceReached => f.write_str(
-                "the fence is reached: the autopilot goes back to its middle; take over to fly on",
+                "the fence is reached: the autopilot goes back to its centre; take over to fly on",
             ),
             Self::FenceLeft => f.write_str("inside the fence again"),
             Self::TestInputs(change) => change.fmt(f),

@@ -17,8 +17,7 @@ fn both(config: &FlightConfig) -> [Flight; 2] {
 }
 
 /// Largest differences of the second flight from the first, from its start on. Headings are relative to the heading
-/// at the pilot's release. The pilot does not use the pedals: until then the vehicle turns freely, and servos with a
-/// dead band amplify rounding.
+/// at the pilot's release.
 #[derive(Debug, Default)]
 struct Apart {
     stick: f64,

@@ -18,7 +18,7 @@ pub enum ConfigurationError {
 impl core::fmt::Display for ConfigurationError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self::Rate { found_hz } = self;
-        write!(f, "a u-blox receiver is set to 1 to 10 fixes per second, not {found_hz}")
+        write!(f, "u-blox fix rate: found {found_hz} Hz, expected 1 to 10 Hz")
     }
 }
 

@@ -186,7 +186,7 @@ const FAILSAFES: [Failsafe; 14] = [
         measure: |flown, moment| {
             let late = flown.record.cycles.iter().find(|one| one.cycle.late_cycles >= 3);
             let late_s = flown.second(late.expect("three cycles late").time);
-            let told_s = flown.after(moment.second(), "late again and again");
+            let told_s = flown.after(moment.second(), "late several times in a row");
             vec![response("the pilot flies", CYCLE_S, moment.second() + told_s - late_s)]
         },
         may_crash: false,
