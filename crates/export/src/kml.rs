@@ -12,7 +12,7 @@ use hovernav::time::Time;
 use crate::text::{Escaped, Thinning, xml_date};
 use crate::{ExportError, Out, Sink};
 
-/// Interval of the points, s: Google Earth shows no more than that.
+/// Interval of the points, s: Google Earth shows at most five a second.
 const INTERVAL_S: f64 = 0.2;
 
 /// A point of the track. The file has all times, then all positions, then all attitudes, so the points are stored until

@@ -51,9 +51,8 @@ impl<T> Rows<T> {
     /// left out too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out, not counting those
-    /// that repeat the time before: the file then has a second recording, or is shuffled.
-    /// those that repeat the time before apart: a second recording, or a shuffled file.
+    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out: the file then has
+    /// a second recording, or is shuffled. Rows that repeat the time before do not count.
     pub fn in_time_order(
         mut self,
         time: impl Fn(&T) -> Time,

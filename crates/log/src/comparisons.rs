@@ -60,8 +60,9 @@ struct Aid {
     kept: usize,
 }
 
-/// Even, so that halves are whole numbers. An hour of fixes at 18 Hz has as many.
+/// Largest number of comparisons of fixes, an hour at 18 Hz. Even, so that halves are whole numbers.
 const MOST_OF_FIXES: usize = 1 << 16;
+/// Largest number of comparisons of each other aid.
 const MOST: usize = 1 << 15;
 
 impl Thinning {

@@ -88,8 +88,8 @@ pub(crate) fn denied(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -
     found
 }
 
-/// For each fix with a horizontal velocity, rejected or not: its time of validity, and the mean over north and east of
-/// the squared difference to `solutions`, relative to its variance.
+/// Time of validity of each fix with a horizontal velocity, rejected or not, and its squared difference to `solutions`
+/// relative to the variance. The mean is over north and east.
 fn residuals(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<(Time, f64)> {
     let (early_s, _) = forward.gps_offset.unwrap_or_default();
     let arm = LeverArm(forward.config.mounting.antenna_lever_arm_m);

@@ -41,7 +41,7 @@ pub enum LogError {
         column: String,
         /// The text found, shortened, on one line.
         found: String,
-        /// What the column requires.
+        /// Expected content of the column.
         expected: &'static str,
     },
     /// A file has no usable content, or cannot hold the given data.
@@ -49,7 +49,7 @@ pub enum LogError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// What was found, and what was expected.
+        /// Found and expected content.
         reason: String,
     },
     /// A binary file has invalid content.
@@ -59,7 +59,7 @@ pub enum LogError {
         path: PathBuf,
         /// Byte offset, from 0.
         offset: u64,
-        /// What was found and expected.
+        /// Found and expected content.
         reason: String,
     },
     /// A log whose reader is not part of this build.

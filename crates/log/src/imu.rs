@@ -43,10 +43,12 @@ const LONGEST_INTERVAL_S: f64 = 1.0;
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
 /// The Earth's field in milligauss, with room for iron nearby.
 const FIELD_MILLIGAUSS: std::ops::Range<f64> = 150.0..1500.0;
+/// The same in nanotesla.
 const FIELD_NANOTESLA: std::ops::Range<f64> = 15_000.0..150_000.0;
 
-/// Number of rows, and time, s, for which samples repeat to the last bit if the inertial unit is stuck.
+/// Number of rows that repeat to the last bit if the inertial unit is stuck.
 const STUCK_ROWS: usize = 10;
+/// Duration of such rows, s.
 const STUCK_S: f64 = 0.2;
 
 /// Number of gaps that are listed; further ones are only counted.
@@ -60,7 +62,7 @@ pub(crate) struct ImuRows {
     place: Place,
     /// First row of the next sample, with its position and line, if already read.
     ahead: Option<(Place, u64, ImuSample)>,
-    /// Defects of the rows so far.
+    /// Defects of the rows read.
     pub remarks: Remarks,
 }
 

@@ -8,8 +8,8 @@ use hovernav::imu::Motion;
 use hovernav::time::Time;
 
 impl Info<'_> {
-    /// The description as one JSON object: name, sensors with rates, spans and gaps, means and vibration of the
-    /// inertial unit, properties of the receiver, notes and warnings.
+    /// The description as one JSON object: name; sensors with rates, spans and gaps; means and vibration of the
+    /// inertial unit; properties of the receiver; notes and warnings.
     #[must_use]
     pub fn to_json(&self) -> Value {
         let dataset = self.0;

@@ -24,7 +24,7 @@ impl Keep {
     }
 }
 
-/// Solutions kept so far.
+/// Solutions kept.
 pub(crate) struct Kept {
     most: usize,
     solutions: Vec<Solution>,

@@ -51,8 +51,8 @@ pub struct Manifest {
     /// A note on the clock.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub time: String,
-    /// Date of the flight, for the magnetic model. With a time of day: the time at which the log's clock reads zero,
-    /// UTC unless it has an offset, for the dates in exports.
+    /// Date of the flight, for the magnetic model. A date with a time of day is the time at which the log's clock reads
+    /// zero, for the dates in exports. It is UTC unless it has an offset.
     #[serde(deserialize_with = "date", skip_serializing_if = "Option::is_none")]
     pub date: Option<Datetime>,
     /// The inertial unit.
@@ -117,9 +117,9 @@ pub struct ImuSection {
     /// and yaw are not converted.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
-    /// Roll, pitch and yaw of the inertial unit in the vehicle, °: the rotation of its axes, after conversion to
-    /// forward, right and down by `axes`, relative to the vehicle's. Each is within ±360, and 270 means −90. Samples,
-    /// field and the unit's own attitude are rotated back by it.
+    /// Roll, pitch and yaw of the inertial unit in the vehicle, °: the rotation of its axes, after `axes`, relative to
+    /// the vehicle's. Each is within ±360, and 270 means −90. Samples, field and the unit's own attitude are rotated
+    /// back by it.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
     /// Unit of the accelerations in `imu.csv`, whatever the names of its columns.

@@ -34,15 +34,14 @@ impl Dataset {
     /// [`Dataset::warnings`] counts each kind. An unknown sigma or attitude is `None`.
     ///
     /// # Errors
-    /// A missing or empty `imu.csv`, missing columns, text instead of a number, a clock that does not run forward, an
-    /// invalid manifest, a file that is no flight record: see [`LogError`].
+    /// A missing or empty `imu.csv`, missing columns, text instead of a number. A clock that does not run forward, an
+    /// invalid manifest, a file that is no flight record. See [`LogError`].
     pub fn open(log: &Path) -> Result<Self, LogError> {
         Self::open_within(log, usize::MAX)
     }
 
-    /// [`open`](Self::open) with bounded memory: if a directory has more than `most` inertial samples, they stay in
-    /// their file, and so do the rows of `controls.csv`. Each pass over them reads the file again, so the file must not
-    /// change.
+    /// [`open`](Self::open) with bounded memory: more than `most` inertial samples of a directory stay in their file,
+    /// and so do as many rows of `controls.csv`. Each pass over them reads the file again, so the file must not change.
     ///
     /// If time goes back in a file, opening it needs memory for the times of all rows.
     ///

@@ -21,7 +21,7 @@ pub(crate) trait TimedRows: Sized {
     /// The file.
     fn path(&self) -> &Path;
 
-    /// Defects of the rows so far.
+    /// Defects of the rows read.
     fn remarks(&mut self) -> &mut Remarks;
 }
 
@@ -90,10 +90,10 @@ pub(crate) fn go_over<R: TimedRows>(
 /// Selection of the rows that stay, row by row.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Passing {
-    /// Number of rows so far, and time of the last one.
+    /// Number of rows read, and time of the last one.
     read: usize,
     last: Option<Time>,
-    /// Number of left-out rows passed so far.
+    /// Number of left-out rows passed.
     passed: usize,
 }
 

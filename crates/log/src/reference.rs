@@ -1,4 +1,4 @@
-//! `reference.csv`: what a solution is scored against. Nothing else reads it.
+//! `reference.csv`: the reference for scores. Nothing else reads it.
 
 use std::path::Path;
 
@@ -273,7 +273,7 @@ struct Quantities<'a> {
     velocity: SeriesAt<'a>,
     attitude: SeriesAt<'a>,
     body_velocity: SeriesAt<'a>,
-    /// Number of rows so far.
+    /// Number of rows read.
     count: usize,
 }
 

@@ -16,9 +16,9 @@ use hovernav::time::Time;
 /// A span without GPS, for a test of the filter's drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outage {
-    /// When it starts.
+    /// Start of the outage.
     pub start: Time,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub duration_s: f64,
 }
 

@@ -81,8 +81,8 @@ impl Dataset {
     /// Checks that every pass over the samples was complete.
     ///
     /// # Errors
-    /// The first failure since the dataset was opened or since the last call: a file that has changed, or that can no
-    /// longer be read.
+    /// The first failure since the dataset was opened or since the last call: the file has changed, or can no longer be
+    /// read.
     pub fn ensure_read(&self) -> Result<(), LogError> {
         self.imu_file.as_ref().map_or(Ok(()), |file| file.ensure_read())
     }

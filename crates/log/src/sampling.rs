@@ -25,8 +25,8 @@ impl SampleRates {
     /// fast clock.
     pub const RATES: Self = Self { least_hz: 18.0, poor_hz: 24.0 };
     /// For increments of angle and velocity, which contain all motion since the previous sample, except coning and
-    /// sculling. Two and a half samples have to fit within the filter's gap limit of a quarter of a second, so that one
-    /// sample may be lost.
+    /// sculling. One sample may be lost: two and a half samples fit within the filter's gap limit of a quarter of a
+    /// second.
     pub const INCREMENTS: Self = Self { least_hz: 10.0, poor_hz: 24.0 };
 
     /// Required rates for samples in the form of `motion`.

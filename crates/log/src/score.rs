@@ -184,7 +184,6 @@ impl Statistics {
 ///
 /// The lever arm r moves the solution to the reference's point: its position by C r, its velocity by C (ω × r). The
 /// filter's sigmas are used unchanged, without the attitude's uncertainty times the arm.
-/// uncertainty adds over the arm.
 #[must_use]
 pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> Score {
     let from = first_imu.offset_by(reference.skip_s);

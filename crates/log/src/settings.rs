@@ -19,7 +19,7 @@ use hovernav_toml::{TomlError, ValueError};
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. Magnetic headings are corrected by the
-    /// declination at the first fix. A note states its origin; a warning states that there is none.
+    /// declination at the first fix. A note states the origin of the declination, or a warning that there is none.
     ///
     /// # Errors
     /// As [`Manifest::settings`].
@@ -229,7 +229,7 @@ fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError>
 /// Origin of a declination that was not declared, in a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Declination {
-    /// By the World Magnetic Model.
+    /// From the World Magnetic Model.
     Model(String),
     /// The model has none, so 0 is used.
     None(String),

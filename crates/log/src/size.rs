@@ -16,8 +16,8 @@ use hovernav::time::Time;
 const BESIDE_A_ROW: usize = size_of::<u64>() + size_of::<Time>() + 1;
 
 impl Dataset {
-    /// Memory that [`open_within`](Self::open_within) needs for the dataset in the directory `dir`, bytes, estimated
-    /// from the sizes of its files and the lengths of their first rows. Files that cannot be read count as empty.
+    /// Memory that [`open_within`](Self::open_within) needs for the dataset in the directory `dir`, bytes. The estimate
+    /// uses the sizes of its files and the lengths of their first rows. Files that cannot be read count as empty.
     #[must_use]
     pub fn bytes_of(dir: &Path, most: usize) -> u64 {
         let tables = [

@@ -48,9 +48,9 @@ impl Dataset {
     /// states and biases.
     ///
     /// If the heading is found only in motion, the log is run again from a start in the sector of that heading, so that
-    /// all of it is smoothed. If alignment never ends or the heading is never found, nothing is smoothed, for any
-    /// chosen heading would be a guess with too small a one-sigma. `progress` receives the number of inertial samples
-    /// done in the current forward run. `keep` selects the solutions of the forward run that stay in memory.
+    /// all of it is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen
+    /// heading would be a guess. `progress` receives the number of inertial samples done in the current forward run.
+    /// `keep` selects the solutions of the forward run that stay in memory.
     ///
     /// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
     /// The step at either end is the size of the inconsistency.
@@ -142,7 +142,7 @@ impl Dataset {
         SmoothedRun { forward, solutions, denied: denied.iter().map(Denied::finding).collect() }
     }
 
-    /// Replaces the solutions in the `denied` spans by those of a forward run.
+    /// Replaces the solutions in these spans by those of a forward run.
     fn put_forward(&self, config: &EstimatorConfig, denied: &[Denied], solutions: &mut [Solution]) {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         for event in self.events() {

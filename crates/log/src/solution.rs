@@ -197,7 +197,7 @@ impl SolutionWriter {
 /// Writes `solutions` to the file `path`, one row each, in the form of [`SolutionWriter`].
 ///
 /// # Errors
-/// Those of [`SolutionWriter::push`], in which case nothing is written, and of [`SolutionWriter::finish`].
+/// Errors of [`SolutionWriter::push`], in which case nothing is written, and of [`SolutionWriter::finish`].
 pub fn write_solution(
     path: &Path,
     solutions: &[Solution],

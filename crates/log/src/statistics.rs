@@ -22,8 +22,8 @@ pub fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
     Some(low + (high - low) * (position - below as f64))
 }
 
-/// Indices of the samples to draw, rising, at most `limit` of them: the first, the last, and the smallest and largest
-/// of every channel in each of several equal groups.
+/// Indices of the samples to draw, rising, at most `limit` of them. These are the first, the last, and the smallest and
+/// largest of every channel in each of several equal groups.
 ///
 /// A plot of a long log shows its extremes: every peak keeps its height and time, which taking each n-th sample would
 /// lose. `channels` are series of one length with the same abscissa (a value and its band, north and east of a track).
@@ -67,7 +67,7 @@ fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
     }))
 }
 
-/// A series to draw, thinned as it comes. A short one keeps every point; a longer one keeps the lowest and the highest
+/// A series to draw, thinned as it comes. A short one keeps every point. A longer one keeps the lowest and the highest
 /// point of each group, so that peaks keep their height and time. At most 65 536 points remain. `X` is the abscissa.
 #[derive(Clone, Debug)]
 pub struct Extremes<X = f64> {

@@ -22,11 +22,13 @@ pub struct VibrationLine {
 
 const AXES: [&str; 6] =
     ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
-/// Samples of a segment, and largest number of segments.
+/// Number of samples in a segment.
 const LENGTH: usize = 256;
+/// Largest number of segments.
 const SEGMENTS: usize = 32;
-/// Factor by which a line exceeds its neighbourhood, and number of bins of that neighbourhood.
+/// Factor by which a line exceeds its neighbourhood.
 const ABOVE: f64 = 8.0;
+/// Number of bins of that neighbourhood.
 const NEAR: usize = 12;
 /// Largest number of lines of each triad.
 const TOLD: usize = 3;

@@ -7,8 +7,8 @@ use std::path::Path;
 /// Reads the regular file `path`, at most `most` bytes.
 ///
 /// # Errors
-/// Errors of the file system. A pipe or a device, which could block forever. A file of more than `most` bytes, even if
-/// it grows only while it is read.
+/// Errors of the file system. A pipe or a device, which could block forever. A file above `most` bytes, even if it
+/// grows only while it is read.
 pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open_file(path, most)?;
     let mut bytes = Vec::with_capacity(file.metadata()?.len() as usize);
@@ -19,7 +19,7 @@ pub fn read_bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 /// Opens the regular file `path` of at most `most` bytes for reading.
 ///
 /// # Errors
-/// Errors of the file system; a pipe or a device; a file of more than `most` bytes.
+/// Errors of the file system; a pipe or a device; a file above `most` bytes.
 pub fn open_file(path: &Path, most: u64) -> io::Result<File> {
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {

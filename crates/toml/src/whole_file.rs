@@ -23,7 +23,6 @@ impl WholeFile {
     /// Begins the file `path`.
     ///
     /// Errors of the file system, also if an existing file of this name is not writable.
-    /// Those of the file system, also where a file of this name may not be written to.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut permissions: Option<Permissions> = None;
         let mut own = path.to_path_buf();

@@ -7,15 +7,17 @@ use super::Judged;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Shortest absence that is reported, s, and in usual intervals of the readings.
+/// Shortest absence that is reported, s.
 const ABSENT_S: f64 = 5.0;
+/// The same in usual intervals of the readings.
 const ABSENT_INTERVALS: f64 = 10.0;
 /// Readings that begin later than this, s, after the first inertial sample are late.
 const LATE_S: f64 = 10.0;
-/// The ground is out of reach if the last reading exceeds this share of the longest one and the vehicle then climbs
-/// this far beyond the longest, m; or if it is closer than the last constant, m.
+/// Share of the longest reading above which a climb may lead out of the rangefinder's reach.
 const FAR: f64 = 0.7;
+/// Expected distance beyond the longest reading at which the ground is out of reach, m.
 const BEYOND_M: f64 = 2.0;
+/// Expected distance below which the ground is too close, m.
 const CLOSEST_M: f64 = 0.6;
 
 /// Times of the readings that come with the inertial samples.

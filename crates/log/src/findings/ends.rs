@@ -13,7 +13,7 @@ const APART_S: f64 = 10.0;
 /// Samples at full scale, by axis: a first pass finds where readings pile up, a second one the samples.
 pub(super) struct Ends {
     axes: [End; 6],
-    /// Number of samples in the second pass so far.
+    /// Number of samples seen in the second pass.
     seen: usize,
 }
 
@@ -165,8 +165,9 @@ impl Extreme {
 
     /// The extreme if readings pile up there repeatedly, as they do only at the end of a range.
     fn pile(&self) -> Option<f64> {
-        /// Readings at an end of the range, and separate visits to it, at least.
+        /// Smallest number of readings at an end of the range.
         const PILED: usize = 6;
+        /// Smallest number of separate visits to it.
         const VISITS: usize = 3;
         let is_end =
             self.at_end >= PILED && self.visits >= VISITS && self.at_end >= 4 * self.at_next;

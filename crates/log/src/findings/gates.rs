@@ -104,8 +104,9 @@ struct Compared {
     verdict: Verdict,
 }
 
-/// Rejections that are this many and last this long, s, are a warning whatever their size.
+/// Smallest number of rejections in a row that are a warning at any size.
 const LASTING: usize = 3;
+/// Smallest duration of such rejections, s.
 const LASTING_S: f64 = 2.0;
 /// Time after an event, s, in which it may cause a rejection.
 const AFTERMATH_S: f64 = 10.0;

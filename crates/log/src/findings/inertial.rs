@@ -15,8 +15,9 @@ use crate::rates::Rates;
 
 /// Events closer than this, s, are one.
 const APART_S: f64 = 2.0;
-/// Repetitions that last longer than this, s, at this share of the samples, belong to the log and are no fault.
+/// Longer repetitions, s, may belong to the log and are no fault.
 const LASTING_S: f64 = 10.0;
+/// Share of the samples that such repetitions exceed.
 const HELD: f64 = 0.2;
 /// Shorter repetitions of one axis, s, do not count as stuck.
 const STUCK_S: f64 = 0.2;

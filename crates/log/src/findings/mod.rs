@@ -40,8 +40,8 @@ use steps::Witness;
 use timing::Felt;
 
 impl Dataset {
-    /// Events in a `run` over this log, in order of time, each a span with a sentence: outages, gaps, rejections,
-    /// repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
+    /// Events in a `run` over this log, in order of time, each a span with a sentence. Kinds are outages, gaps,
+    /// rejections, repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
     ///
     /// If the fixes are inconsistent with the run, a part of it is run again with other set-ups: see [`alternative`].
     #[must_use]

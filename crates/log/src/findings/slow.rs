@@ -10,8 +10,9 @@ const OVER_S: f64 = 20.0;
 /// Smallest step of a bias in one-sigmas, the larger of before and after. A correct bias changes less, even at the end
 /// of a rest.
 const STEP: f64 = 6.0;
-/// Smaller steps of a gyro's bias, rad/s, and of an accelerometer's, m/s², matter little.
+/// Smaller steps of a gyro's bias, rad/s, matter little.
 const LEAST_GYRO: f64 = 0.005;
+/// Smaller steps of an accelerometer's bias, m/s², matter little.
 const LEAST_ACCEL: f64 = 0.2;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -9,7 +9,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
-/// Over how long a bias is averaged, s.
+/// Time over which a bias is averaged, s.
 const MEAN_S: f64 = 10.0;
 /// Turn rate beyond which the unit's own attitude lags, rad/s.
 const TURNING_RADPS: f64 = 0.2;
@@ -21,18 +21,21 @@ const SIDE: usize = 3;
 const MOST_DENIED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
-/// Smaller steps matter little: rad/s and m/s².
+/// Smaller steps of a gyro's bias, rad/s, matter little.
 const LEAST_GYRO: f64 = 0.002;
+/// Smaller steps of an accelerometer's bias, m/s², matter little.
 const LEAST_ACCEL: f64 = 0.12;
-/// Smallest lasting step that the filter has estimated; smaller ones may be an initial bias estimated late. Five
-/// one-sigmas of the accelerometers' initial bias.
+/// Smallest lasting step of a gyro's bias that the filter has estimated, rad/s; a smaller one may be an initial bias
+/// estimated late.
 const LEAST_LASTING_GYRO: f64 = 0.0035;
+/// The same for an accelerometer's bias, m/s²: five one-sigmas of its initial bias.
 const LEAST_LASTING_ACCEL: f64 = 0.25;
-/// Share of a step by which the filter's own bias has to follow, for the unit's own attitude drifts, which looks like a
-/// step among few means. Inserted steps: 0.39 and more; simulated flights without a step: 0.14 and less.
+/// Share of a step by which the filter's own bias has to follow: the unit's own attitude drifts, which looks like a
+/// step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14 and less.
 const FOLLOWED: f64 = 0.35;
-/// Spans before and after a step, s from it, over which the filter's bias is averaged.
+/// Span before a step over which the filter's bias is averaged, s from the step.
 const BEFORE_S: [f64; 2] = [-12.0, -5.0];
+/// Span after a step over which the filter's bias is averaged, s from the step.
 const AFTER_S: [f64; 2] = [15.0, 30.0];
 const GRAVITY_MPS2: f64 = 9.807;
 

@@ -14,31 +14,35 @@ use crate::rates::Rates;
 
 /// Offset of the fixes' time beyond which a warning asks to declare it, s.
 const OFFSET_S: f64 = 0.1;
-/// Offsets that the filter can estimate, s, and the share of rejected fixes up to which it is trusted.
+/// Offsets that the filter can estimate, s.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
+/// Share of rejected fixes up to which the filter's estimate is trusted.
 const REFUSED: f64 = 0.1;
-/// Smallest offset that the accelerations are used for, s, and difference beyond which they outweigh the filter's
-/// estimate.
+/// Smallest offset for which the accelerations are used, s.
 const FAR_S: f64 = 0.25;
+/// Difference beyond which the accelerations outweigh the filter's estimate, s.
 const AGREES_S: f64 = 0.1;
 /// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
 const MOST_S: f64 = 25.0;
-/// Coarse and fine step of the search, s.
+/// Coarse step of the search, s.
 const COARSE_S: f64 = 0.1;
+/// Fine step of the search, s.
 const FINE_S: f64 = 0.01;
 /// Delays further from the best one, s, are separate candidates.
 const NEAR_S: f64 = 2.0;
 /// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
-/// Interval between the compared velocities, s, and the longest gap between their fixes, s. Second differences cancel
-/// an attitude error that lasts longer than the interval.
+/// Interval between the compared velocities, s. Second differences cancel an attitude error that lasts longer.
 const OVER_S: f64 = 1.0;
+/// Longest interval between fixes that are compared, s.
 const LONGEST_S: f64 = 2.5;
-/// A clock rate error shows in the delays of parts of [`PART`] changes each, of which at least [`LEAST_PARTS`] are
-/// needed. The delays grow by [`DRIFTED_S`], s, and by [`OFF_LINE`] times their rms distance from a line.
+/// Number of changes in a part of the flight, whose delay is compared with that of other parts.
 const PART: usize = 40;
+/// Smallest number of such parts.
 const LEAST_PARTS: usize = 3;
+/// Smallest growth of the delay over the flight, s, that shows a clock rate error.
 const DRIFTED_S: f64 = 0.15;
+/// The same in multiples of the delays' rms distance from a line.
 const OFF_LINE: f64 = 5.0;
 /// Additional share of the changes that a growing delay explains, compared with a constant one.
 const DRIFT_EXPLAINS: f64 = 0.05;
@@ -46,11 +50,13 @@ const DRIFT_EXPLAINS: f64 = 0.05;
 const GAP_S: f64 = 0.3;
 /// Length of the part of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
-/// Smallest number of changes, and smallest rms of them, m/s.
+/// Smallest number of changes.
 const LEAST_CHANGES: usize = 30;
+/// Smallest rms of the changes, m/s.
 const LEAST_MPS: f64 = 0.5;
-/// Smallest share of the changes that the best delay explains, and its lead over zero and over distant delays.
+/// Smallest share of the changes that the best delay explains.
 const EXPLAINED: f64 = 0.5;
+/// Lead of the best delay over zero and over distant delays, in explained share.
 const CLEARLY: f64 = 0.1;
 /// Offsets that explain a smaller share of the changes are rejected.
 const DENIED: f64 = 0.1;
@@ -182,8 +188,8 @@ impl Felt {
         }
     }
 
-    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly: the clocks of samples
-    /// and fixes then run at different rates.
+    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly. Then the clocks of
+    /// samples and fixes run at different rates.
     fn drift(&self, told: &[Change]) -> Option<f64> {
         let parts: Vec<[f64; 2]> = told
             .chunks(PART)

@@ -10,8 +10,9 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Readings closer than this, s, are one event.
 const APART_S: f64 = 5.0;
-/// Largest gap between spikes of a field in one event, s, and smallest number of spikes in it.
+/// Longest interval between spikes of a field in one event, s.
 const SPIKES_S: f64 = 60.0;
+/// Smallest number of spikes in an event.
 const LEAST_SPIKES: usize = 3;
 /// A disturbance is reported at most this long, s, after its first reading.
 const BEGINS_S: f64 = 1.0;

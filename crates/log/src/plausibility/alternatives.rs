@@ -10,9 +10,9 @@ use crate::replay::Run;
 
 /// Largest number of samples in a trial run.
 const SAMPLES: usize = 20_000;
-/// Mean square of the normalised innovations beyond which a run is suspect. Each counts up to [`MOST`], a rejected one
-/// fully.
+/// Mean square of the normalised innovations beyond which a run is suspect.
 const SUSPECT: f64 = 2.5;
+/// Largest contribution of an innovation to it; a rejected one contributes as much.
 const MOST: f64 = 25.0;
 /// Time after an enlargement of the bias uncertainty in which agreement proves nothing, s.
 const OPENED_S: f64 = 2.0;
@@ -244,7 +244,7 @@ pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Opt
     Trial::of(dataset, config, run)?.denied_aid()
 }
 
-/// Set-up with which the fixes become consistent with the run: without one [source of heading](denied_aid), or with
+/// Set-up with which the fixes become consistent with the run. It has one [source of heading](denied_aid) less, or
 /// other signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
 /// that put the vehicle on its back are never proposed.
 ///

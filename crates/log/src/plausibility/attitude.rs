@@ -15,9 +15,11 @@ const OVER_S: f64 = 0.5;
 const LEAST_RADPS: f64 = 0.008;
 /// Smallest share of the attitude's motion that the fit has to explain.
 const EXPLAINED: f64 = 0.5;
-/// Plausible scales of the gyros; the narrower range applies where the fit explains the share below.
+/// Plausible scales of the gyros.
 const SCALES: std::ops::Range<f64> = 0.6..1.6;
+/// Plausible scales if the fit explains the share [`WELL_EXPLAINED`].
 const NEAR_SCALES: std::ops::Range<f64> = 0.77..1.3;
+/// Explained share from which the narrower range applies.
 const WELL_EXPLAINED: f64 = 0.8;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
@@ -187,22 +189,23 @@ fn with_attitude(
     true
 }
 
-/// Gravity against the gyros: in body axes gravity turns opposite to the gyro rates. If it hardly turns while the
-/// gyros report full circles, the gyros are in °/s. The thrust of a rotor turns with the body in a flip, but not for a
-/// quarter of a flight and not at constant thrust.
+/// Gravity against the gyros: in body axes gravity turns opposite to the gyro rates. If it hardly turns while the gyros
+/// report full circles, the gyros are in °/s. The thrust of a rotor turns with the body in a flip. But no flip lasts a
+/// quarter of a flight at constant thrust.
 pub(super) struct Tilting {
     means: Means,
     before: Option<Second>,
     count: f64,
-    /// Over the parts with fast turns: their number, the sums of the squared gyro and gravity angles, rad², and the
-    /// sums of the specific force and of its square, in the unit of the log.
+    /// Sums over the parts with fast turns: their number, the squared gyro and gravity angles, rad², the specific force
+    /// and its square, in the unit of the log.
     fast: [f64; 5],
 }
 
 /// Angle of a fast turn over a part, rad.
 const FAST_RAD: f64 = 0.5;
-/// Share of fast parts, and relative variation of the specific force, that no flight combines.
+/// Share of fast parts that no flight reaches while the specific force varies by less than [`FELT_SHARE`].
 const FAST_SHARE: f64 = 0.25;
+/// Relative variation of the specific force.
 const FELT_SHARE: f64 = 0.3;
 
 impl Default for Tilting {

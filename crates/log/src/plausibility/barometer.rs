@@ -8,8 +8,9 @@ use crate::finding::{Sensor, SetupFinding};
 
 /// Length of the parts over which heights are averaged, s; changes between successive parts are compared.
 const PART_S: f64 = 10.0;
-/// Smallest number of changes, and smallest rms of the changes of the fixes' heights, m.
+/// Smallest number of changes.
 const LEAST_COUNT: usize = 6;
+/// Smallest rms of the changes of the fixes' heights, m.
 const LEAST_M: f64 = 1.5;
 /// Smallest share of the fixes' height changes that the barometer explains.
 const EXPLAINED: f64 = 0.7;

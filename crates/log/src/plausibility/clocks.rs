@@ -15,8 +15,9 @@ const THINNED: &str =
 
 /// Loss of increments at low rates.
 const COARSE: &str = "they contain all rotation and acceleration, but coning and sculling within an increment are lost";
-/// Longest interval of a receiver's fixes, s; times in milliseconds make it seem [`IN_MILLISECONDS_S`] or more.
+/// Longest interval of a receiver's fixes, s.
 const SLOWEST_FIXES_S: f64 = 30.0;
+/// Shortest apparent interval of fixes whose times are in milliseconds, s.
 const IN_MILLISECONDS_S: f64 = 35.0;
 /// Smallest shared part of the longer span for which fixes and samples have one clock and unit.
 const SHARED: f64 = 0.5;

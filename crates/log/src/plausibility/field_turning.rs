@@ -6,18 +6,19 @@ use hovernav::time::Time;
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
-/// Interval of the stored attitudes, s, and interval over which fields are compared, s: longer than the lag of a
-/// magnetometer, shorter than gyro drift matters.
+/// Interval of the stored attitudes, s.
 const NOTED_S: f64 = 0.05;
+/// Interval over which fields are compared, s: longer than the lag of a magnetometer, too short for gyro drift.
 const OVER_S: f64 = 1.0;
 /// Smaller turns, rad, are not compared.
 const LEAST_TURN_RAD: f64 = 0.03;
-/// Smallest number of comparisons, and smallest sum of the squared relative changes of the field.
+/// Smallest number of comparisons.
 const LEAST: usize = 30;
+/// Smallest sum of the squared relative changes of the field.
 const LEAST_TURNED: f64 = 0.2;
-/// Another order or sign is right if its squared residual is below this share of the present one's, and below the
-/// second share of the field's changes.
+/// Largest squared residual of the right order and signs, relative to that of the present ones.
 const BETTER: f64 = 0.2;
+/// The same relative to the field's changes.
 const EXPLAINED: f64 = 0.3;
 /// Intervals between samples beyond which a turn may be hidden, s.
 const GAP_S: f64 = 0.3;

@@ -9,8 +9,9 @@ use super::pairs::pairs;
 use super::regression::{Fit, fit};
 use crate::finding::{Sensor, SetupFinding};
 
-/// Time over which displacements are compared, s, horizontal and vertical.
+/// Time over which horizontal displacements are compared, s.
 const HORIZONTAL_S: f64 = 4.0;
+/// Time over which vertical displacements are compared, s.
 const VERTICAL_S: f64 = 8.0;
 /// Smallest change of the velocity, m/s rms.
 const LEAST_MPS: f64 = 0.4;
@@ -25,8 +26,9 @@ const LEAST_SCALE: f64 = 0.6;
 /// Courses closer than this, rad (12°), are equal. The scale of a displacement depends on the latitude, which may be
 /// wrong.
 const ALIKE_RAD: f64 = 0.2;
-/// Heights at which helicopters and drones fly, m; and the tolerated share of fixes outside.
+/// Heights at which helicopters and drones fly, m.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
+/// Tolerated share of fixes outside.
 const OUTSIDE: f64 = 0.3;
 
 /// Velocity units with their size in m/s.
@@ -122,8 +124,8 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// Checks a vehicle that moves back and forth on one line, where north and east cannot be separated: by its speed and
-/// the direction of the line.
+/// Checks a vehicle that moves back and forth on one line, by its speed and the direction of the line: north and east
+/// cannot be separated there.
 fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
     // Course from the double angle, which does not depend on the sense of motion.
     let [cos, sin] = pairs.iter().fold([0.0; 2], |[cos, sin], ([north, east], _)| {
@@ -204,7 +206,7 @@ fn in_unit(sizes: String, unit: &str) -> SetupFinding {
 }
 
 /// Checks for coordinates in radians: all of them look like angles in the Gulf of Guinea, where there is no land. A
-/// hovering vehicle shows no more than that. Simulated flights begin at zero and are exempt.
+/// hovering vehicle gives no other sign. Simulated flights begin at zero and are exempt.
 fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let degrees = |fix: &Fix| {
         let (latitude, longitude) = (fix.position.latitude_rad, fix.position.longitude_rad);
@@ -236,13 +238,15 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
 fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     /// Intervals of fixes to be checked, s: shorter ones are left to the filter, longer ones are gaps.
     const INTERVALS_S: std::ops::Range<f64> = 0.4..3.0;
-    /// Smallest number of fixes, and smallest rms difference between velocity and displacement rate, m/s.
+    /// Smallest number of fixes.
     const LEAST: f64 = 30.0;
+    /// Smallest rms difference between velocity and displacement rate, m/s.
     const LEAST_OFF_MPS: f64 = 0.5;
     /// Largest difference that counts, m/s, so that a jump of the receiver does not look like a wrong pairing.
     const OUTLIER_MPS: f64 = 20.0;
     /// Largest squared residual of the right pairing, relative to the present one.
     const LEFT: f64 = 0.3;
+    /// Largest offset of the pairing that is tried, fixes.
     const MOST: isize = 2;
     let off = |later: isize| {
         let (mut squares, mut count) = (0.0, 0.0);

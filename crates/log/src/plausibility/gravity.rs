@@ -9,14 +9,17 @@ use crate::statistics::quantile;
 
 /// Time over which vibration averages out, s.
 const MEAN_S: f64 = 1.0;
-/// Range of the median of the means in any flight, g: outside the first an error is certain, outside the second likely.
+/// Range of the median of the means in any flight, g; outside it an error is certain.
 const POSSIBLE: (f64, f64) = (0.75, 1.6);
+/// Range outside which an error is likely, g.
 const USUAL: (f64, f64) = (0.85, 1.35);
-/// Limits for a calibration by gravity: largest acceleration by the fixes, m/s², interval of that acceleration, s (up
-/// to twice it), number of such seconds, and relative error of the specific force beyond any bias of a sound unit.
+/// Largest acceleration by the fixes at which the specific force is gravity, m/s².
 const STEADY_MPS2: f64 = 0.3;
+/// Interval of that acceleration, s; the fixes are up to twice as far apart.
 const STEADY_OVER_S: f64 = 2.0;
+/// Smallest number of such seconds.
 const LEAST_STEADY: usize = 20;
+/// Relative error of the specific force beyond the bias of any sound inertial unit.
 const SCALE_OFF: f64 = 0.05;
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
@@ -24,9 +27,9 @@ const UPRIGHT: f64 = 0.5;
 /// Length of the mean direction, 0 to 1, from which on the force has a direction at all.
 const STEADY: f64 = 0.7;
 
-/// Cosine of the angle from the vertical, 20°, beyond which the inertial unit is mounted askew; and length of the mean
-/// direction that this needs, for no vehicle is tilted that far all the time.
+/// Cosine of the angle from the vertical, 20°, beyond which the inertial unit is mounted askew.
 const ASKEW: f64 = 0.94;
+/// Length of the mean direction that this needs, 0 to 1: no vehicle is tilted that far all the time.
 const ASKEW_STEADY: f64 = 0.97;
 
 /// Mean specific force, second by second.

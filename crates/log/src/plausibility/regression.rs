@@ -121,28 +121,31 @@ impl Scale {
     }
 }
 
-/// Smallest number of pairs, in all and for each entry of a row.
+/// Smallest number of pairs.
 const LEAST: f64 = 12.0;
+/// Smallest number of pairs for each entry of a row.
 const LEAST_EACH: f64 = 4.0;
 /// Share of the pairs that a [`fit`] leaves out.
 const TRIMMED: f64 = 0.2;
-/// Smallest share of the spread of all components that one of them has by itself: an error in one of two components
-/// shows in the other.
+/// Smallest share of a component's independent spread in the spread of all components: an error in one of two
+/// components shows in the other.
 const ALONE: f64 = 0.15;
 /// Rounds in which the pairs that follow the fit are chosen.
 const ROUNDS: usize = 6;
-/// A pair follows the fit within this number of median residuals, or within this share of its own size.
+/// Largest residual of a pair that follows the fit, in median residuals.
 const NEAR: f64 = 4.0;
+/// The same as a share of the pair's own size; the larger limit applies.
 const SHARE: f64 = 0.3;
 /// A pair moves where its size exceeds this number of median residuals.
 const MOVES: f64 = 3.0;
-/// Share and number of the moving pairs that have to follow the fit.
+/// Smallest share of the moving pairs that follow the fit.
 const FOLLOWED: f64 = 0.5;
+/// Smallest number of moving pairs.
 const LEAST_MOVING: usize = 3;
 
-/// Fit that most of the moving pairs `(x, y)` follow, each with one vote whatever its size, without the fifth of the
-/// pairs with the largest residuals. So a receiver that jumps or freezes for a minute does not look like a wrong unit.
-/// Zero is `explained` if too few of the moving pairs follow. `None` as in [`Regression::fit`].
+/// Fit that most of the moving pairs `(x, y)` follow, each with one vote. The fifth of the pairs with the largest
+/// residuals is left out. So a receiver that jumps or freezes for a minute does not look like a wrong unit. Zero is
+/// `explained` if too few of the moving pairs follow. `None` as in [`Regression::fit`].
 pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
     let whole = Regression::of(pairs);
     whole.fit(least.max(ALONE * whole.spread()))?;

@@ -13,8 +13,9 @@ use crate::statistics::quantile;
 const PART_S: f64 = 10.0;
 /// Smallest number of moving parts that proves zeros false; the jumps of a standing receiver reach fewer.
 const LEAST_MOVING: usize = 3;
-/// Smallest distance within a part, m, horizontal and vertical; and in stated one-sigmas.
+/// Smallest distance within a part, m, horizontal and vertical.
 const LEAST_M: [f64; 2] = [4.0, 6.0];
+/// The same in stated one-sigmas.
 const SIGMAS: f64 = 3.0;
 /// Largest distance of the fixes from a motion at constant velocity, relative to the distance moved.
 const UNSTEADY: f64 = 1.0 / 3.0;
@@ -143,8 +144,8 @@ fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<
     (moving >= LEAST_MOVING).then_some(far_m)
 }
 
-/// Median positions of the first and the last third of a part, m, and the median distance of its fixes from a motion
-/// at constant velocity from one to the other.
+/// Median positions of the first and the last third of a part, m. Median distance of its fixes from a motion at
+/// constant velocity between them, m.
 struct Ends<const D: usize> {
     first: [f64; D],
     last: [f64; D],

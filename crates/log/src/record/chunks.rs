@@ -33,8 +33,8 @@ pub enum Piece<'a> {
     End,
 }
 
-/// Largest number of bytes checked in the search for intact chunks, as a multiple of the file's size: it limits the
-/// time for a forged file.
+/// Limit of the bytes checked in the search for intact chunks, as a multiple of the file's size. It bounds the time for
+/// a forged file.
 const SEARCHED: usize = 4;
 
 /// Iterates over `bytes`, a whole file with its magic bytes; yields each piece with its byte offset. If a record does

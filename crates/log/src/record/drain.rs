@@ -35,7 +35,7 @@ impl<W: Write> Drain<W> {
     /// Writes the beginning of the record, before the flight.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// Errors of `out`.
     pub fn begin(out: W, header: &Header, progress: Arc<Progress>) -> io::Result<Self> {
         let writer = MessageWriter::begin(Spool::new(out, Arc::clone(&progress)), header)?;
         if progress.waiting.load(Ordering::Relaxed) > 0 {

@@ -83,7 +83,7 @@ impl Recorder {
     /// Records to `out` as [`create`](Self::create) does to a file.
     ///
     /// # Errors
-    /// Those of `out` for the first bytes, or of the system for a new thread.
+    /// Errors of `out` for the first bytes, or of the system for a new thread.
     pub fn start(out: impl Write + Send + 'static, header: &Header) -> io::Result<Self> {
         let progress = Arc::new(Progress::default());
         let drain = Drain::begin(out, header, Arc::clone(&progress))?;

@@ -24,9 +24,8 @@ pub struct Repaired {
     pub warnings: Vec<String>,
 }
 
-/// Writes the intact parts of the record `path` to the new file `out`, with the index and the summary that other
-/// programs need to open it. Messages are copied byte for byte, in their order. Metadata state the repair and the
-/// losses.
+/// Writes the intact parts of the record `path` to the new file `out`, with the index and the summary for other
+/// programs. Messages are copied byte for byte, in their order. Metadata state the repair and the losses.
 ///
 /// # Errors
 /// As [`Record::open`]; [`LogError::Unusable`] if `out` exists, [`LogError::Io`] if it cannot be written.

@@ -15,7 +15,7 @@ use hovernav::time::Time;
 pub struct Reproduction {
     /// Number of solutions compared.
     pub compared: usize,
-    /// First difference in any bit; `None` if there is none.
+    /// First difference in any bit; `None` if all bits are equal.
     pub first_difference: Option<Difference>,
 }
 

@@ -34,7 +34,7 @@ impl<W: Write> MessageWriter<W> {
     /// Writes the beginning of the record, before the flight.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// Errors of `out`.
     pub fn begin(out: W, header: &Header) -> io::Result<Self> {
         let mut writer = Self::new(out, header).map_err(into_io)?;
         writer.configuration().map_err(into_io)?;

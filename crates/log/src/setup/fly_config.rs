@@ -183,8 +183,8 @@ impl FlyConfig {
         Ok(self.navigation.settings(true, None).map_err(navigation_value)?.0)
     }
 
-    /// Path of the record of a flight that starts `unix_s` seconds after the start of 1970: a file named after the
-    /// second in UTC, in the directory `record.directory`.
+    /// Path of the record of a flight that starts `unix_s` seconds after the start of 1970. It is a file in the
+    /// directory `record.directory`, named after the second in UTC.
     #[must_use]
     pub fn record_path(&self, unix_s: i64) -> PathBuf {
         let name = DateTime::from_timestamp_secs(unix_s).map_or_else(

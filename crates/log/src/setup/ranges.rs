@@ -206,7 +206,7 @@ pub(super) const AUTOPILOT: &[Section] = &[
     ("autopilot.flown.gains.attitude", GAINS),
 ];
 
-/// At the end of its range a gain responds with full stick to a hundredth of a rad, of a m/s or of a rad/s.
+/// At the end of its range a gain responds with full stick to a hundredth of a rad, m/s or rad/s.
 const GAINS: &[Range] = &[
     range("derivative_filter_s", 0.0, 100.0, "s"),
     range("tracking_time_s", 0.01, 1e6, "s"),

@@ -39,7 +39,7 @@ pub(super) fn check_travel(servo: &ServoSection) -> Result<(), FlyConfigError> {
     Ok(())
 }
 
-/// The limits of `config`, reduced to the range of the servos and of collective: a deflection cut off outside the
+/// The limits of `config`, reduced to the range of the servos and of collective. A deflection cut off outside the
 /// autopilot would wind up its integrators.
 ///
 /// # Errors

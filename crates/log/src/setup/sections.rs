@@ -89,8 +89,8 @@ pub struct ReceiverSection {
     pub baud: Option<u32>,
     /// Protocol of the receiver.
     pub protocol: ReceiverProtocol,
-    /// Rate of fixes to which a u-blox receiver is set, Hz, 1 to 10; for a Trimble receiver any number other than 0
-    /// requests the necessary reports. 0 leaves the receiver unchanged.
+    /// Rate of fixes to which a u-blox receiver is set, Hz, 1 to 10. For a Trimble receiver any number other than 0
+    /// requests the necessary reports; 0 leaves the receiver unchanged.
     pub rate_hz: u8,
     /// Height of the geoid above the ellipsoid at the site, m, for a receiver that does not send it.
     #[serde(skip_serializing_if = "Option::is_none")]

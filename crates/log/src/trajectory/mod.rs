@@ -66,9 +66,9 @@ const NED_FROM_ENU: DQuat =
 const FLU_FROM_FRD: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 
 impl Trajectory {
-    /// Reads `path`: a `solution.csv` or `reference.csv`, recognised by its header; a TUM file (`t x y z qx qy qz qw`,
-    /// separated by blanks); or a EuRoC file (nanoseconds, position, quaternion w x y z, optionally velocity, separated
-    /// by commas). TUM and EuRoC files are in `axes`.
+    /// Reads a trajectory from `path`. It is a `solution.csv` or `reference.csv`, recognised by its header, or a TUM or
+    /// EuRoC file in `axes`. TUM files have `t x y z qx qy qz qw`, separated by blanks. EuRoC files have nanoseconds,
+    /// position, quaternion w x y z, and optionally velocity, separated by commas.
     ///
     /// # Errors
     /// [`LogError`] if the file cannot be read or has none of these forms, with line and column.

@@ -1,4 +1,4 @@
-//! What `fly` takes of its configuration, and what it refuses.
+//! Configurations that `fly` accepts and rejects.
 
 mod refusals;
 mod settings;

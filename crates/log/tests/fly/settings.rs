@@ -1,4 +1,4 @@
-//! `fly` rejects every number with which a flight is dangerous: each numeric key of its configuration and of the
+//! `fly` rejects every number with which a flight is dangerous. Each numeric key of its configuration and of the
 //! autopilot's file is tested with each extreme value.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -366,7 +366,7 @@ fn harmless(key: &str, value: &str) -> bool {
     HARMLESS.iter().any(|(_, values, keys)| values.contains(&value) && keys.contains(&key))
 }
 
-/// Those of the values `taken` that are not listed as harmless.
+/// Accepted values in `taken` that are not listed as harmless.
 fn dangerous(
     taken: BTreeMap<String, BTreeSet<String>>,
     listed: impl Fn(&str, &str) -> bool,
