@@ -231,8 +231,8 @@ impl Loop {
 
     /// All margins of the loop.
     ///
-    /// The search uses a logarithmic grid from a hundredth of the slowest mode to a hundred times the fastest, or to
-    /// the Nyquist frequency of a discrete loop. The results are then refined.
+    /// The search uses a logarithmic grid from a hundredth of the slowest mode to a hundred times the fastest. For a
+    /// discrete loop it ends at the Nyquist frequency. The results are then refined.
     ///
     /// # Errors
     /// [`DesignError::UnstableLoop`] where the closed loop is unstable and has no margins.

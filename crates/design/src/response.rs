@@ -60,8 +60,8 @@ pub struct StepResponse {
     pub outputs: DMatrix<f64>,
 }
 
-/// Response to a unit step of `input` over `duration_s`. It is exact at every `interval_s` for a continuous model and
-/// at every period for a discrete one, for which the interval must equal the period.
+/// Response to a unit step of `input` over `duration_s`. It is exact at every `interval_s`. For a discrete model the
+/// interval must equal the period.
 ///
 /// # Errors
 /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Range`] for times that are not

@@ -29,8 +29,8 @@ impl StateSpace {
     /// A model whose outputs are its states. `a` is n×n, `b` n×m.
     ///
     /// # Errors
-    /// [`ModelError`] where names are empty or repeated, shapes disagree with the names, a number is
-    /// not finite, or the sample period is not above zero.
+    /// [`ModelError`] for empty or repeated names, shapes that do not match the names, numbers that are not finite, or
+    /// a sample period that is not above zero.
     pub fn new(
         name: &str,
         time: TimeDomain,
@@ -342,7 +342,7 @@ impl StateSpace {
         Ok(kept.with_source(&self.source))
     }
 
-    /// The slow model in which the states `fast` follow the others without delay (residualisation): a hybrid model
+    /// The slow model in which the states `fast` follow the others without delay (residualisation). A hybrid model
     /// without its flapping states is the quasi-steady one. Its outputs are the remaining states; parameters and
     /// covariance are omitted.
     ///

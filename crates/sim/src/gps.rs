@@ -39,8 +39,8 @@ pub struct GpsConfig {
     pub velocity_wander_mps: HorizontalVertical,
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,
-    /// Whether the receiver reports one velocity accuracy for all axes, the root mean square of theirs, as u-blox
-    /// receivers do, instead of one for each.
+    /// Whether the receiver reports one velocity accuracy for all axes instead of one for each, as u-blox receivers do.
+    /// It is the root mean square of those of the axes.
     pub states_one_velocity_sigma: bool,
     /// Resolution of latitude and longitude, °; 0 for unlimited.
     pub angle_resolution_deg: f64,

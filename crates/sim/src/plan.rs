@@ -47,8 +47,8 @@ impl FlightPlan {
         Self { start, heading_rad, legs: Vec::new(), speed_mps: Vector::ZERO }
     }
 
-    /// A complete flight of 300 s from a hover at `start`: the test points of the thesis, climbs, accelerations and
-    /// coordinated turns, and a hover at the end.
+    /// A complete flight of 300 s from a hover at `start`. It consists of the thesis's test points, climbs,
+    /// accelerations, coordinated turns, and a hover at the end.
     ///
     /// # Source
     /// Test points: Paw (2005), chapter 5, doi:10.32657/10356/47095.
@@ -152,8 +152,8 @@ impl FlightPlan {
         self.doublet(Vector::ZERO, rate_radps, held_s)
     }
 
-    /// Test points for the identification of the helicopter, each three times with pauses: roll and pitch, heave, and
-    /// yaw, with steps of 1.5 s from a hover. Takes 102 s.
+    /// Test points for the identification of the helicopter: roll and pitch, heave, and yaw. Each has steps of 1.5 s
+    /// from a hover and is flown three times with pauses. Takes 102 s.
     ///
     /// # Source
     /// Paw (2005), chapter 5, doi:10.32657/10356/47095. The excursions correspond to 10 to 15 % of control: 8° of roll

@@ -187,10 +187,10 @@ impl Trajectory {
         }
     }
 
-    /// Output of an ideal integrating inertial unit at `lever_arm_m` from the centre of gravity: the integrals of
-    /// angular rate, rad, and of specific force, m/s, from `from_s` to `to_s`. Each is resolved in the body axes of its
-    /// own time. Accurate to 1e-13 rad and 1e-12 m/s for every 0.03 s of a manoeuvre of the test flight. `to_s` must be
-    /// after `from_s`.
+    /// Output of an ideal integrating inertial unit at `lever_arm_m` from the centre of gravity. It consists of the
+    /// integrals of angular rate, rad, and of specific force, m/s, from `from_s` to `to_s`. Each is resolved in the
+    /// body axes of its own time. Accurate to 1e-13 rad and 1e-12 m/s for every 0.03 s of a manoeuvre of the test
+    /// flight. `to_s` must be after `from_s`.
     #[must_use]
     pub fn increments(
         &self,

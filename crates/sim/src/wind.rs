@@ -17,8 +17,8 @@ pub struct WindConfig {
     pub gust_sigma_mps: HorizontalVertical,
     /// Length scale of the gusts, m.
     pub gust_length_m: HorizontalVertical,
-    /// Speed at which the gusts pass, m/s: the airspeed of the vehicle, at least 1 m/s, so that a hover in calm air has
-    /// gusts too.
+    /// Speed at which the gusts pass, m/s: the airspeed of the vehicle. At least 1 m/s, for gusts of a hover in calm
+    /// air.
     pub passing_mps: f64,
 }
 
@@ -45,8 +45,8 @@ impl WindConfig {
         }
     }
 
-    /// Wind of `speed_mps` from the direction `from_rad`, clockwise from true north, with gusts of `gust_sigma_mps`
-    /// along each horizontal axis and half that vertically, one sigma.
+    /// Wind of `speed_mps` from the direction `from_rad`, clockwise from true north. One sigma of the gusts is
+    /// `gust_sigma_mps` along each horizontal axis, and half that vertically.
     #[must_use]
     pub fn from_direction(speed_mps: f64, from_rad: f64, gust_sigma_mps: f64) -> Self {
         let (east, north) = from_rad.sin_cos();

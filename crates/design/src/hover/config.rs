@@ -133,10 +133,10 @@ impl Default for HoverDesign {
 const MOST_LAG_S: f64 = 0.15;
 
 impl HoverDesign {
-    /// Design for the model printed by Paw (2005), in which every mode is unstable and full stick is a hundred times
-    /// the stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, every disturbance
-    /// decays within 8 s, and nine of ten models with every derivative off by up to 20 % stay stable. It does not
-    /// include the lag of an estimator: the usual lag leaves 35° and 5.7 dB, and a search that includes it reaches 38°
+    /// Design for the model printed by Paw (2005). In it every mode is unstable, and full stick is a hundred times the
+    /// stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, and every disturbance
+    /// decays within 8 s. Nine of ten models with every derivative off by up to 20 % stay stable. The design does not
+    /// include the lag of an estimator: the usual lag leaves 35° and 5.7 dB. A search that includes the lag reaches 38°
     /// and 7.7 dB.
     #[must_use]
     pub fn thesis() -> Self {

@@ -48,8 +48,8 @@ impl EstimatorLag {
 impl Default for EstimatorLag {
     /// Measured on simulated flights with the thesis's inertial unit, whose filter passes 25 Hz and lags by 6.4 ms. The
     /// solution lags the truth by 6.4 ms in rates, 7 ms in attitude and 10 ms in vertical velocity (`cargo test -p
-    /// hovernav-sim --test estimator_lag -- --nocapture`). The lag of horizontal velocity is too small compared with
-    /// its error to be distinguished from that of vertical velocity.
+    /// hovernav-sim --test helicopter estimator_lag -- --nocapture`). The lag of horizontal velocity is too small
+    /// compared with its error to be distinguished from that of vertical velocity.
     fn default() -> Self {
         Self { rate_s: 0.0065, attitude_s: 0.007, velocity_s: 0.01 }
     }

@@ -1,8 +1,8 @@
 //! Gains of the hover autopilot from a model, at the loop's own sample period.
 //!
-//! The plant of the design is that of the digital loop: the model's exact step over one period, behind lagging servos
-//! and one sample of delay. Each regulator minimises Σ e^(2αkT)(yᵀQy + zᵀQᵢz + uᵀRu) over that plant with integral
-//! action z. Its properties therefore hold for the digital loop itself.
+//! The plant of the design is that of the digital loop. It is the model's exact step over one period, behind lagging
+//! servos and one sample of delay. Each regulator minimises Σ e^(2αkT)(yᵀQy + zᵀQᵢz + uᵀRu) over that plant with
+//! integral action z. Its properties therefore hold for the digital loop itself.
 //!
 //! ```
 //! use hovernav_design::hover::HoverDesign;

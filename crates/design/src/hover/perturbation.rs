@@ -45,7 +45,7 @@ impl Perturbed {
         Ok(Self { off, drawn })
     }
 
-    /// The larger of the mean `cost` over both sets. A drawn vehicle costs `most` at most: a normal distribution
+    /// The larger of the mean `cost` over both sets. A drawn vehicle costs `most` at most. A normal distribution
     /// includes vehicles that cannot be controlled, and no weights should be adapted to these.
     pub fn worst(
         &self,

@@ -60,8 +60,8 @@ impl HoverDesign {
     /// with stops is added. If the model contains its uncertainty, stability is also evaluated on vehicles drawn from
     /// it, and the worse of the two counts.
     ///
-    /// If the best design lacks 45° and 6 dB, the times of the table, or stability of nine in ten models perturbed by
-    /// 20 %, a second search follows. It varies the weights of roll and pitch for these requirements alone; its result
+    /// A second search follows if the best design lacks 45° and 6 dB, the times of the table, or stability of nine in
+    /// ten models perturbed by 20 %. It varies the weights of roll and pitch for these requirements alone; its result
     /// is selected where it violates them less.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ const SLOWEST_TRACKING_S: f64 = 1e3;
 const SLOW_INTEGRAL: f64 = 10.0;
 
 impl HoverDesign {
-    /// The gains for `model`: continuous, with the states p, q, phi, theta, u, v, w, r and the inputs lateral,
+    /// The gains for `model`, which is continuous. Its states are p, q, phi, theta, u, v, w, r and its inputs lateral,
     /// longitudinal, collective, pedal, in any order. Optional states are a, b, c, d (flapping and bar) and one of the
     /// yaw gyro.
     ///
@@ -134,8 +134,8 @@ impl HoverDesign {
         closed_loop::respond(self, &normalised(model)?, gains, disturbance, duration_s)
     }
 
-    /// The response with the `limits` of the sticks on travel and rate, and with integrals that track the limited
-    /// commands, as in the autopilot. Trim is in the middle of the travel.
+    /// The response with the `limits` of the sticks on travel and rate. As in the autopilot, integrals track the
+    /// limited commands. Trim is in the middle of the travel.
     ///
     /// # Errors
     /// [`DesignError`].

@@ -27,8 +27,8 @@ const START_TOLERANCE: f64 = 1e-10;
 /// The start is the sign of the balanced Hamiltonian matrix, with determinantal scaling.
 ///
 /// # Errors
-/// [`DesignError`] for inconsistent shapes, NaN, weights that are not symmetric, a singular `r`, a mode that no input
-/// can stabilise, and where no stabilising solution exists.
+/// [`DesignError`] for inconsistent shapes, NaN, weights that are not symmetric, a singular `r`, or a mode that no
+/// input can stabilise. Also where no stabilising solution exists.
 ///
 /// # Source
 /// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968 for Newton's

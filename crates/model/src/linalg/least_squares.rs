@@ -24,8 +24,8 @@ pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     solution
 }
 
-/// A and B of a tall problem reduced to as many rows as columns, with the same AᵀA and AᵀB and so the same solution.
-/// They are rotated together in blocks that fit in the cache.
+/// A and B of a tall problem, reduced to as many rows as columns. AᵀA, AᵀB and the solution stay the same. The
+/// reduction rotates A and B together in blocks that fit in the cache.
 fn condensed(a: DMatrix<f64>, b: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     /// Rows rotated at a time, per column; larger blocks are not faster.
     const BLOCK: usize = 16;

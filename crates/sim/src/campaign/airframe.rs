@@ -32,7 +32,7 @@ impl Default for AirframeUncertainty {
 impl AirframeUncertainty {
     /// Uncertainty of an identified `model`: the covariance of its parameters with all correlations, and the default
     /// for properties that it does not contain. In a model without flapping, Lp and Mq replace Lb and Ma, and Llat and
-    /// Mlon replace Blat and Alon, because they have the corresponding effect on the rates.
+    /// Mlon replace Blat and Alon. They have the corresponding effect on the rates.
     #[must_use]
     pub fn of_model(model: &StateSpace) -> Self {
         let stands_for = |name: &'static str| match name {

@@ -30,7 +30,7 @@ impl SensorGrade {
     }
 
     /// Sensors of this grade. The receiver reports one velocity accuracy for all axes, like the u-blox receiver of the
-    /// flight hardware; the estimator performs better with one per axis.
+    /// flight hardware. The estimator performs better with one per axis.
     #[must_use]
     pub fn sensors(self) -> (DmuConfig, GpsConfig) {
         let (errors, rate_hz) = match self {

@@ -211,8 +211,8 @@ impl Log {
 }
 
 impl FaultyLog {
-    /// Writes the copy to the directory `out`, which is created if necessary. The faulty files are written again, every
-    /// other file of the log is copied byte for byte, and `faults.json` lists the faults with their times.
+    /// Writes the copy to the directory `out`, which is created if necessary. The faulty files are written again, and
+    /// every other file of the log is copied byte for byte. `faults.json` lists the faults with their times.
     ///
     /// # Errors
     /// [`InjectError::Place`] where `out` is the log itself or contains files that the log lacks; [`LogError::Io`].

@@ -244,9 +244,9 @@ impl Kind {
     /// Outputs whose noise is fixed instead of estimated, with its σ, rad and m/s.
     ///
     /// An estimator's attitude is the integral of its gyros, noise included. Used at its own precision it would imply
-    /// rates without noise. A much larger σ leaves the attitude only the information that it alone has, the direction
-    /// of gravity, and leaves the dynamics to the rates. A velocity with a slow `error` has hardly any white noise: its
-    /// σ is a small part of the slow error's change within a sample of `period_s`.
+    /// rates without noise. With a much larger σ the attitude only contributes the direction of gravity, and the rates
+    /// determine the dynamics. A velocity with a slow `error` has hardly any white noise. Its σ is a small part of the
+    /// slow error's change within a sample of `period_s`.
     #[must_use]
     pub fn held_sigma(self, error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
         let white = |error: &SlowError| WHITE * error.drive(period_s) * period_s;

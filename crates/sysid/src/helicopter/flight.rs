@@ -57,8 +57,8 @@ pub struct FlightRecord {
 
 impl FlightRecord {
     /// Samples `solutions` of `dataset`, in time order, on a uniform grid at their usual interval. Motion is
-    /// interpolated. Each stick is the mean of its held values over the interval to the next sample, so that a step
-    /// between two samples keeps its time.
+    /// interpolated. Each stick is the mean of its held values over the interval to the next sample: a step between two
+    /// samples keeps its time.
     ///
     /// # Errors
     /// [`IdentifyError`] where there are no controls or no solutions.

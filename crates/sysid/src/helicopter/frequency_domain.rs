@@ -83,8 +83,8 @@ pub enum Basis {
 
 impl Basis {
     /// Smallest coherence of a frequency point to fit. For sticks it is Tischler and Remple's 0.6, because feedback is
-    /// coherent too. Low coherence of injected movement means that gusts dominate; the fit already weights such points
-    /// down, and steps of 1.5 s in wind rarely reach more.
+    /// coherent too. Low coherence of injected movement means that gusts dominate, and the fit already weights such
+    /// points down. In wind, steps of 1.5 s rarely reach more.
     const fn least_coherence(self) -> f64 {
         match self {
             Self::Sticks => 0.6,

@@ -44,8 +44,8 @@ const WIDEST_HZ: f64 = 3.0;
 const MOVES_HZ: f64 = 1.0;
 const NOTCH_HZ: f64 = 0.5;
 
-/// Finds the tones above `least_hz` in the outputs of `record`: lines ten times above the median of
-/// their neighbourhood in the spectrum of any output's differences.
+/// Finds the tones above `least_hz` in the outputs of `record`. A tone is a line ten times above the median of its
+/// neighbourhood in the spectrum of any output's differences.
 ///
 /// Empty where the record is shorter than two segments of 512 samples.
 #[must_use]

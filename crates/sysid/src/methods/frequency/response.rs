@@ -20,8 +20,8 @@ pub struct ResponseSettings {
 }
 
 impl ResponseSettings {
-    /// Five windows over `band`: from 20 periods of its middle down to one of its first frequency, limited to
-    /// `longest_s`; they overlap by four fifths.
+    /// Five windows over `band`, from 20 periods of its middle down to one of its first frequency, limited to
+    /// `longest_s`. They overlap by four fifths.
     ///
     /// # Source
     /// Tischler & Remple, section 10.6: window lengths over a decade, the longest with two periods of the lowest

@@ -104,9 +104,9 @@ impl Estimates {
         Some(self.correlation_at(find(one)?, find(other)?))
     }
 
-    /// Factor by which white innovations would understate the variances of the estimates `names` together: the mean of
-    /// the eigenvalues of W⁻¹V, of their two covariances. The likelihood is overstated by this factor. `None` where
-    /// none of them was estimated, or a variance is unknown.
+    /// Factor by which white innovations would understate the variances of the estimates `names` together. It is the
+    /// mean of the eigenvalues of W⁻¹V, with their two covariances. The likelihood is overstated by this factor. `None`
+    /// where none of them was estimated, or a variance is unknown.
     ///
     /// # Source
     /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of

@@ -23,9 +23,9 @@ use crate::record::Experiment;
 /// Number of trial delays within a sample.
 const PARTS: u32 = 10;
 
-/// `found` with the delay of the input `input` estimated from the input `injected` of the experiments, which is not an
-/// input of the structure. All other parameters keep their values. `None` where the delay was not estimated or nothing
-/// was injected.
+/// `found` with the delay of the input `input` estimated from the experiments' input `injected`. That is not an input
+/// of the structure. All other parameters keep their values. `None` where the delay was not estimated or nothing was
+/// injected.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].

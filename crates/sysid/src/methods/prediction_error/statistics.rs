@@ -67,7 +67,7 @@ pub(super) fn colored_covariance(
     Some(white * middle * white)
 }
 
-/// Factor by which the information on each free parameter is overstated, at least 1: the variance of the cost's
+/// Factor by which the information on each free parameter is overstated, at least 1. It is the variance of the cost's
 /// gradient, correlated over `lags` samples, over the information.
 pub(super) fn overconfidence(
     problem: &Problem<'_>,

@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-/// Responses of the outputs to each of the `signals` (samples × signals) acting on each of the states: rows are
-/// outputs, sample by sample; column signal·order + state.
+/// Responses of the outputs to each of the `signals` (samples × signals) acting on each of the states. Rows are
+/// outputs, sample by sample; columns are signal·order + state.
 pub(super) fn forced_responses(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,

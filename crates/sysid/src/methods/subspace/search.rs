@@ -54,7 +54,7 @@ pub enum Way {
     /// One subspace pass.
     Pass(SubspaceSettings),
     /// Refinement for simulation, here from this pass. On the whole record it starts from every pass and keeps the
-    /// lowest cost, so that a local minimum of one start does not decide.
+    /// lowest cost, because a single start may end in a local minimum.
     Refined(SubspaceSettings),
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A fit in percent is meaningless without its horizon: one step ahead, the last measurement predicts almost anything
 //! well. Each fit therefore states its horizon, next to the fit of the last measurement held. The residuals are tested
-//! for correlation with the past and the inputs, and a model that diverges in validation is rejected with the reason.
+//! for correlation with the past and the inputs. A model that diverges in validation is rejected with the reason.
 //!
 //! Source: L. Ljung, *System Identification*, 2nd ed., sections 16.5 and 16.6; R. Jategaonkar, *Flight
 //! Vehicle System Identification*, chapter 11, for Theil's coefficient.
@@ -203,8 +203,8 @@ const RUNAWAY: f64 = 100.0;
 /// The initial state is fitted on the validation data, because it is otherwise unknown.
 ///
 /// # Errors
-/// A [`Refusal`] with its reason where the result would be meaningless. The data were used for estimation, the model or
-/// its predictor is unstable over the requested horizon, a prediction diverges, or an output is constant.
+/// A [`Refusal`] with its reason where the result would be meaningless. The reasons are data used for estimation, a
+/// model or predictor that is unstable over the requested horizon, a diverging prediction, and a constant output.
 pub fn validate(
     model: &InnovationModel,
     estimation: &Experiment,

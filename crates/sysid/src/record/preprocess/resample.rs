@@ -91,8 +91,8 @@ fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
 /// neighbours.
 ///
 /// # Errors
-/// [`PreprocessError`] where lengths differ, fewer than two samples are given, times do not increase, a value is not
-/// finite, or a gap is longer than `longest_gap_s`.
+/// [`PreprocessError`] for different lengths, fewer than two samples, times that do not increase, values that are not
+/// finite, or a gap longer than `longest_gap_s`.
 pub fn uniform(
     times_s: &[f64],
     values: &[f64],
