@@ -1,5 +1,5 @@
-//! A long log from a short one, to see what a reader and a run over it cost: the same flight again and
-//! again, its times moved on. Of a PX4 ULog the bytes are repeated, of any other log the dataset.
+//! Makes a long log from a short one, to measure the cost of reading and estimating. The same flight is repeated
+//! with later times: the bytes of a PX4 ULog, or the dataset of any other log.
 //!
 //! `cargo run --release -p hovernav-formats --example repeat -- LOG TIMES OUT`
 
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The dataset so many times over, each from one interval after the last on.
+/// The dataset repeated `times` times, one sample interval apart.
 fn repeated(mut dataset: Dataset, times: u32) -> Dataset {
     let clock: Vec<_> = dataset.imu.iter().map(|sample| sample.time).collect();
     let (Some(first), Some(last)) = (clock.first(), clock.last()) else { return dataset };
@@ -56,10 +56,10 @@ fn repeated(mut dataset: Dataset, times: u32) -> Dataset {
     dataset
 }
 
-/// A message: its kind and its body.
+/// A message: its type and its body.
 type Message<'a> = (u8, &'a [u8]);
 
-/// The messages behind the header of 16 bytes.
+/// The messages after the header of 16 bytes.
 fn messages(bytes: &[u8]) -> Vec<Message<'_>> {
     let mut rest = bytes.get(16..).unwrap_or_default();
     let mut messages = Vec::new();
@@ -72,7 +72,7 @@ fn messages(bytes: &[u8]) -> Vec<Message<'_>> {
     messages
 }
 
-/// Writes the file with its data so many times over; definitions stand at its start once.
+/// Writes the file with its data repeated `times` times, after one copy of the definitions.
 fn repeat_ulog(bytes: &[u8], times: u32, out: &Path) -> Result<(), Box<dyn Error>> {
     let messages = messages(bytes);
     let clocks = clocks(&messages);
@@ -87,7 +87,7 @@ fn repeat_ulog(bytes: &[u8], times: u32, out: &Path) -> Result<(), Box<dyn Error
         file.write_all(&[kind])?;
         file.write_all(body)
     };
-    // Flags would tell of data appended at places that are others now.
+    // The flag message is omitted: its offsets of appended data would be wrong.
     for (kind, body) in messages.iter().filter(|message| !matches!(message.0, b'D' | b'B')) {
         write(*kind, body)?;
     }
@@ -109,7 +109,7 @@ fn repeat_ulog(bytes: &[u8], times: u32, out: &Path) -> Result<(), Box<dyn Error
     Ok(())
 }
 
-/// Where in the data of each subscription times stand, in bytes.
+/// Byte offsets of the times in the data of each subscription.
 fn clocks(messages: &[Message<'_>]) -> HashMap<u16, Vec<usize>> {
     let text = |body| std::str::from_utf8(body).unwrap_or_default();
     let definitions = messages.iter().filter(|message| message.0 == b'F');
@@ -124,7 +124,7 @@ fn clocks(messages: &[Message<'_>]) -> HashMap<u16, Vec<usize>> {
             if kind == "uint64_t" && matches!(name, "timestamp" | "timestamp_sample") {
                 found.push(place);
             }
-            // Times stand before anything of another topic's size.
+            // Times precede nested messages, whose size is unknown here.
             let Some(size) = size(kind) else { break };
             place += size;
         }
@@ -133,7 +133,7 @@ fn clocks(messages: &[Message<'_>]) -> HashMap<u16, Vec<usize>> {
     places.collect()
 }
 
-/// Bytes of a type or an array of it; none of what is defined elsewhere.
+/// Size of a type or an array of it, bytes; `None` for nested messages.
 fn size(kind: &str) -> Option<usize> {
     let (kind, count) = match kind.split_once('[') {
         Some((kind, count)) => (kind, count.trim_end_matches(']').parse().ok()?),

@@ -1,4 +1,4 @@
-//! From what a reader finds, row by row, to a log.
+//! Collects the rows of a reader into a log.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ use hovernav_log::{
     remark_faults,
 };
 
-/// No measurement is further off than this, m, m/s or rad.
+/// Largest valid innovation, m, m/s or rad.
 const LARGEST_INNOVATION: f64 = 1e7;
 
-/// Rows of every sensor as found, each with its place in the file, a line or a byte.
+/// Rows of every sensor in file order, each with its `place` in the file: a line or a byte offset.
 #[derive(Debug)]
 pub(crate) struct Assembly {
     imu: Rows<ImuSample>,
@@ -40,7 +40,7 @@ pub(crate) struct Assembly {
 }
 
 impl Assembly {
-    /// Of a file in which places are bytes, or lines.
+    /// An empty assembly; `by_bytes` where places are byte offsets, otherwise lines.
     pub fn new(by_bytes: bool) -> Self {
         let remarks = |about| match by_bytes {
             true => Remarks::of_bytes(about),
@@ -64,17 +64,17 @@ impl Assembly {
         }
     }
 
-    /// Adds a sentence about what is wrong with the log.
+    /// Adds a warning about the log.
     pub fn say(&mut self, sentence: impl Into<String>) {
         self.remarks.push(sentence.into());
     }
 
-    /// Adds a sentence about what was chosen or taken for granted, nothing being wrong.
+    /// Adds a note about a choice or an assumption, which is not a warning.
     pub fn note(&mut self, sentence: impl Into<String>) {
         self.notes.push(sentence.into());
     }
 
-    /// Adds an inertial sample, unless no unit measures such, less a magnetic field that cannot be.
+    /// Adds an inertial sample with plausible values; an implausible magnetic field is removed from it.
     pub fn imu(&mut self, place: u64, mut sample: ImuSample) {
         let field = sample.magnetic_field_gauss.map(Vector::to_array);
         if let Some(why) = field.and_then(field_fault) {
@@ -87,26 +87,26 @@ impl Assembly {
         }
     }
 
-    /// Counts an inertial sample that was left out, and why.
+    /// Counts an inertial sample that was left out, with the reason.
     pub fn imu_left_out(&mut self, place: u64, why: &'static str) {
         self.imu_remarks.count(why, place);
     }
 
-    /// Adds a fix, less what of it cannot be.
+    /// Adds a fix, without its implausible values.
     pub fn fix(&mut self, place: u64, fix: Fix) {
         let fix = plausible_fix(fix, place, &mut self.gps_remarks);
         if fix.is_finite() {
             if fix.two_dimensional {
-                let what = "of two dimensions: taken for the horizontal alone";
+                let what = "without a measured height: used for the horizontal position only";
                 self.gps_remarks.count(what, place);
             }
             self.fixes.push(place, fix);
         } else {
-            self.gps_remarks.count("left out: no place on Earth", place);
+            self.gps_remarks.count("left out: not a position on Earth", place);
         }
     }
 
-    /// Counts a fix that was left out, and why.
+    /// Counts a fix that was left out, with the reason.
     pub fn fix_left_out(&mut self, place: u64, why: &'static str) {
         self.gps_remarks.count(why, place);
     }
@@ -115,7 +115,11 @@ impl Assembly {
     pub fn baro(&mut self, place: u64, time: Time, height_m: f64) {
         match height_m.abs() <= 1e5 {
             true => self.baro.push(place, (time, height_m)),
-            false => self.other_remarks.count("left out: no barometric height", place),
+            false => self.other_remarks.count(
+                "left out: the barometric height is missing or \
+                                               beyond 100 km",
+                place,
+            ),
         }
     }
 
@@ -133,7 +137,7 @@ impl Assembly {
         let (sigma_rad, length_m) = (sound(heading.sigma_rad), sound(heading.length_m));
         match heading.heading_rad.is_finite() {
             true => self.headings.push(place, AntennaHeading { sigma_rad, length_m, ..heading }),
-            false => self.other_remarks.count("left out: no heading", place),
+            false => self.other_remarks.count("left out: the heading is missing", place),
         }
     }
 
@@ -143,19 +147,21 @@ impl Assembly {
         let quality = reading.quality.filter(|quality| (0.0..=1.0).contains(quality));
         match (0.0..=1e4).contains(&reading.range_m) {
             true => self.ranges.push(place, RangeReading { sigma_m, quality, ..reading }),
-            false => self.other_remarks.count("left out: no distance", place),
+            false => {
+                self.other_remarks.count("left out: the distance is missing or out of range", place)
+            }
         }
     }
 
     /// Adds stick positions: lateral, longitudinal, collective, pedal.
     pub fn controls(&mut self, place: u64, time: Time, sticks: [f64; 4]) {
-        // A stick that is not there is left out in silence: it says nothing of the flight.
+        // An unconnected stick is common and needs no warning.
         if sticks.iter().all(|stick| stick.abs() <= 2.0) {
             self.controls.push(place, (time, sticks));
         }
     }
 
-    /// Adds what the estimator on board said, in any order.
+    /// Adds a moment of the onboard estimator, in any order.
     pub fn moment(&mut self, moment: OnboardMoment) {
         let is_sane = |place: &Geodetic| place.is_navigable();
         let moment = OnboardMoment {
@@ -172,8 +178,7 @@ impl Assembly {
         }
     }
 
-    /// Adds an innovation of the estimator on board, in any order. One that is exactly zero says that
-    /// nothing was measured.
+    /// Adds an innovation of the onboard estimator, in any order. Exactly zero means no measurement and is ignored.
     pub fn innovation(&mut self, innovation: OnboardInnovation) {
         let OnboardInnovation { innovation: size, sigma, .. } = innovation;
         if size != 0.0 && size.abs() <= LARGEST_INNOVATION {
@@ -182,11 +187,11 @@ impl Assembly {
         }
     }
 
-    /// The log, everything in time order. `onboard` names the estimator on board.
+    /// The log with all rows in time order. `onboard` is the name of the onboard estimator.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] where there is neither an inertial sample nor a fix;
-    /// [`LogError::Clock`] where a clock does not run forward.
+    /// [`LogError::Unusable`] without inertial samples and fixes; [`LogError::Clock`] where a clock does not
+    /// increase.
     pub fn finish(
         mut self,
         path: &Path,
@@ -251,7 +256,7 @@ impl Assembly {
     }
 }
 
-/// Moments in time order, those of one time as one.
+/// Moments in time order, those of equal time combined.
 fn merged(mut moments: Vec<OnboardMoment>) -> Vec<OnboardMoment> {
     moments.sort_by_key(|moment| moment.time);
     moments.dedup_by(|later, kept| {
@@ -266,7 +271,7 @@ fn merged(mut moments: Vec<OnboardMoment>) -> Vec<OnboardMoment> {
     moments
 }
 
-/// Innovations in time order, without those that a log repeats until there is another measurement.
+/// Innovations in time order, without the repetitions that some logs write until the next measurement.
 fn fresh(mut innovations: Vec<OnboardInnovation>) -> Vec<OnboardInnovation> {
     innovations.sort_by_key(|one| one.time);
     let mut last: Vec<(Channel, f64)> = Vec::new();
@@ -286,7 +291,7 @@ mod tests {
     use hovernav::imu::Motion;
 
     #[test]
-    fn fields_that_cannot_be_are_left_out_and_told() {
+    fn impossible_fields_are_left_out_with_a_warning() {
         let mut assembly = Assembly::new(true);
         let motion = Motion::Rates {
             angular_rate_radps: Vector::ZERO,

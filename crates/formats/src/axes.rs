@@ -1,22 +1,22 @@
-//! Between the axes of other programs and hovernav's own.
+//! Conversions from the axes of other programs to hovernav's.
 
 use glam::DQuat;
 #[cfg(feature = "ros2")]
 use hovernav::frames::Vector;
 use hovernav::frames::{Body, Ned, Rotation};
 
-/// The attitude that a quaternion gives, scalar first, which leads from forward-right-down to
-/// north-east-down; `None` of one that is far from unit length.
+/// The attitude of a quaternion from forward-right-down to north-east-down, scalar first. `None` if its length
+/// differs from 1 by 0.1 or more.
 pub(crate) fn attitude_frd_ned([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
     unit(DQuat::from_xyzw(x, y, z, w)).map(Rotation::claim)
 }
 
-/// The attitude that a quaternion gives, scalar first, which leads from forward-left-up to
-/// east-north-up.
+/// The attitude of a quaternion from forward-left-up to east-north-up, scalar first. `None` if its length differs
+/// from 1 by 0.1 or more.
 ///
 /// # Source
 /// REP 103, *Standard Units of Measure and Coordinate Conventions*, section Coordinate Frame
-/// Conventions; the two turns are half a turn each, about x and about the bisector of x and y.
+/// Conventions; the two rotations are by 180° each, about x and about the bisector of x and y.
 pub(crate) fn attitude_flu_enu([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let enu_to_ned = DQuat::from_xyzw(half, half, 0.0, 0.0);
@@ -25,7 +25,7 @@ pub(crate) fn attitude_flu_enu([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, 
     Some(Rotation::claim(enu_to_ned * flu_to_enu * frd_to_flu))
 }
 
-/// A vector in forward-left-up axes, in body axes.
+/// Converts a vector from forward-left-up axes to body axes.
 #[cfg(feature = "ros2")]
 pub(crate) fn body_from_flu([forward, left, up]: [f64; 3]) -> Vector<Body> {
     Vector::new(forward, -left, -up)

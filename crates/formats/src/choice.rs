@@ -1,10 +1,10 @@
-//! Which of several sensors is read.
+//! Chooses one of several sensors of a kind.
 
-/// Sensors of one kind that a log has, in order of preference, each with how many messages it has.
+/// The sensors of one kind in a log, in order of preference, each with its number of messages.
 #[derive(Debug)]
 pub(crate) struct Counts<K>(Vec<(K, usize)>);
 
-/// Another sensor than the first is read where it has so many times as many messages.
+/// Ratio of message counts above which a later sensor is preferred to an earlier one.
 const MUCH_MORE: f64 = 1.5;
 
 impl<K: Copy + PartialEq> Counts<K> {
@@ -13,12 +13,11 @@ impl<K: Copy + PartialEq> Counts<K> {
         Self(sensors.filter(|&(_, count)| count > 0).collect())
     }
 
-    /// The sensor to read: the first unless another has many more messages, or of those that
-    /// `instance` gives the number `wanted` the first. With it a sentence about the others, if there
-    /// are any; `name` names them.
+    /// The sensor to read: the first with the number `wanted`, by `instance`; without `wanted`, the first unless
+    /// another has many more messages. The second value lists the other sensors, if any, by `name`.
     ///
     /// # Errors
-    /// A sentence where none has the number wanted.
+    /// A sentence where no sensor has the number `wanted`.
     pub fn choose(
         &self,
         wanted: Option<usize>,
@@ -75,7 +74,8 @@ mod tests {
             (
                 Some(1),
                 Some(
-                    "S1 (140 messages) is read; the log also has S0 (100 messages), S2 (151 messages)"
+                    "S1 (140 messages) is read; the log also has S0 (100 messages), S2 (151 \
+                     messages)"
                         .to_owned()
                 )
             )

@@ -1,14 +1,14 @@
-//! Where a log is damaged, and how.
+//! Damage in a log, with its position.
 
-/// Damages described one by one.
+/// Number of damages that are described individually.
 const MOST: usize = 5;
 
-/// What is wrong with a log, each with its byte or line: the first few, and where there are more.
+/// The first damages of a log, each with its byte offset or line, and the offset from which there are more.
 #[derive(Debug, Default)]
 pub(crate) struct Damages(Vec<(u64, String)>);
 
 impl Damages {
-    /// Adds a damage at `place`, a byte or a line.
+    /// Adds a damage at `place`, a byte offset or a line.
     pub fn add(&mut self, place: u64, reason: impl Into<String>) {
         if self.0.len() < MOST {
             self.0.push((place, reason.into()));
@@ -17,7 +17,7 @@ impl Damages {
         }
     }
 
-    /// The damages in the order found, each with its place.
+    /// The damages in the order found, each with its byte offset or line.
     pub fn iter(&self) -> impl Iterator<Item = (u64, &str)> {
         self.0.iter().map(|(place, reason)| (*place, reason.as_str()))
     }

@@ -1,4 +1,4 @@
-//! How far a solution is from the estimator on board.
+//! Difference between a solution and the onboard estimator.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use hovernav::frames::wrap_angle;
 use hovernav::time::Time;
 use hovernav_log::{Axis, Statistics};
 
-/// How far a solution is from what the estimator on board said: two opinions, neither the truth.
+/// Difference between a solution and the onboard estimator's. Both are estimates; neither is the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OnboardDifference {
     /// The estimator's name.
@@ -19,11 +19,11 @@ pub struct OnboardDifference {
     pub from_s: f64,
     /// The last moment compared, s.
     pub to_s: f64,
-    /// The size of the difference, axis by axis, named with its unit as in [`Axis::name`].
+    /// Statistics of the difference per axis; keys are [`Axis::name`], with the unit.
     pub difference: BTreeMap<&'static str, Statistics>,
 }
 
-/// A moment is compared with a solution this close to it, s.
+/// Largest time from a moment to the solution that it is compared with, s.
 const CLOSE_S: f64 = 0.05;
 
 /// The axes compared, in the order of [`differences`].
@@ -41,8 +41,8 @@ const AXES: [Axis; 10] = [
 ];
 
 impl Onboard {
-    /// How far `solutions`, in time order, are from this one. `None` where no moment has a solution
-    /// within 0.05 s of it.
+    /// Difference of `solutions`, in time order, from the onboard estimator. `None` where no moment has a solution
+    /// within 0.05 s.
     #[must_use]
     pub fn difference(&self, solutions: &[Solution]) -> Option<OnboardDifference> {
         let mut columns: [Vec<f64>; 10] = Default::default();
@@ -67,7 +67,7 @@ impl Onboard {
     }
 }
 
-/// The solution next to `time`, if it is close.
+/// The solution nearest to `time`, if it is within [`CLOSE_S`].
 fn nearest(solutions: &[Solution], time: Time) -> Option<&Solution> {
     let after = solutions.partition_point(|solution| solution.time < time);
     let around = &solutions[after.saturating_sub(1)..solutions.len().min(after + 1)];
@@ -77,8 +77,8 @@ fn nearest(solutions: &[Solution], time: Time) -> Option<&Solution> {
         .filter(|solution| (solution.time - time).abs() <= CLOSE_S)
 }
 
-/// Solution less moment in each of [`AXES`]; NaN where the moment says nothing. Position and velocity
-/// are carried over the time between them by the solution's velocity.
+/// Solution minus moment on each of [`AXES`]; NaN where the moment has no value. The solution's velocity and
+/// angular rate extrapolate its position and attitude to the time of the moment.
 fn differences(solution: &Solution, moment: &OnboardMoment) -> [f64; 10] {
     let later_s = moment.time - solution.time;
     let [north, east, down] = moment.position.map_or([f64::NAN; 3], |position| {

@@ -1,12 +1,12 @@
-//! What a file is, by what it holds.
+//! Formats of logs.
 
 use std::fmt;
 
-/// The form of a log.
+/// The format of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Format {
-    /// A directory of CSV files, as `hovernav-log` writes it.
+    /// A directory of CSV files in hovernav's own columns.
     Dataset,
     /// hovernav's own flight record.
     Record,
@@ -20,7 +20,7 @@ pub enum Format {
     Tlog,
     /// MCAP with ROS 2 messages.
     Ros2,
-    /// Bytes as a DMU or a receiver sent them.
+    /// Raw bytes of a DMU or a receiver.
     Raw,
     /// Text in columns.
     Text,
@@ -43,7 +43,7 @@ impl fmt::Display for Format {
 }
 
 impl Format {
-    /// Its name behind an article.
+    /// The name with its article.
     pub(crate) fn with_article(self) -> String {
         let article = match self {
             Self::Dataflash | Self::DataflashText | Self::Ros2 => "an",
@@ -52,7 +52,7 @@ impl Format {
         format!("{article} {self}")
     }
 
-    /// The feature of this crate that reads it; none where no feature is needed.
+    /// The feature of this crate that reads the format; `None` where no feature is needed.
     pub(crate) const fn feature(self) -> Option<&'static str> {
         match self {
             Self::Dataset | Self::Record => None,

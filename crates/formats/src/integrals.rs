@@ -1,10 +1,10 @@
-//! Whether inertial samples integrate over the time between them, or are points of it.
+//! Distinguishes inertial samples that integrate over their interval from point samples.
 
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// How much of the time the samples integrate over.
+/// Accumulates the share of the time that samples integrate over.
 #[derive(Debug, Default)]
 pub(crate) struct Integrals {
     integrated_s: f64,
@@ -12,19 +12,19 @@ pub(crate) struct Integrals {
     last: Option<Time>,
 }
 
-/// Longer intervals between samples are gaps, s.
+/// Interval between samples from which on it is a gap, s.
 const GAP_S: f64 = 1.0;
-/// Integrals that cover this share of the time are whole.
+/// Smallest share of the time that complete integrals cover.
 const WHOLE: f64 = 0.9;
-/// Point samples faster than this leave little of what vibrates below half their rate, Hz.
+/// Rate from which on point samples alias little vibration, Hz.
 const FAST_HZ: f64 = 100.0;
 
-/// Says of samples that are points in time what that costs.
+/// Adds a warning about slow point samples.
 pub(crate) fn remark_points(dataset: &mut Dataset) {
     if let Some(rate_hz) = dataset.imu_rate_hz().filter(|&rate| rate < FAST_HZ) {
         dataset.warnings.push(format!(
-            "inertial samples are points at {rate_hz:.0} Hz, not integrals over the time between: \
-             vibration above {:.0} Hz aliases into them, and attitude and velocity drift",
+            "the inertial samples are instantaneous values at {rate_hz:.0} Hz, not integrals over \
+             their interval: vibration above {:.0} Hz aliases, and attitude and velocity drift",
             rate_hz / 2.0
         ));
     }
@@ -42,19 +42,19 @@ impl Integrals {
         }
     }
 
-    /// The share of the time that samples integrate over; `None` of fewer than two.
+    /// The share of the time that samples integrate over; `None` for fewer than two samples.
     pub fn share(&self) -> Option<f64> {
         (self.spanned_s > 0.0).then(|| self.integrated_s / self.spanned_s)
     }
 
-    /// Whether nothing, or next to nothing, of the time is missing from the integrals.
+    /// Whether the integrals cover the time, up to the share [`WHOLE`].
     pub fn are_whole(&self) -> bool {
         self.share().is_some_and(|share| share >= WHOLE)
     }
 }
 
-/// Turns means over the interval before each sample into integrals over it: for a sample that was lost
-/// the one after it stands in.
+/// Converts mean rates over the interval before each sample to integrals. After a lost sample, the next one covers
+/// the longer interval.
 pub(crate) fn integrate(samples: &mut [ImuSample]) {
     let mut last = None;
     let first_s = samples.get(1).map_or(0.0, |second| second.time - samples[0].time);

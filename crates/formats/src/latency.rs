@@ -1,5 +1,5 @@
-//! How late fixes are where a log does not say.
+//! Latency of fixes in logs that do not state it.
 
-/// What a receiver takes to work out a fix and send it, s: the value that ArduPilot has for u-blox
-/// receivers since the seventh generation, and PX4 for any.
+/// Time a receiver needs to compute and send a fix, s: the value of ArduPilot for u-blox receivers since the
+/// seventh generation, and of PX4 for all receivers.
 pub(crate) const USUAL_LATENCY_S: f64 = 0.11;

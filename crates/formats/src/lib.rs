@@ -1,7 +1,11 @@
 #![doc = include_str!("../README.md")]
 #![cfg_attr(
     not(all(feature = "ulog", feature = "dataflash", feature = "tlog")),
-    allow(dead_code, unused_variables, reason = "what readers share has parts for each of them")
+    allow(
+        dead_code,
+        unused_variables,
+        reason = "shared code has parts that only some readers use"
+    )
 )]
 
 mod assembly;

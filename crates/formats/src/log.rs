@@ -1,28 +1,28 @@
-//! A log in memory, and what may be chosen of it.
+//! A log in memory, and the options for reading it.
 
 use crate::format::Format;
 use crate::onboard::Onboard;
 use hovernav_log::Dataset;
 use hovernav_log::record::Record;
 
-/// What to take where a log leaves a choice.
+/// Choices among the sensors of a log, and limits.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Which inertial unit, counted as the log counts them; unless given, the first or the one with
-    /// most samples.
+    /// Number of the IMU, as the log numbers them. Default: the first, or one with many more samples.
     pub imu: Option<usize>,
-    /// Which GPS receiver, likewise.
+    /// Number of the GPS receiver; default as for `imu`.
     pub gps: Option<usize>,
-    /// Which magnetometer, likewise.
+    /// Number of the magnetometer; default as for `imu`.
     pub magnetometer: Option<usize>,
-    /// Which barometer, likewise.
+    /// Number of the barometer; default as for `imu`.
     pub baro: Option<usize>,
-    /// Which topic of a ROS 2 log has the receiver's own velocity, by its name, or `none`; unless given, one
-    /// that names a receiver, shares the fixes' frame or has a message for each fix.
+    /// Name of the ROS 2 topic with the receiver's velocity, or `none`. Default: a topic that names a receiver, has
+    /// the frame of the fixes, or has one message per fix.
     pub velocity: Option<String>,
-    /// How many inertial samples of a dataset directory, and rows of its `controls.csv`, are held in memory, at most:
-    /// of more, all stay in their file, see [`Dataset::open_within`]. Unless given, all are in memory, as those of any other format are.
+    /// Largest number of inertial samples of a dataset directory, and of rows of its `controls.csv`, that are kept
+    /// in memory. With more, all stay in their file, see [`Dataset::open_within`]. Default: all in memory, as for
+    /// every other format.
     pub samples_in_memory: Option<usize>,
 }
 
@@ -30,12 +30,12 @@ pub struct Options {
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Log {
-    /// What it was.
+    /// Format of the log.
     pub format: Format,
-    /// What the sensors measured.
+    /// Measurements of the sensors.
     pub dataset: Dataset,
     /// The flight record, where the log is one.
     pub record: Option<Record>,
-    /// What the estimator on board said, where the log has it.
+    /// Solution of the onboard estimator, where the log has one.
     pub onboard: Option<Onboard>,
 }

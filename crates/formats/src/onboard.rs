@@ -1,4 +1,4 @@
-//! What the estimator on board said during the flight: something to compare with, never the truth.
+//! Solution of the onboard estimator during the flight: for comparison, not the truth.
 
 use std::collections::BTreeMap;
 
@@ -12,50 +12,50 @@ use hovernav::time::Time;
 /// The solution of the estimator that flew, in time order.
 #[derive(Clone, Debug, Default)]
 pub struct Onboard {
-    /// Its name, such as `EKF2`.
+    /// Name of the estimator, such as `EKF2`.
     pub name: String,
-    /// What it said, moment by moment, times strictly increasing.
+    /// Its solution, with strictly increasing times.
     pub moments: Vec<OnboardMoment>,
-    /// How far measurements were from what it expected, in time order.
+    /// Its innovations, in time order.
     pub innovations: Vec<OnboardInnovation>,
 }
 
-/// A measurement less what the estimator on board expected of it.
+/// An innovation of the onboard estimator: a measurement minus its prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnboardInnovation {
-    /// When, on the clock of the dataset.
+    /// Time on the clock of the dataset.
     pub time: Time,
-    /// Of what.
+    /// The measured quantity.
     pub channel: Channel,
-    /// Measurement less expectation, in the unit of the channel: m, m/s or rad.
+    /// Measurement minus prediction, in the unit of the channel: m, m/s or rad.
     pub innovation: f64,
-    /// How large it was expected to be, one-sigma, where the log says so.
+    /// Expected one-sigma of the innovation, where the log has it.
     pub sigma: Option<f64>,
 }
 
-/// How large the innovations of a channel were, of the estimator on board and of ours.
+/// Innovation statistics of one channel, of the onboard estimator and of hovernav.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct InnovationSizes {
-    /// The estimator's on board.
+    /// Those of the onboard estimator.
     pub onboard: InnovationSize,
-    /// Ours in the same span; `None` where there are none.
+    /// Those of hovernav in the same time span; `None` without innovations.
     pub ours: Option<InnovationSize>,
 }
 
-/// How large innovations were.
+/// Innovation statistics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct InnovationSize {
-    /// How many.
+    /// Number of innovations.
     pub count: usize,
-    /// Root of their mean square, m, m/s or rad.
+    /// Root mean square, m, m/s or rad.
     pub rms: f64,
-    /// Mean square in units of the size expected, 1 of an estimator that knows itself; `None` where no
-    /// size was expected.
+    /// Mean square of the innovations divided by their expected one-sigma; 1 for a consistent estimator. `None`
+    /// where the log has no one-sigmas.
     pub mean_square: Option<f64>,
 }
 
 impl InnovationSize {
-    /// That of innovations with their one-sigma; `None` of none.
+    /// Statistics of innovations with their one-sigma; `None` without innovations.
     fn of(innovations: impl Iterator<Item = (f64, Option<f64>)>) -> Option<Self> {
         let (mut count, mut squares, mut expected, mut normalised) = (0, 0.0, 0, 0.0);
         for (innovation, sigma) in innovations {
@@ -75,8 +75,8 @@ impl InnovationSize {
 }
 
 impl Onboard {
-    /// How large its innovations were, and `ours` in the same span but for those refused, by
-    /// [`Channel::name`].
+    /// Statistics of the onboard innovations and of `ours` in the same time span, keyed by [`Channel::name`].
+    /// Rejected innovations of `ours` are not counted.
     #[must_use]
     pub fn innovation_sizes(&self, ours: &[Innovation]) -> BTreeMap<&'static str, InnovationSizes> {
         let mut sizes = BTreeMap::new();
@@ -103,21 +103,21 @@ impl Onboard {
     }
 }
 
-/// What the estimator on board said at one moment; `None` where it said nothing.
+/// Solution of the onboard estimator at one time; `None` for missing values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnboardMoment {
-    /// When, on the clock of the dataset.
+    /// Time on the clock of the dataset.
     pub time: Time,
     /// The attitude.
     pub body_to_ned: Option<Rotation<Body, Ned>>,
     /// The velocity, m/s.
     pub velocity_mps: Option<Vector<Ned>>,
-    /// The place.
+    /// The position.
     pub position: Option<Geodetic>,
 }
 
 impl OnboardMoment {
-    /// A moment of which nothing is said.
+    /// A moment without values.
     #[must_use]
     pub const fn at(time: Time) -> Self {
         Self { time, body_to_ned: None, velocity_mps: None, position: None }

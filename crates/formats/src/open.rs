@@ -1,4 +1,4 @@
-//! Opening any log.
+//! Opens a log of any format.
 
 use std::path::{Path, PathBuf};
 
@@ -8,12 +8,12 @@ use crate::recognise::{HEAD, ensure_known, file_of_bag, recognise};
 use crate::window::Input;
 use hovernav_log::LogError;
 
-/// Opens `log`, whatever its format.
+/// Opens `log`; its format is recognised from its content.
 ///
 /// # Errors
-/// [`LogError::Io`] where the file system refuses; [`LogError::Bytes`] where the file is of no known
-/// format, with what it looks like, or damaged, with the byte; [`LogError::LeftOut`] where this crate
-/// was built without the feature that reads it; else as the format's own reader.
+/// [`LogError::Io`] for a failed read; [`LogError::Bytes`] for an unknown format, with its likely type, or for
+/// damage, with the byte offset; [`LogError::LeftOut`] where this crate was built without the feature for the
+/// format; else the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = file_of_bag(log)?;
     let log = in_bag.as_deref().unwrap_or(log);
@@ -29,7 +29,7 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     }
 }
 
-/// Opens a log of another program that is in memory; `path` names it in messages.
+/// Opens a log of another program from memory; `path` is its name in messages.
 ///
 /// # Errors
 /// As [`open`].
@@ -39,7 +39,8 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
     read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
-/// Refuses a choice among sensors where a log has one of each, and of a topic where it has none.
+/// Rejects options that the format does not support: a sensor number where a log has one of each, a topic where it
+/// has no topics.
 fn ensure_choice(format: Format, path: &Path, options: &Options) -> Result<(), LogError> {
     let Options { imu, gps, magnetometer, baro, velocity, .. } = options;
     let numbers = [imu, gps, magnetometer, baro].into_iter().flatten();
@@ -72,7 +73,7 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         #[cfg(feature = "text")]
         Format::Text if input.bytes.is_some() => Err(LogError::Unusable {
             path: input.path.to_path_buf(),
-            reason: "text in columns is read from its files, and these are bytes".into(),
+            reason: "found text in columns in memory, expected a file".into(),
         }),
         #[cfg(feature = "text")]
         Format::Text => crate::text::read(input.path, options),

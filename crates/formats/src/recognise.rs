@@ -1,4 +1,4 @@
-//! What a log is, by what it holds.
+//! Recognises the format of a log from its content.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read as _};
@@ -9,16 +9,16 @@ use crate::format::Format;
 use crate::raw::is_raw;
 use hovernav_log::LogError;
 
-/// Bytes from the start of a file that are enough to tell its format.
+/// Number of bytes at the start of a file that determine its format.
 pub(crate) const HEAD: usize = 4096;
 
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
 const ULOG: &[u8] = b"ULog\x01\x12\x35";
-/// Two marks and the message that describes messages, with which every DataFlash log begins.
+/// Two sync bytes and the type of the format message, with which every DataFlash log begins.
 const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
 
-/// The format of `log`: a directory is a dataset, or a mapping of foreign files where it has no inertial
-/// samples in hovernav's own columns; a file what it holds.
+/// The format of `log`. A directory is a dataset, or text with a mapping if it has a `mapping.toml` and no
+/// `imu.csv` in hovernav's own columns. A file is recognised from its first bytes.
 pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
     let metadata = std::fs::metadata(log).map_err(|error| {
         let error = match error.kind() {
@@ -33,16 +33,15 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         let is_mapped = log.join("mapping.toml").exists() && !has_own_times(&log.join("imu.csv"));
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
-    // A pipe would keep the reader waiting, a device may never end.
+    // A pipe may block the reader; a device may never end.
     if !metadata.is_file() {
-        let reason = "a pipe or a device, expected a file or a directory".to_owned();
+        let reason = "found a pipe or a device, expected a file or a directory".to_owned();
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     ensure_known(&head_of(log)?, log)
 }
 
-/// The one file of messages of a ROS 2 bag, a directory that says what its files are; nothing of anything
-/// else.
+/// The message file of a ROS 2 bag, which is a directory with a `metadata.yaml`; `None` for other logs.
 pub(crate) fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
     let has = |name: &str| log.join(name).is_file();
     if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
@@ -55,12 +54,12 @@ pub(crate) fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
         files.iter().filter(is_such).cloned().collect::<Vec<_>>()
     };
     let reason = match (&with("mcap")[..], &with("db3")[..]) {
-        // One in SQLite is refused by what it holds, with what to do about it.
+        // A SQLite file is rejected later, with advice in the error.
         ([file], _) | ([], [file, ..]) => return Ok(Some(file.clone())),
         ([], []) => "found a ROS 2 bag without an .mcap file".to_owned(),
         (files, _) => {
             format!(
-                "found a ROS 2 bag of {} files, expected one: give them one by one",
+                "found a ROS 2 bag of {} files, expected one: open them one by one",
                 files.len()
             )
         }
@@ -68,7 +67,7 @@ pub(crate) fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
     Err(LogError::Unusable { path: log.to_path_buf(), reason })
 }
 
-/// Whether a file's first line has the name of our own column of times: a foreign `imu.csv` may stand beside
+/// Whether a file's first line has hovernav's own time column. A foreign `imu.csv` may be in the same directory as
 /// its mapping.
 fn has_own_times(file: &Path) -> bool {
     let head = if file.is_file() { head_of(file).unwrap_or_default() } else { Vec::new() };
@@ -76,7 +75,7 @@ fn has_own_times(file: &Path) -> bool {
     line.split(|byte| *byte == b',').any(|name| name.trim_ascii().ends_with(b"t_s"))
 }
 
-/// The first bytes of a file, from which its format is told.
+/// The first [`HEAD`] bytes of a file.
 pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
     let mut head = Vec::with_capacity(HEAD);
     let file = File::open(path).map_err(LogError::io(path))?;
@@ -84,7 +83,7 @@ pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
     Ok(head)
 }
 
-/// [`format_of`], or what the file at `path` looks like.
+/// [`format_of`], or an error with the likely type of the file at `path`.
 pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError> {
     format_of(head).ok_or_else(|| {
         let found = looks_like(head);
@@ -122,22 +121,22 @@ pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
     }
 }
 
-/// Whether an MCAP file says in its header, a profile and a library, that hovernav wrote it. A header
-/// that is cut off may be: the reader of flight records says what is missing.
+/// Whether the library in the header of an MCAP file is hovernav. True also for a truncated header: the reader of
+/// flight records reports the missing part.
 fn is_own(head: &[u8]) -> bool {
-    // Past the magic: an opcode, a length, then two strings, each behind its length.
+    // After the magic bytes: an opcode, a length, then two strings, each after its length.
     let strings = head.get(MCAP.len() + 9..).unwrap_or_default();
     let library = string(strings).and_then(|(_, rest)| string(rest));
     library.is_none_or(|(library, _)| library.starts_with(b"hovernav"))
 }
 
-/// The string that `bytes` begin with, behind its length, and what follows it.
+/// The length-prefixed string at the start of `bytes`, and the rest.
 fn string(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = bytes.split_first_chunk()?;
     rest.split_at_checked(u32::from_le_bytes(*length) as usize)
 }
 
-/// Whether two frames of MAVLink follow each other, each behind a time of eight bytes.
+/// Whether `head` begins with two MAVLink frames, each after an eight-byte time.
 fn is_tlog(head: &[u8]) -> bool {
     let Some(second) = frame_length(head).and_then(|length| head.get(length..)) else {
         return false;
@@ -145,8 +144,8 @@ fn is_tlog(head: &[u8]) -> bool {
     second.is_empty() || frame_length(second).is_some()
 }
 
-/// Whether three frames follow each other, the first behind a time of this age: of a log whose beginning is
-/// damaged, since two marks may stand anywhere.
+/// Whether `head` begins with three frames, the first with a plausible date. For logs with a damaged beginning: at
+/// an arbitrary offset, two frame marks alone may be accidental.
 fn is_dated_tlog(head: &[u8]) -> bool {
     /// From 1990 to 2100, µs since 1970.
     const DATES_US: std::ops::Range<u64> = 631_152_000_000_000..4_102_444_800_000_000;
@@ -155,15 +154,14 @@ fn is_dated_tlog(head: &[u8]) -> bool {
     dated && next().is_some_and(|next| frame_length(next).is_some() && is_tlog(next))
 }
 
-/// Whether two messages that describe messages follow each other somewhere: of a log whose beginning is
-/// damaged.
+/// Whether two consecutive format messages occur anywhere in `head`. For logs with a damaged beginning.
 fn is_dataflash_within(head: &[u8]) -> bool {
     const LENGTH: usize = 89;
     let begins = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(DATAFLASH));
     (0..head.len()).any(|at| begins(at) && begins(at + LENGTH))
 }
 
-/// How long a time and the frame behind it are, by the frame's own length.
+/// Length of a time and the frame after it, bytes, from the frame's length field.
 fn frame_length(bytes: &[u8]) -> Option<usize> {
     const TIME: usize = 8;
     const SIGNATURE: usize = 13;
@@ -178,13 +176,13 @@ fn frame_length(bytes: &[u8]) -> Option<usize> {
     }
 }
 
-/// Without the feature nobody can tell.
+/// Without the feature, raw bytes are not recognised.
 #[cfg(not(feature = "raw"))]
 fn is_raw(_head: &[u8]) -> bool {
     false
 }
 
-/// Whether these are lines of text with rows of numbers among them, or a mapping of such files.
+/// Whether `head` is text with rows of numbers, or a mapping.
 fn is_text_in_columns(head: &[u8]) -> bool {
     let is_row = |line: &[u8]| {
         let fields = line.split(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
@@ -200,14 +198,14 @@ fn is_text_in_columns(head: &[u8]) -> bool {
     is_text(head) && lines().any(|line| is_row(line) || line == b"[[table]]")
 }
 
-/// Whether there is no byte that text does not have, in whatever set of characters.
+/// Whether every byte can be part of text, in any encoding that extends ASCII.
 pub(crate) fn is_text(head: &[u8]) -> bool {
     head.iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace())
 }
 
-/// What files that are no log begin with, and what they are.
+/// First bytes and names of file types that are not logs.
 const OTHERS: [(&[u8], &str); 18] = [
-    (b"PK\x03\x04", "a zip archive, as spreadsheets are too: unpack it, or save it as CSV, first"),
+    (b"PK\x03\x04", "a zip archive or a spreadsheet: unpack it, or save it as CSV, first"),
     (b"\xff\xfe", "text in UTF-16: save it as UTF-8 first"),
     (b"\xfe\xff", "text in UTF-16: save it as UTF-8 first"),
     (b"\x1f\x8b", "a gzip file: unpack it first"),
@@ -218,7 +216,7 @@ const OTHERS: [(&[u8], &str); 18] = [
     (b"#ROSBAG V", "a ROS 1 bag: convert it to MCAP first"),
     (
         b"SQLite format 3",
-        "a SQLite database, as ROS 2 bags are that end in .db3: make one in MCAP with `rosbags-convert --src BAG \
+        "a SQLite database, like a ROS 2 bag in .db3: convert it to MCAP with `rosbags-convert --src BAG \
          --dst OTHER --dst-storage mcap` (pip install rosbags) first",
     ),
     (b"\x89HDF", "an HDF5 file"),
@@ -231,7 +229,7 @@ const OTHERS: [(&[u8], &str); 18] = [
     (b"<", "an XML or HTML document"),
 ];
 
-/// What a file of no known format looks like, in a few words.
+/// The likely type of a file of unknown format.
 pub(crate) fn looks_like(head: &[u8]) -> &'static str {
     if head.is_empty() {
         return "an empty file";

@@ -1,4 +1,4 @@
-//! How much memory a log takes.
+//! Memory that a log takes.
 
 use std::path::Path;
 
@@ -7,15 +7,14 @@ use crate::log::Options;
 use crate::recognise::{file_of_bag, recognise};
 use hovernav_log::{Dataset, LogError};
 
-/// What is in memory of a log of another format, and of a flight record, as a multiple of its file: measured on
-/// ULog, 1.9.
+/// Memory of a flight record or a log of another format, divided by its file size. Measured on ULog: 1.9.
 const OF_A_FILE: u64 = 2;
 
-/// About how much memory [`open`](crate::open) takes of `log`, bytes: by the rows of a dataset directory, else by
-/// the size of what is read.
+/// Approximate memory that [`open`](crate::open) needs for `log`, bytes: from the rows of a dataset directory, else
+/// from the file size.
 ///
 /// # Errors
-/// As [`open`](crate::open), of a log that cannot be recognised.
+/// As [`open`](crate::open), for a log of unknown format.
 pub fn bytes_of(log: &Path, options: &Options) -> Result<u64, LogError> {
     let in_bag = file_of_bag(log)?;
     let log = in_bag.as_deref().unwrap_or(log);

@@ -2,16 +2,15 @@
 
 use chrono::DateTime;
 
-/// The day of a moment, s since the start of 1970, as TOML writes it. `None` outside the years 1990
-/// to 2100, in which no log was made.
+/// The date at `utc_s`, s since 1970, as TOML writes it. `None` outside the years 1990 to 2099, which no log can
+/// have.
 pub(crate) fn date(utc_s: f64) -> Option<String> {
     let day = DateTime::from_timestamp(utc_s as i64, 0)?.date_naive();
     let text = day.to_string();
     (text.as_str() >= "1990" && text.as_str() < "2100").then_some(text)
 }
 
-/// UTC, s since the start of 1970, of a week of GPS time and the seconds in it; to within the leap
-/// seconds, which no day needs.
+/// UTC, s since 1970, of a GPS week and the seconds in it. Leap seconds are ignored; a date does not need them.
 pub(crate) fn of_gps(week: f64, in_week_s: f64) -> f64 {
     // GPS time began on 6 January 1980.
     315_964_800.0 + 604_800.0 * week + in_week_s

@@ -1,4 +1,4 @@
-//! A file read forward, a bounded stretch of it in memory.
+//! Reads a file forward with a bounded window of it in memory.
 
 use std::fs::File;
 use std::io::{self, Cursor, ErrorKind, Read as _, Seek as _, SeekFrom};
@@ -6,20 +6,20 @@ use std::path::Path;
 
 use hovernav_log::LogError;
 
-/// Bytes asked of the file at a time.
+/// Number of bytes per read.
 const CHUNK: usize = 1 << 18;
 
-/// A log to be read: a file, or the bytes of one.
+/// A log to be read, from a file or from memory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Input<'a> {
-    /// The file, and its name in messages.
+    /// Path of the file, also its name in messages.
     pub path: &'a Path,
-    /// What it holds, where that is in memory.
+    /// Content of the log, where it is in memory.
     pub bytes: Option<&'a [u8]>,
 }
 
 impl<'a> Input<'a> {
-    /// How long it is, bytes.
+    /// Length of the log, bytes.
     pub fn length(&self) -> Result<u64, LogError> {
         match self.bytes {
             Some(bytes) => Ok(bytes.len() as u64),
@@ -27,7 +27,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The start of it.
+    /// A window at the start of the log.
     pub fn window(&self) -> Result<Window<'a>, LogError> {
         let source = match self.bytes {
             Some(bytes) => Source::Memory(Cursor::new(bytes)),
@@ -45,7 +45,7 @@ enum Source<'a> {
 }
 
 impl Source<'_> {
-    /// Bytes that may follow, at most.
+    /// Upper limit of the number of bytes left.
     fn left(&self) -> usize {
         match self {
             Self::File(_) => usize::MAX,
@@ -56,31 +56,32 @@ impl Source<'_> {
     }
 }
 
-/// A stretch of a log from where its reader stands.
+/// Part of a log from the read position on.
 #[derive(Debug)]
 pub(crate) struct Window<'a> {
     source: Source<'a>,
     bytes: Vec<u8>,
-    /// Where in `bytes` the reader stands.
+    /// Index of the read position in `bytes`.
     start: usize,
-    /// Where in the log that is.
+    /// Offset of the read position in the log.
     offset: u64,
     is_at_end: bool,
 }
 
 impl Window<'_> {
-    /// Where in the file the reader stands.
+    /// Offset of the read position in the log.
     pub fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// What follows: `wanted` bytes or more, fewer only where the file ends.
+    /// The bytes at the read position: at least `wanted`, fewer only at the end of the log.
     pub fn peek(&mut self, wanted: usize) -> io::Result<&[u8]> {
         while self.bytes.len() - self.start < wanted && !self.is_at_end {
             self.bytes.drain(..self.start);
             self.start = 0;
             let kept = self.bytes.len();
-            // What a damaged file promises is no reason to take memory: only what it has held is.
+            // A length field of a damaged file must not allocate memory; the buffer only grows with bytes that were
+            // read.
             let room = CHUNK.max(kept).min(self.source.left());
             self.bytes.resize(kept + room, 0);
             let read = match &mut self.source {
@@ -98,14 +99,14 @@ impl Window<'_> {
         Ok(&self.bytes[self.start..])
     }
 
-    /// Moves on by `count` bytes, of those last seen.
+    /// Moves forward by `count` bytes, at most to the end of the window.
     pub fn consume(&mut self, count: usize) {
         let count = count.min(self.bytes.len() - self.start);
         self.start += count;
         self.offset += count as u64;
     }
 
-    /// Moves on by `count` bytes, seen or not.
+    /// Moves forward by `count` bytes, also beyond the window.
     pub fn skip(&mut self, count: u64) -> io::Result<()> {
         match usize::try_from(count) {
             Ok(held) if held <= self.bytes.len() - self.start => {
@@ -116,7 +117,7 @@ impl Window<'_> {
         }
     }
 
-    /// Moves to `offset` in the file.
+    /// Moves to `offset` in the log.
     pub fn seek(&mut self, offset: u64) -> io::Result<()> {
         match &mut self.source {
             Source::File(file) => file.seek(SeekFrom::Start(offset))?,
@@ -133,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_promise_takes_no_more_memory_than_the_file_is_long() {
+    fn a_large_request_allocates_no_more_than_the_file_length() {
         let bytes = [7; 100];
         let input = Input { path: Path::new("memory"), bytes: Some(&bytes) };
         let mut window = input.window().unwrap();
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn every_byte_is_seen_once_and_in_its_place() {
+    fn every_byte_is_read_once_at_its_offset() {
         let bytes: Vec<u8> = (0..3 * CHUNK as u32).map(|index| (index % 251) as u8).collect();
         let input = Input { path: Path::new("memory"), bytes: Some(&bytes) };
         let mut window = input.window().unwrap();

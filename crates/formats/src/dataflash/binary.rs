@@ -1,4 +1,4 @@
-//! DataFlash logs in bytes.
+//! Binary DataFlash logs.
 
 use std::collections::HashMap;
 use std::io;
@@ -8,20 +8,20 @@ use super::schema::{FMT, FMT_LENGTH, HEAD, Schema, text};
 use crate::damages::Damages;
 use crate::window::Window;
 
-/// What every message begins with.
+/// The sync bytes of every message.
 const MARKS: [u8; 2] = [0xA3, 0x95];
-/// No message is longer: its length is a byte.
+/// Largest length of a message, bytes: the length is one byte.
 const LONGEST: usize = 255;
-/// Room to look ahead for a message after damage.
+/// Bytes searched at a time for a message after damage.
 const LOOKAHEAD: usize = 1 << 14;
 
-/// The kinds of messages of a log, by number.
+/// The message types of a log, by number.
 struct Schemas {
     by_number: Vec<Option<Schema>>,
     multipliers: HashMap<u8, f64>,
 }
 
-/// Gives each item of the log in `window` to `take`, and says what is damaged.
+/// Passes each item of the log in `window` to `take` and returns the damage.
 pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io::Result<Damages> {
     let mut schemas =
         Schemas { by_number: (0..=u8::MAX).map(|_| None).collect(), multipliers: HashMap::new() };
@@ -37,12 +37,14 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         let Some(schema) = schemas.of(bytes) else {
             let reason = match bytes {
                 [0xA3, 0x95, number, ..] => {
-                    format!("a message of unknown kind {number}: passed over")
+                    format!("found a message of unknown type {number}; skipped")
                 }
-                _ if bytes.len() < HEAD => "the file ends within a message: cut off".to_owned(),
-                _ => "found no message: passed over".to_owned(),
+                _ if bytes.len() < HEAD => {
+                    "the file ends within a message, which is ignored".to_owned()
+                }
+                _ => "found no message; skipped".to_owned(),
             };
-            // Storage that was reserved and not written.
+            // Storage that was reserved but not written.
             if bytes.iter().all(is_empty) && ends_empty(&mut window)? {
                 return Ok(damages);
             }
@@ -55,7 +57,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         };
         let length = schema.length;
         let Some(body) = bytes.get(HEAD..length) else {
-            damages.add(place, "the file ends within a message: cut off");
+            damages.add(place, "the file ends within a message, which is ignored");
             return Ok(damages);
         };
         if let Some((message, _)) = schema.message {
@@ -85,12 +87,12 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
     }
 }
 
-/// Whether this is what storage holds that was never written.
+/// Whether a byte has the value of unwritten storage.
 fn is_empty(byte: &u8) -> bool {
     matches!(byte, 0 | 0xFF)
 }
 
-/// Whether nothing but empty storage follows.
+/// Whether only unwritten storage follows.
 fn ends_empty(window: &mut Window<'_>) -> io::Result<bool> {
     loop {
         let bytes = window.peek(LOOKAHEAD)?;
@@ -105,7 +107,7 @@ fn ends_empty(window: &mut Window<'_>) -> io::Result<bool> {
     }
 }
 
-/// Moves on to where two messages follow each other, or one ends the file.
+/// Moves to the next two consecutive messages, or to a message that ends the file.
 fn resynchronise(window: &mut Window<'_>, schemas: &Schemas) -> io::Result<()> {
     loop {
         let bytes = window.peek(LOOKAHEAD)?;
@@ -127,7 +129,7 @@ fn resynchronise(window: &mut Window<'_>, schemas: &Schemas) -> io::Result<()> {
 }
 
 impl Schemas {
-    /// The kind of the message that `bytes` begin with.
+    /// The type of the message at the start of `bytes`.
     fn of(&self, bytes: &[u8]) -> Option<&Schema> {
         let [first, second, number] = *bytes.first_chunk()?;
         if [first, second] != MARKS {
@@ -136,7 +138,7 @@ impl Schemas {
         self.by_number[usize::from(number)].as_ref()
     }
 
-    /// Takes in a message of kind `number` that describes messages, units or multipliers.
+    /// Reads a message of type `number` that describes messages, units or multipliers.
     fn learn(&mut self, body: &[u8], number: u8, place: u64, damages: &mut Damages) {
         if number == FMT {
             return match described(body) {
@@ -144,7 +146,7 @@ impl Schemas {
                     self.by_number[usize::from(number)] = Some(schema);
                 }
                 Some(_) => {}
-                None => damages.add(place, "a description of a message that makes no sense"),
+                None => damages.add(place, "found an invalid FMT message; skipped"),
             };
         }
         let Some(schema) = &self.by_number[usize::from(number)] else { return };
@@ -162,13 +164,13 @@ impl Schemas {
     }
 }
 
-/// The message that the body of an FMT describes, and its number.
+/// The number and schema in the body of an FMT message.
 fn described(body: &[u8]) -> Option<(u8, Schema)> {
     let (&[number, length], rest) = body.split_first_chunk()?;
     let (name, rest) = rest.split_at_checked(4)?;
     let (formats, labels) = rest.split_at_checked(16)?;
     let length = usize::from(length);
-    // Without a body it could be passed over, but no log needs such.
+    // A length below that of the header is invalid.
     (length >= HEAD)
         .then(|| Some((number, Schema::new(text(name)?, length, text(formats)?, text(labels)?))))
         .flatten()

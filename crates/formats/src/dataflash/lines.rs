@@ -1,4 +1,4 @@
-//! DataFlash logs in text: a message a line, its name first, values separated by commas.
+//! DataFlash logs as text: one message per line, its name first, values separated by commas.
 
 use std::collections::HashMap;
 use std::io;
@@ -8,12 +8,12 @@ use super::schema::Schema;
 use crate::damages::Damages;
 use crate::window::Window;
 
-/// No line is longer, bytes.
+/// Longest line that is read, bytes.
 const LONGEST: usize = 1 << 14;
-/// Kinds of messages remembered: there are as many numbers as a byte has values.
+/// Largest number of message types: their number is one byte.
 const KINDS: usize = 256;
 
-/// Gives each item of the log in `window` to `take`, and says what is damaged.
+/// Passes each item of the log in `window` to `take` and returns the damage.
 pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io::Result<Damages> {
     let mut schemas: HashMap<String, Schema> = HashMap::new();
     let mut numbers: HashMap<String, String> = HashMap::new();
@@ -30,21 +30,22 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         let (length, is_whole) = match end {
             Some(end) => (end + 1, true),
             None if bytes.len() >= LONGEST => {
-                let reason = "a line of more than 16384 bytes: the rest is not read";
+                let reason = "found a line of more than 16384 bytes; the rest of the file is not \
+                              read";
                 damages.add(line, reason);
                 return Ok(damages);
             }
             None => (bytes.len(), false),
         };
         let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
-            damages.add(line, "no text: passed over");
+            damages.add(line, "found a line that is not text; skipped");
             window.consume(length);
             continue;
         };
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         let (name, fields) = (fields[0], &fields[1..]);
         if !is_whole && !name.is_empty() {
-            damages.add(line, "the file ends within this line: cut off");
+            damages.add(line, "the file ends within this line, which is ignored");
             return Ok(damages);
         }
         match (name, fields) {
@@ -67,7 +68,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
                 }
             }
             (name, fields) => match schemas.get(name) {
-                None => damages.add(line, "a message that no FMT describes: passed over"),
+                None => damages.add(line, "found a message that no FMT describes; skipped"),
                 Some(schema) => give(schema, fields, line, take),
             },
         }
@@ -75,7 +76,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
     }
 }
 
-/// Gives what is read of a message to `take`.
+/// Passes a message that is read to `take`.
 fn give(schema: &Schema, fields: &[&str], place: u64, take: &mut dyn FnMut(Item<'_>)) {
     if let Some((message, _)) = schema.message {
         let instance = schema.instance_of_text(fields);

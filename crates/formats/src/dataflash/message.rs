@@ -1,9 +1,9 @@
 //! The messages that are read, and the fields of each with their units.
 
-/// A message of ArduPilot, or of PX4's logs in the same form from before 2017.
+/// A message of ArduPilot, or of PX4 logs in the same format from before 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Message {
-    /// Rates, mostly as points.
+    /// Rates, mostly instantaneous values.
     Imu,
     /// Increments.
     Imt,
@@ -18,17 +18,17 @@ pub(super) enum Message {
     Velocity,
     Position,
     Innovations,
-    /// PX4: the time of what follows.
+    /// PX4: the time of the messages that follow.
     Time,
 }
 
-/// Thousandths, millionths, percent.
+/// Factors of units.
 const MILLI: f64 = 1e-3;
 const MICRO: f64 = 1e-6;
 const ONE: f64 = 1.0;
 
 impl Message {
-    /// Columns of the widest message, at least.
+    /// Number of columns, at least those of the widest message.
     pub const WIDTH: usize = 22;
 
     const ALL: [Self; 14] = [
@@ -48,7 +48,7 @@ impl Message {
         Self::Time,
     ];
 
-    /// The names it goes by; of those with a number for each instance the first one's.
+    /// The names of the message; of numbered instances, the name without number.
     const fn names(self) -> &'static [&'static str] {
         match self {
             Self::Imu => &["IMU"],
@@ -73,7 +73,7 @@ impl Message {
         self.names()[0]
     }
 
-    /// The message that the log calls `name`, and the instance that the name counts: `IMU2` is 1.
+    /// The message with this `name`, and the instance in the name: `IMU2` is instance 1.
     pub fn named(name: &str) -> Option<(Self, usize)> {
         Self::ALL.into_iter().find_map(|message| {
             if message.names().contains(&name) {
@@ -95,10 +95,10 @@ impl Message {
         })
     }
 
-    /// The fields that are read, in the order in which [`super::rows`] takes them apart, each with
-    /// what its numbers are multiplied by where the log does not say: to seconds, metres, gauss.
+    /// The fields that are read, in the order that [`super::rows`] expects. Each has a factor to seconds, metres or
+    /// gauss, for logs that do not state one.
     ///
-    /// First the time, which is one of three.
+    /// The first fields are alternative times.
     pub const fn columns(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Imu => &[

@@ -1,7 +1,7 @@
-//! ArduPilot's DataFlash logs, in bytes and as text.
+//! Reads ArduPilot's DataFlash logs, binary and text.
 //!
-//! The log is gone through twice: a survey counts what it holds, and once it is chosen which of several
-//! sensors to read, their messages are taken apart. Memory holds the samples and a window of the file.
+//! The log is read twice: a survey counts the messages, then the messages of the chosen sensors are decoded. Memory
+//! holds the samples and a window of the file.
 
 mod binary;
 mod item;
@@ -26,21 +26,21 @@ use item::Item;
 use message::Message;
 use rows::Rows;
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Debug, Default)]
 struct Survey {
     counts: BTreeMap<(Message, usize), usize>,
     parameters: HashMap<String, f64>,
-    /// The first thing the autopilot said: its name and version.
+    /// The text with the autopilot's name and version, else the first text.
     text: String,
     start_s: Option<f64>,
 }
 
-/// Parameters that are read.
+/// Prefixes of the parameters that are read.
 const PARAMETERS: [&str; 5] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND"];
-/// As many parameters as anyone has.
+/// Largest number of parameters that are kept.
 const MOST_PARAMETERS: usize = 10_000;
-/// Reads a DataFlash log, of bytes or text as `format` says.
+/// Reads a DataFlash log, binary or text as in `format`.
 ///
 /// # Errors
 /// [`LogError::Unusable`] for a log without inertial samples and fixes, or without the instance that
@@ -98,7 +98,7 @@ impl Survey {
                 }
             }
             Item::Text(text) => {
-                // Warnings may come before it.
+                // Warnings may precede the version.
                 let is_better = names_firmware(text) && !names_firmware(&self.text);
                 if self.text.is_empty() || is_better {
                     self.text = text.to_owned();
@@ -107,12 +107,12 @@ impl Survey {
         }
     }
 
-    /// The first parameter of these names that the log has.
+    /// The first of these parameters that the log has.
     fn parameter(&self, names: &[&str]) -> Option<f64> {
         names.iter().find_map(|name| self.parameters.get(*name).copied())
     }
 
-    /// What is read; a reason where there is no such instance.
+    /// The sensors to read; an error message where the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut chosen = |sensor: &str, messages: &[Message], wanted: Option<usize>| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
@@ -143,8 +143,8 @@ impl Survey {
         let is_given = latency_s > 0.0 && latency_s <= 10.0;
         if !is_given && gps.is_some() {
             to.note(format!(
-                "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
-                 receivers; [gps] latency_s sets another"
+                "GPS: the log does not state the latency of fixes; {USUAL_LATENCY_S} s is assumed, \
+                 as for u-blox receivers. Set [gps] latency_s to change it"
             ));
         }
         Ok(Rows {
@@ -156,29 +156,28 @@ impl Survey {
             has_quaternion: self.counts.contains_key(&(Message::Quaternion, 0)),
             start_s: self.start_s.unwrap_or(0.0),
             latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },
-            // The throttle rests at its lower end, and its middle is what a fraction is counted from.
+            // The trim of the throttle is its lower end; its fraction is counted from the middle.
             trims_us: [trim(1), trim(2), 1500.0, trim(4)],
             ..Rows::default()
         })
     }
 
-    /// Says what the log's rows were like.
+    /// Adds warnings and notes about the rows.
     fn remark(&self, rows: &Rows, to: &mut Assembly) {
         if rows.fixes > 0 {
             to.say(
-                "GPS: heights are above mean sea level, and taken as heights above the ellipsoid, up to \
-                 100 m off by the geoid",
+                "GPS: heights are above mean sea level and are used as heights above the \
+                 ellipsoid; the error is up to 100 m",
             );
         }
         if self.parameter(&["AHRS_ORIENTATION"]).is_some_and(|turn| turn != 0.0) {
             to.note(
-                "AHRS_ORIENTATION is set: ArduPilot has turned the samples into body axes with it, \
-                 nothing is left to do",
+                "AHRS_ORIENTATION is set: ArduPilot has already converted the samples to body axes",
             );
         }
     }
 
-    /// What estimator was on board.
+    /// Name of the onboard estimator.
     fn estimator(&self) -> &'static str {
         if self.counts.contains_key(&(Message::Velocity, 0)) { "EKF" } else { "AHRS" }
     }
@@ -217,7 +216,7 @@ impl Survey {
     }
 }
 
-/// Whether a text is that by which a firmware says what it is, as "ArduCopter V4.5.1 (hash)".
+/// Whether a text contains a firmware's name and version, as in "ArduCopter V4.5.1 (hash)".
 fn names_firmware(text: &str) -> bool {
     let version = text.split_whitespace().nth(1).and_then(|word| word.strip_prefix('V'));
     version.is_some_and(|version| version.starts_with(|first: char| first.is_ascii_digit()))

@@ -1,4 +1,4 @@
-//! From the messages to samples, fixes and moments.
+//! Converts messages to samples, fixes and moments.
 
 use super::item::Item;
 use super::message::Message;
@@ -14,7 +14,7 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
-/// What is chosen, and what is remembered from row to row.
+/// The chosen sensors, and the state kept between rows.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     /// The message and instance of each sensor that is read.
@@ -27,32 +27,32 @@ pub(super) struct Rows {
     pub has_quaternion: bool,
     /// The clock at the start of the log, s.
     pub start_s: f64,
-    /// How much earlier than its arrival a fix is valid, s.
+    /// Latency from a fix to its message, s.
     pub latency_s: f64,
-    /// Middle of each of the first four channels, µs.
+    /// Pulse at the trim of each of the first four channels, µs.
     pub trims_us: [f64; 4],
-    /// What the increments integrate over.
+    /// Share of the time that the increments integrate over.
     pub integrals: Integrals,
-    /// GPS week and seconds in it, of the first fix that has them.
+    /// GPS week and seconds of the week, from the first fix that has them.
     pub gps_time: Option<(f64, f64)>,
-    /// Fixes, all with heights above mean sea level.
+    /// Number of fixes; their heights are above mean sea level.
     pub fixes: usize,
-    /// The time of messages that have none themselves, s.
+    /// Time of messages without a time field, s.
     pub current_s: f64,
-    /// The fix before, which may wait for its accuracies.
+    /// The previous fix, until its accuracies arrive: place, clock, s, and fix.
     pub pending: Option<(u64, f64, Fix)>,
-    /// The heading by two antennas that came with it.
+    /// The two-antenna heading of the pending fix.
     pub pending_heading: Option<AntennaHeading>,
 }
 
-/// What receivers call fixes, from this on: a height is measured from three.
+/// Smallest fix types of a fix without and with a measured height.
 const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 /// Half the travel of a channel, µs.
 const HALF_TRAVEL_US: f64 = 500.0;
 
 impl Rows {
-    /// Takes in an item of the log.
+    /// Reads an item of the log.
     pub fn take(&mut self, item: &Item<'_>, to: &mut Assembly) {
         let &Item::Row { message, instance, place, ref row } = item else { return };
         let clock_s = self.clock_s(message, row);
@@ -84,7 +84,7 @@ impl Rows {
             }
             Message::Attitude if !self.has_quaternion => {
                 let [roll, pitch, yaw] = [row[2], row[3], row[4]];
-                // PX4's messages of this name have rates beside the angles, and angles in radians.
+                // PX4's messages of this name have angles in radians, and also rates.
                 let angles = if row[5].is_nan() {
                     EulerAngles::from_degrees(roll, pitch, yaw)
                 } else {
@@ -116,7 +116,7 @@ impl Rows {
         if message == Message::Time {
             return row[0];
         }
-        // Where old logs have both, `TimeMS` is the receiver's and `T` the autopilot's.
+        // In old logs with both, `TimeMS` is the receiver's time and `T` the autopilot's.
         let of_gps = (message == Message::Gps).then(|| row[2]);
         let mut times = [Some(row[0]), of_gps, Some(row[1])].into_iter().flatten();
         times.find(|time| time.is_finite()).unwrap_or(self.current_s)
@@ -125,7 +125,7 @@ impl Rows {
     fn increments(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
         let &[_, _, p, q, r, x, y, z, angle_s, velocity_s, ..] = row else { return };
         if !(angle_s > 0.0 && velocity_s > 0.0) {
-            return to.imu_left_out(place, "left out: an increment over no time");
+            return to.imu_left_out(place, "left out: the time of an increment is zero or missing");
         }
         self.integrals.sample(time, angle_s);
         let motion = Motion::Rates {
@@ -149,7 +149,7 @@ impl Rows {
         }
         let time = time.offset_by(-self.latency_s);
         let Some(position) = Geodetic::from_degrees(lat, or(lng, lon), height_m) else {
-            return to.fix_left_out(place, "left out: no place on Earth");
+            return to.fix_left_out(place, "left out: not a position on Earth");
         };
         let course_rad = course.to_radians();
         let north = or(vn, speed * course_rad.cos());
@@ -170,12 +170,12 @@ impl Rows {
             ..Fix::at(time, position)
         };
         self.pending = Some((place, clock_s, fix));
-        // Zero where there is none; true north is 360.
+        // Zero is an unknown yaw; north is 360.
         self.pending_heading =
             (yaw > 0.0 && yaw <= 360.0).then(|| AntennaHeading::new(time, yaw.to_radians(), None));
     }
 
-    /// The accuracies of the fix before, where they are of the same moment.
+    /// Adds accuracies to the pending fix, if their times agree within 0.05 s.
     fn accuracy(&mut self, row: &[f64], clock_s: f64) {
         let &[_, _, horizontal, vertical, speed, has_vertical, yaw, ..] = row else { return };
         let Some((_, of_s, fix)) = &mut self.pending else { return };
@@ -196,7 +196,7 @@ impl Rows {
         }
     }
 
-    /// Hands on the fix that waited for its accuracies.
+    /// Adds the pending fix to `to`.
     pub fn flush(&mut self, to: &mut Assembly) {
         if let Some((place, _, fix)) = self.pending.take() {
             to.fix(place, fix);
@@ -207,8 +207,7 @@ impl Rows {
     }
 }
 
-/// ArduPilot's innovations, without their variances: what its filter expected less what was measured,
-/// heading in degrees.
+/// ArduPilot's innovations, without variances: prediction minus measurement, heading in degrees.
 fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
     let channels = [
         (Channel::PositionNorth, 2, -1.0),
@@ -225,7 +224,7 @@ fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
     }
 }
 
-/// What ArduPilot calls a sensor that looks down, and a reading that is good.
+/// ArduPilot's orientation of a downward sensor, and its state of a valid reading.
 const DOWNWARD: f64 = 25.0;
 const GOOD: f64 = 4.0;
 
@@ -248,7 +247,7 @@ fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
         specific_force_mps2: Vector::new(x, y, z),
     };
     let field = [mx, my, mz];
-    // NaN where the log has none.
+    // NaN in logs without a magnetic field.
     let is_field = field.iter().all(|component| !component.is_nan());
     let magnetic_field_gauss = is_field.then(|| field.into());
     to.imu(place, ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) });

@@ -1,4 +1,4 @@
-//! What the messages of a DataFlash log are made of, as the log itself describes them.
+//! Fields of the messages of a DataFlash log, as described in the log.
 //!
 //! # Source
 //! ArduPilot, `libraries/AP_Logger`: format characters, and the messages FMT, FMTU and MULT.
@@ -7,24 +7,24 @@ use std::collections::HashMap;
 
 use super::message::Message;
 
-/// A kind of message of a log.
+/// A message type of a log.
 #[derive(Debug)]
 pub(super) struct Schema {
-    /// Its name in the log.
+    /// Name in the log.
     pub name: String,
-    /// Bytes of a message with its head.
+    /// Length of a message with its header, bytes.
     pub length: usize,
-    /// What it is, and which instance by its name, where it is read.
+    /// The message and the instance in its name, if it is read.
     pub message: Option<(Message, usize)>,
-    /// Names of the fields, with the format of each.
+    /// Name and format character of each field.
     labels: Vec<(String, u8)>,
-    /// What the log says the fields are multiplied by.
+    /// Multipliers of the fields, where the log has them.
     multipliers: Vec<Option<f64>>,
-    /// Where each column of the message stands.
+    /// Field of each column of the message.
     columns: Vec<Option<Column>>,
-    /// Which field counts instances.
+    /// Field with the instance.
     instance: Option<usize>,
-    /// Where each field of a message in bytes begins, past its head.
+    /// Offset of each field of a binary message, after its header.
     offsets: Vec<usize>,
 }
 
@@ -34,14 +34,14 @@ struct Column {
     factor: f64,
 }
 
-/// Two marks and the number of the message.
+/// Length of a header, bytes: two sync bytes and the type of the message.
 pub(super) const HEAD: usize = 3;
-/// The number of the message that describes messages.
+/// The type of the message that describes messages.
 pub(super) const FMT: u8 = 128;
-/// Its length.
+/// Length of an FMT message, bytes.
 pub(super) const FMT_LENGTH: usize = 89;
 
-/// Bytes of a field, and what its integers are multiplied by; `None` where the format is not known.
+/// Length of a field, bytes, and factor of its integers; `None` for an unknown format.
 fn layout(format: u8) -> Option<(usize, f64)> {
     Some(match format {
         b'b' | b'B' | b'M' => (1, 1.0),
@@ -59,7 +59,7 @@ fn layout(format: u8) -> Option<(usize, f64)> {
 }
 
 impl Schema {
-    /// Of a message `name` with the field formats and the names of the fields, separated by commas.
+    /// The schema of the message `name`; `formats` has one character per field, `labels` are separated by commas.
     pub fn new(name: &str, length: usize, formats: &str, labels: &str) -> Self {
         let labels: Vec<(String, u8)> = labels
             .split(',')
@@ -71,7 +71,7 @@ impl Schema {
             .iter()
             .map(|&(_, format)| {
                 let at = offset;
-                // Past an unknown field nothing has a place.
+                // After a field of unknown length, no offset is known.
                 let size = layout(format).map_or(usize::MAX, |(size, _)| size);
                 offset = usize::saturating_add(offset, size);
                 at
@@ -92,12 +92,12 @@ impl Schema {
         schema
     }
 
-    /// Takes in the units and multipliers of the fields, a character each.
+    /// Sets the units and multipliers of the fields, one character each.
     pub fn set_multipliers(&mut self, units: &str, ids: &str, known: &HashMap<u8, f64>) {
         let counts = units.bytes().take(self.labels.len()).position(|unit| unit == b'#');
         self.instance = counts.or(self.instance);
         for (multiplier, id) in self.multipliers.iter_mut().zip(ids.bytes()) {
-            // Zero stands for "none".
+            // Zero means that the field has no multiplier.
             let known = known.get(&id).copied();
             *multiplier = known.filter(|value| value.is_finite() && *value != 0.0);
         }
@@ -109,14 +109,14 @@ impl Schema {
         let column = |&(wanted, factor): &(&str, f64)| {
             let field = self.labels.iter().position(|(label, _)| label == wanted)?;
             let has_factor = layout(self.labels[field].1).is_some_and(|(_, scale)| scale != 1.0);
-            // A format that scales by itself is multiplied already.
+            // A format with its own factor is already scaled.
             let own = self.multipliers[field].map(|own| if has_factor { 1.0 } else { own });
             Some(Column { field, factor: own.unwrap_or(factor) })
         };
         self.columns = message.columns().iter().map(column).collect();
     }
 
-    /// The message's columns, read by `number` from field number and format; NaN where it has none.
+    /// The columns of the message; `number` reads a field from its index and format. NaN for missing fields.
     fn row(&self, number: impl Fn(usize, u8) -> f64) -> [f64; Message::WIDTH] {
         let mut row = [f64::NAN; Message::WIDTH];
         for (cell, column) in row.iter_mut().zip(&self.columns) {
@@ -127,34 +127,34 @@ impl Schema {
         row
     }
 
-    /// The columns of a message in bytes, its head left off.
+    /// The columns of a binary message without its header.
     pub fn row_of_bytes(&self, body: &[u8]) -> [f64; Message::WIDTH] {
         self.row(|field, format| self.number(body, field, format))
     }
 
-    /// The columns of a message in text, its name left off. Text is scaled already.
+    /// The columns of a text message without its name. Text values are already scaled.
     pub fn row_of_text(&self, fields: &[&str]) -> [f64; Message::WIDTH] {
         self.row(|field, _| number_in(fields, field))
     }
 
-    /// The instance by the name, or by the field that counts them.
+    /// The instance from the name, or from the instance field.
     fn instance(&self, number: impl Fn(usize, u8) -> f64) -> usize {
         let by_name = self.message.map_or(0, |(_, instance)| instance);
         let by_field = self.instance.map(|field| number(field, self.labels[field].1));
         by_field.filter(|number| (0.0..=255.0).contains(number)).map_or(by_name, |n| n as usize)
     }
 
-    /// The instance of a message in bytes.
+    /// The instance of a binary message.
     pub fn instance_of_bytes(&self, body: &[u8]) -> usize {
         self.instance(|field, format| self.number(body, field, format))
     }
 
-    /// The instance of a message in text.
+    /// The instance of a text message.
     pub fn instance_of_text(&self, fields: &[&str]) -> usize {
         self.instance(|field, _| number_in(fields, field))
     }
 
-    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
+    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     fn number(&self, body: &[u8], field: usize, format: u8) -> f64 {
         let bytes = body.get(self.offsets[field]..).unwrap_or_default();
         let scale = layout(format).map_or(1.0, |(_, scale)| scale);
@@ -179,7 +179,7 @@ impl Schema {
         number.map_or(f64::NAN, |number| number * scale)
     }
 
-    /// The text of the field `label` of a message in bytes, up to its first zero.
+    /// The text of the field `label` of a binary message, up to its first zero.
     pub fn text<'a>(&self, body: &'a [u8], label: &str) -> Option<&'a str> {
         let field = self.labels.iter().position(|(name, _)| name == label)?;
         let (size, _) = layout(self.labels[field].1)?;
@@ -187,14 +187,14 @@ impl Schema {
         text(bytes)
     }
 
-    /// The number of the field `label` of a message in bytes.
+    /// The number of the field `label` of a binary message.
     pub fn number_named(&self, body: &[u8], label: &str) -> Option<f64> {
         let field = self.labels.iter().position(|(name, _)| name == label)?;
         let number = self.number(body, field, self.labels[field].1);
         number.is_finite().then_some(number)
     }
 
-    /// The field `label` of a message in text.
+    /// The field `label` of a text message.
     pub fn field<'a>(&self, fields: &[&'a str], label: &str) -> Option<&'a str> {
         let field = self.labels.iter().position(|(name, _)| name == label)?;
         fields.get(field).copied()
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn units_of_fields_that_are_not_there_count_nothing() {
+    fn units_of_missing_fields_are_ignored() {
         let mut schema = Schema::new("IMU", 0, "Qf", "TimeUS,GyrX");
         schema.set_multipliers("s------#", "F-------", &HashMap::new());
         assert_eq!(schema.instance_of_text(&["1000000", "0.5"]), 0);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_log_says_what_integers_are_multiplied_by() {
+    fn multipliers_of_the_log_scale_integers() {
         let mut schema = Schema::new("MAG", 0, "Qhc", "TimeUS,MagX,MagY");
         let mut body = vec![0; 8];
         body.extend(219_i16.to_le_bytes());
@@ -250,7 +250,7 @@ mod tests {
         let known = HashMap::from([(b'F', 1e-6), (b'B', 1e-2)]);
         schema.set_multipliers("sGG", "FBB", &known);
         assert_abs_diff_eq!(schema.row_of_bytes(&body)[2], 2.19, epsilon = 1e-12);
-        // Centi by its format and by its multiplier is centi once.
+        // A factor of 0.01 in both format and multiplier applies once.
         assert_abs_diff_eq!(schema.row_of_bytes(&body)[3], 2.19, epsilon = 1e-12);
     }
 }

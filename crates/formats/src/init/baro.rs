@@ -5,8 +5,9 @@ use super::names::Quantity;
 use crate::text::{BaroColumn, BaroUnit};
 
 impl Reader<'_> {
-    /// The column of a barometer: a height that is called one or stands alone in a file that is, else a pressure;
-    /// `with_place` where the file has a receiver's place, to which a height without a name belongs.
+    /// The column of a barometer: a height with a barometer's name, else the only height in a file with a
+    /// barometer's name, else a pressure. `with_place` where the file has a receiver's position; then an
+    /// unqualified height belongs to the receiver.
     pub(super) fn baro(
         &mut self,
         with_place: bool,
@@ -21,18 +22,18 @@ impl Reader<'_> {
         if let Some(left) = bare.filter(|left| Some(*left) != height) {
             let why = match (named.or(pressure), self.known.column(Quantity::Latitude)) {
                 (Some(other), _) => format!(
-                    "it stands without a place beside {}, which is taken as the barometer",
+                    "there is no latitude and longitude with it, and {} is used as the barometer",
                     self.look.layout.names[other]
                 ),
-                (None, Some(_)) => "the place beside it is left out".to_owned(),
+                (None, Some(_)) => "the latitude and longitude next to it are ignored".to_owned(),
                 (None, None) => {
-                    "neither latitude and longitude nor a pressure stand beside it; if it is a \
-                                 barometer's, name it as column under [table.baro]"
+                    "there is no latitude and longitude and no pressure with it; if it is from a \
+                     barometer, set it as column under [table.baro]"
                         .to_owned()
                 }
             };
             let name = &self.look.layout.names[left];
-            doubts.push(format!("{name} of {} is left out: {why}", self.file));
+            doubts.push(format!("{name} of {} is ignored: {why}", self.file));
         }
         let column = height.or(pressure)?;
         let largest = self.look.largest(column);
@@ -43,7 +44,7 @@ impl Reader<'_> {
             Some("pa") => BaroUnit::Pascals,
             Some(unit @ ("cm" | "mm")) => {
                 doubts.push(format!(
-                    "{} of {} is in {unit}, which a barometer's height cannot be: left out",
+                    "{} of {} is in {unit}, expected m or ft for a barometer's height: ignored",
                     self.look.layout.names[column], self.file
                 ));
                 return None;

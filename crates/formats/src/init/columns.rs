@@ -1,4 +1,4 @@
-//! From the names and the first rows of one file to its mapping, axes still as they are.
+//! Derives the mapping of one file from its column names and first rows, without changing axes.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,18 +13,18 @@ use crate::text::{
 };
 use hovernav_log::LogError;
 
-/// One file as it was understood.
+/// The mapping of one file, with messages.
 pub(crate) struct Understood {
     pub mapping: TableMapping,
-    /// What tells the units of the receiver's velocity.
+    /// Which units of the receiver's velocity are stated.
     pub told: Told,
-    /// Columns of which nothing is used.
+    /// Names of the unused columns.
     pub unused: Vec<String>,
-    /// What was guessed and is worth a look, each a sentence.
+    /// Guesses that the user should check, one sentence each.
     pub doubts: Vec<String>,
 }
 
-/// The columns by what they hold, the first of each.
+/// The meanings of the columns; a look-up returns the first column of a quantity.
 pub(crate) struct Known {
     pub meanings: Vec<Option<Meaning>>,
 }
@@ -56,7 +56,7 @@ impl Known {
     }
 }
 
-/// Understands `path`, which the mapping is to call `file`.
+/// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
 pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogError> {
     let look = Look::at(path)?;
     let below = |index: usize| look.layout.below_names.get(index).map_or("", String::as_str);
@@ -90,8 +90,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.time = reader.time(has_motion, &mut doubts).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
         reason: format!(
-            "found no column that rises like a time, in numbers or as 12:34:56.7 or \
-             2025-07-08T12:34:56.7, among {}",
+            "found no column that increases like a time, expected numbers, 12:34:56.7 or \
+             2025-07-08T12:34:56.7 in one of {}",
             look.layout.names.join(", ").chars().take(200).collect::<String>()
         ),
     })?;
@@ -100,17 +100,17 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     Ok(Understood { mapping: table, told, unused, doubts })
 }
 
-/// A sentence about each name that several columns have.
+/// One sentence for each name that several columns have.
 fn repeated(names: &[String]) -> Vec<String> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     names.iter().for_each(|name| *counts.entry(name).or_default() += 1);
     let repeated = counts.into_iter().filter(|(name, count)| *count > 1 && !name.is_empty());
     repeated
-        .map(|(name, count)| format!("{count} columns are called {name}: the first of them counts"))
+        .map(|(name, count)| format!("{count} columns are called {name}: only the first is used"))
         .collect()
 }
 
-/// What is made of a file's columns, one sensor after the other.
+/// Assigns the columns of a file to its sensors and marks them as used.
 pub(super) struct Reader<'a> {
     /// The file's name without its directory.
     pub file: String,
@@ -120,7 +120,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The name of a column, which from now on is used.
+    /// Marks a column as used and returns its name.
     pub fn name(&mut self, column: usize) -> String {
         self.used[column] = true;
         self.look.layout.names[column].clone()
@@ -149,8 +149,8 @@ impl Reader<'_> {
                 _ if high > 7.0 => RateUnit::DegreesPerSecond,
                 _ => {
                     doubts.push(format!(
-                        "gyro: rates reach {high:.2}, taken as rad/s; if they are deg/s, set \
-                         unit = \"deg/s\" under [table.gyro]"
+                        "gyro: rates reach {high:.2}, read as rad/s; if they are deg/s, set unit = \
+                         \"deg/s\" under [table.gyro]"
                     ));
                     RateUnit::RadiansPerSecond
                 }
@@ -169,7 +169,7 @@ impl Reader<'_> {
         if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Accel)) {
             let norm = self.look.median_norm(columns);
             let unit = match self.known.unit(columns[0]) {
-                // A name may be wrong; gravity is not.
+                // Gravity overrides a wrong unit in the name.
                 Some("m/s2") if !(0.8..1.2).contains(&norm) => ForceUnit::MetresPerSecondSquared,
                 Some("g") if !(8.0..12.0).contains(&norm) => ForceUnit::Gravity,
                 Some("mg") => ForceUnit::Milligravity,
@@ -180,8 +180,8 @@ impl Reader<'_> {
             let norm_mps2 = norm * unit.factor();
             if !(7.0..13.0).contains(&norm_mps2) {
                 doubts.push(format!(
-                    "accel: {norm_mps2:.2} m/s² in the middle of the log as {}, expected about 9.8: \
-                     is that its unit, and is gravity in it?",
+                    "accel: found a median of {norm_mps2:.2} m/s² as {}, expected about 9.8: check \
+                     the unit, and whether the values include gravity",
                     unit.name()
                 ));
             }
@@ -209,17 +209,20 @@ impl Reader<'_> {
             norm if norm < 5e3 => MagneticUnit::Milligauss,
             _ => MagneticUnit::Nanotesla,
         };
-        // A name may be wrong; the Earth's field is not.
+        // The size of the Earth's field overrides a wrong unit in the name.
         let is_earths = |unit: &MagneticUnit| (0.15..0.8).contains(&(norm * unit.factor()));
         let unit = named.filter(is_earths).unwrap_or(by_size);
         if named.is_some_and(|named| named != unit) {
-            doubts.push(format!("mag: named otherwise, but its size is that of {}", unit.name()));
+            doubts.push(format!(
+                "mag: the magnitude does not fit the unit in the name: {} is used",
+                unit.name()
+            ));
         }
         let gauss = norm * unit.factor();
         if !is_earths(&unit) {
             doubts.push(format!(
-                "mag: {gauss:.3} gauss as {}, where the Earth's field is 0.2 to 0.7: left out; \
-                 calibrate it first",
+                "mag: found {gauss:.3} gauss as {}, expected the Earth's field of 0.2 to 0.7 \
+                 gauss: ignored; calibrate it first",
                 unit.name()
             ));
             return None;

@@ -5,11 +5,10 @@ use super::names::Quantity;
 use super::travel::Told;
 use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
 
-/// A full turn, rad, with what rounding adds.
+/// A full turn, rad, plus a margin for rounding.
 const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
 
-/// What a receiver's format says of numbers without units: places of degrees times ten million, and all of them
-/// whole.
+/// How a receiver writes numbers without units: `Scaled` is degrees × 10⁷ and whole numbers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Written {
     Plain,
@@ -17,8 +16,8 @@ enum Written {
 }
 
 impl Reader<'_> {
-    /// The columns of a receiver, if there are latitude, longitude and height, and what tells its units;
-    /// `with_others` where the file has an inertial unit's as well.
+    /// The columns of a receiver, if the file has latitude, longitude and height, and which of its units are
+    /// stated. `with_others` where the file also has IMU columns.
     pub(super) fn gps(
         &mut self,
         with_others: bool,
@@ -34,7 +33,7 @@ impl Reader<'_> {
         let height_unit = self.height_unit(height, written, doubts);
         if above.is_none() {
             doubts.push(
-                "gps: the height is taken as above the ellipsoid; where it is above the sea, set \
+                "gps: the height is read as above the ellipsoid; if it is above sea level, set \
                  height_above = \"sea\" and geoid_separation_m under [table.gps]"
                     .into(),
             );
@@ -61,9 +60,9 @@ impl Reader<'_> {
     }
 
     fn height_unit(&self, height: usize, written: Written, doubts: &mut Vec<String>) -> LengthUnit {
-        /// A receiver a metre above the ellipsoid, mm.
+        /// Height of a receiver one metre above the ellipsoid, mm.
         const LEAST_MM: f64 = 1e3;
-        /// Higher than all that flies with one, m.
+        /// Higher than any vehicle with a receiver flies, m.
         const MOST_M: f64 = 2e4;
         let largest = self.look.largest(height);
         match self.known.unit(height) {
@@ -74,8 +73,8 @@ impl Reader<'_> {
             _ if largest > MOST_M => LengthUnit::Millimetres,
             _ if written == Written::Scaled && self.look.is_whole(height) && largest > LEAST_MM => {
                 doubts.push(format!(
-                    "gps: the height in {} is taken to be in mm, as receivers write it beside degrees times \
-                     ten million",
+                    "gps: the height in {} is read as mm, the unit that receivers use together \
+                     with degrees × 10⁷",
                     self.look.layout.names[height]
                 ));
                 LengthUnit::Millimetres
@@ -84,7 +83,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The velocity: north and east, else speed and course, and down or up.
+    /// Fills in the velocity: north and east, else speed and course; and down or up.
     fn velocity(
         &mut self,
         gps: &mut GpsColumns,
@@ -104,7 +103,8 @@ impl Reader<'_> {
             }
             (None, Some([_, course]), Some(None)) => {
                 doubts.push(format!(
-                    "gps: {} reaches {}, which is a course in no unit that is known: the speed is left out",
+                    "gps: {} reaches {}, which fits no known unit of a course: the velocity over \
+                     ground is ignored",
                     self.look.layout.names[course],
                     self.look.largest(course)
                 ));
@@ -126,7 +126,8 @@ impl Reader<'_> {
         let vertical_told = vertical_unit.is_some_and(|(_, told)| told);
         match vertical.zip(vertical_unit) {
             Some((column, (other, true))) if other != unit && told => doubts.push(format!(
-                "gps: {} is in {}, the speed over ground in {}: the vertical velocity is left out",
+                "gps: {} is in {}, but the speed over ground is in {}: the vertical velocity is \
+                 ignored",
                 self.look.layout.names[column],
                 other.name(),
                 unit.name()
@@ -152,7 +153,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The unit of a speed, and whether a name or a known format tells it.
+    /// The unit of a speed, and whether a name or a known format states it.
     fn speed_unit(&self, column: usize, written: Written) -> (SpeedUnit, bool) {
         let name = self.look.layout.names[column].to_lowercase();
         let is_format = written == Written::Scaled && self.look.is_whole(column);
@@ -169,7 +170,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The unit of a course, by its name or by how far it reaches; `None` beyond a full turn in all of them.
+    /// The unit of a course, from its name or from its largest value; `None` where that is more than a full
+    /// turn in every unit.
     fn course_unit(&self, column: usize) -> Option<CourseUnit> {
         let largest = self.look.largest(column);
         Some(match self.known.unit(column) {
@@ -185,7 +187,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The one-sigmas; `is_in_mm` where the receiver counts whole millimetres.
+    /// Fills in the one-sigmas; `is_in_mm` where the receiver writes whole millimetres.
     fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, doubts: &mut Vec<String>) {
         let position = [Quantity::SigmaHorizontal, Quantity::SigmaVertical];
         let is_whole = |reader: &Self, column: usize| is_in_mm && reader.look.is_whole(column);
@@ -196,7 +198,7 @@ impl Reader<'_> {
                     columns.map(|column| self.name(column));
             } else {
                 doubts.push(format!(
-                    "gps: {} is in no unit of length: the one-sigmas of position are left out",
+                    "gps: the unit of {} is not a length: the one-sigmas of position are ignored",
                     self.look.layout.names[columns[0]]
                 ));
             }
@@ -204,8 +206,8 @@ impl Reader<'_> {
             let name = self.look.layout.names[horizontal].to_lowercase();
             if name.contains("eph") && is_whole(self, horizontal) {
                 doubts.push(format!(
-                    "gps: {} and {} beside degrees times ten million are dilutions of precision times a \
-                     hundred, as MAVLink has them, and no one-sigmas: left out",
+                    "gps: {} and {} are ignored: together with degrees × 10⁷ they are dilutions of \
+                     precision × 100, as in MAVLink, not one-sigmas",
                     self.look.layout.names[horizontal], self.look.layout.names[vertical]
                 ));
             } else {
@@ -235,7 +237,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The unit of a one-sigma of position, metres where nothing tells; `None` of one that is no length.
+    /// The unit of a one-sigma of position, metres unless stated; `None` where the stated unit is not a
+    /// length.
     fn sigma_unit(&self, column: usize, is_in_mm: bool) -> Option<LengthUnit> {
         Some(match self.known.unit(column) {
             Some("mm") => LengthUnit::Millimetres,

@@ -8,22 +8,22 @@ use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_log::LogError;
 use hovernav_log::statistics::quantile;
 
-/// Rows that units are judged by.
+/// Number of rows that are examined.
 const ROWS: usize = 20_000;
-/// Columns that are looked at; no logger of one flight has more.
+/// Number of columns that are examined; no flight logger writes more.
 const COLUMNS: usize = 400;
 
-/// What the first rows of a file hold, column by column; NaN where a row says nothing.
+/// The first rows of a file, column by column; NaN for fields that are not numbers.
 pub(crate) struct Look {
     pub layout: Layout,
     pub columns: Vec<Vec<f64>>,
-    /// Whether a column holds dates or times of day, in seconds here.
+    /// Whether a column contains dates or times of day, converted to seconds in `columns`.
     pub are_clock: Vec<bool>,
-    /// The single letters that a column holds, in capitals, each once.
+    /// The single letters in a column, in capitals, without repetition.
     letters: Vec<Vec<u8>>,
-    /// Whether every field of a column that is not empty is a date.
+    /// Whether every non-empty field of a column is a date.
     pub are_dates: Vec<bool>,
-    /// Whether a column holds numbers that begin with a zero more than they need, such as 0807.038.
+    /// Whether a column contains numbers with a superfluous leading zero, such as 0807.038.
     pub are_padded: Vec<bool>,
 }
 
@@ -78,7 +78,7 @@ impl Look {
         }
     }
 
-    /// Whether a column holds letters of `known` and nothing else.
+    /// Whether a column contains only letters of `known`.
     pub fn has_only_letters(&self, column: usize, known: &[u8]) -> bool {
         let letters = self.letters.get(column).map_or(&[][..], Vec::as_slice);
         !letters.is_empty()
@@ -91,7 +91,7 @@ impl Look {
         self.known(column).all(|value| value.fract() == 0.0)
     }
 
-    /// The values of a column that are known.
+    /// The finite values of a column.
     pub fn known(&self, column: usize) -> impl Iterator<Item = f64> + Clone + '_ {
         self.columns[column].iter().copied().filter(|value| value.is_finite())
     }
@@ -108,7 +108,7 @@ impl Look {
         median(norms.filter(|norm| norm.is_finite()).collect())
     }
 
-    /// The norm of three columns that a hundredth of the rows exceeds.
+    /// The 99th percentile of the norm of three columns.
     pub fn high_norm(&self, columns: [usize; 3]) -> f64 {
         let [x, y, z] = columns.map(|column| &self.columns[column]);
         let norms = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt());
@@ -124,7 +124,7 @@ impl Look {
         median(steps.collect())
     }
 
-    /// Whether a column nearly always rises, as time does.
+    /// Whether a column increases like a time: on half of the rows or more, with decreases on fewer than 5 %.
     pub fn rises(&self, column: usize) -> bool {
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
@@ -132,11 +132,12 @@ impl Look {
         values.len() > 1 && 20 * falls < values.len() && 2 * rises >= values.len()
     }
 
-    /// Whether a column rises as time does that stands on several rows, or on rows that are out of order by a few.
+    /// Whether a column increases like a time that repeats on several rows, or whose rows are slightly out of
+    /// order.
     pub fn climbs(&self, column: usize) -> bool {
-        /// No row is further than this from its place.
+        /// Largest displacement of a row out of order, rows.
         const APART: usize = 8;
-        /// Fewer different times may be anything.
+        /// Smallest number of different times.
         const LEAST_TIMES: usize = 10;
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(APART + 1).filter(|window| window[APART] < window[0]).count();
@@ -145,7 +146,7 @@ impl Look {
         rises.count() >= LEAST_TIMES && 20 * falls < values.len()
     }
 
-    /// The step from row to row of a column that rises, which is that of most rows, or climbs, which is the mean.
+    /// The step from row to row: the median for a column that rises, the mean for one that only climbs.
     pub fn step(&self, column: usize) -> f64 {
         if self.rises(column) {
             return self.median_step(column);
@@ -155,7 +156,7 @@ impl Look {
         (most - least) / (self.known(column).count().saturating_sub(1).max(1)) as f64
     }
 
-    /// On how many rows that follow each other a value stands, mostly and at most.
+    /// The number of consecutive rows with one value: median and maximum.
     pub fn rows_of_one_value(&self, column: usize) -> (usize, usize) {
         let values: Vec<f64> = self.known(column).collect();
         let mut runs: Vec<usize> = values.chunk_by(f64::eq).map(<[f64]>::len).collect();
@@ -163,7 +164,7 @@ impl Look {
         (runs.get(runs.len() / 2).copied().unwrap_or(0), runs.last().copied().unwrap_or(0))
     }
 
-    /// How many rows have a lower value than one before them.
+    /// The number of rows with a lower value than an earlier row.
     pub fn rows_behind(&self, column: usize) -> usize {
         let values: Vec<f64> = self.known(column).collect();
         values
@@ -173,7 +174,7 @@ impl Look {
             .count()
     }
 
-    /// Whether columns say the same as the row before on most rows on which they say anything.
+    /// Whether the columns repeat the row before on most of the rows where they are known.
     pub fn is_held(&self, columns: &[usize]) -> bool {
         let (mut same, mut pairs) = (0usize, 0usize);
         let rows = self.columns.first().map_or(0, Vec::len);
@@ -188,7 +189,7 @@ impl Look {
     }
 }
 
-/// Refuses a file that is no text, with what it is.
+/// Rejects a file that is not text, with its actual format in the error.
 fn ensure_text(path: &Path) -> Result<(), LogError> {
     if !path.is_file() {
         return Ok(());
@@ -204,7 +205,7 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     Err(LogError::Unusable { path: path.to_path_buf(), reason })
 }
 
-/// The highest value before each.
+/// For each value, the highest value before it.
 fn highest_before(values: &[f64]) -> impl Iterator<Item = &f64> {
     values.iter().scan(&f64::NEG_INFINITY, |highest, value| {
         let before = *highest;
@@ -213,7 +214,7 @@ fn highest_before(values: &[f64]) -> impl Iterator<Item = &f64> {
     })
 }
 
-/// The median of `values`; NaN of none.
+/// The median of `values`; NaN if there are no values.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     quantile(&mut values, 0.5).unwrap_or(f64::NAN)
 }

@@ -1,4 +1,4 @@
-//! A mapping for foreign text files, proposed from their names and numbers.
+//! Proposes a mapping for foreign text files from their column names and values.
 
 mod baro;
 mod columns;
@@ -22,26 +22,26 @@ use columns::Understood;
 use hovernav_log::{Dataset, LogError, Manifest};
 use turn::Turn;
 
-/// What `hovernav init` makes of foreign text files.
+/// The result of `hovernav init` for foreign text files.
 #[derive(Debug)]
 pub struct Proposal {
-    /// Where the values stand, in what units and axes; files as given.
+    /// The columns of each quantity, with units and axes; file paths as given.
     mapping: Mapping,
-    /// What was understood of each file, a paragraph each.
+    /// A description of each file, one paragraph each.
     tables: Vec<String>,
-    /// What was found, a sentence each.
+    /// Conclusions from the data, one sentence each.
     findings: Vec<String>,
-    /// What was guessed and is worth a look, a sentence each.
+    /// Guesses that the user should check, one sentence each.
     doubts: Vec<String>,
 }
 
 impl Proposal {
-    /// What stands in `files`: names, units, axes and signs, by the names of the columns, by
-    /// magnitudes, by gravity, by what turns together, and where that leaves a choice by how well the
-    /// filter's innovations fit.
+    /// Proposes columns, units, axes and signs for `files`. The evidence is column names, magnitudes,
+    /// gravity, and rotation shared by gyro, attitude and magnetic field. Where several axis choices remain,
+    /// the filter runs with each, and the one with the smallest innovations is chosen.
     ///
     /// # Errors
-    /// [`LogError`] where a file cannot be read, or nothing in it is understood.
+    /// [`LogError`] where a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
         let mut understood = Vec::new();
         for path in files {
@@ -55,8 +55,8 @@ impl Proposal {
         });
         if !has_any {
             let reason =
-                "found neither gyro, nor accelerometer, nor latitude, longitude and height \
-                          among the columns: name them, as in gyro_x, accel_x, lat, lon, height"
+                "found no gyro, no accelerometer and no latitude, longitude and height among the \
+                 columns: name them, as in gyro_x, accel_x, lat, lon, height"
                     .to_owned();
             return Err(LogError::Unusable {
                 path: files.first().cloned().unwrap_or_default(),
@@ -97,19 +97,18 @@ impl Proposal {
         Ok(Self { mapping, tables, findings, doubts })
     }
 
-    /// Whether there is a gyro with an accelerometer, from which something can be estimated.
+    /// Whether there are a gyro and an accelerometer, which the estimator needs.
     #[must_use]
     pub fn has_motion(&self) -> bool {
         let has = |has: fn(&TableMapping) -> bool| self.mapping.table.iter().any(has);
         has(|table| table.gyro.is_some()) && has(|table| table.accel.is_some())
     }
 
-    /// Writes `mapping.toml` and a commented `dataset.toml` into `directory`, which is made if need be;
-    /// a `dataset.toml` that is there stays.
+    /// Writes `mapping.toml` and a commented `dataset.toml` into `directory`, and creates the directory if it
+    /// is missing. An existing `dataset.toml` is kept.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Unusable`] where there is a mapping already and `force` is not
-    /// set.
+    /// [`LogError::Io`]; [`LogError::Unusable`] where a mapping exists and `force` is not set.
     pub fn write(&self, directory: &Path, force: bool) -> Result<(), LogError> {
         write::write(&self.mapping, &self.doubts, directory, force)
     }
@@ -126,8 +125,8 @@ fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
     Ok(crate::text::dataset(here, mapping, Manifest::default(), Vec::new())?.0)
 }
 
-/// The mapping without its columns of dates and weeks, and what it reads, if only so the files are of one time: as
-/// where one file has times of day and the other dates as well.
+/// The mapping without its date and week columns, and its dataset, if only then the files overlap in time.
+/// Example: one file has times of day, the other has dates as well.
 fn without_dates(
     mapping: &Mapping,
     findings: &mut Vec<String>,
@@ -147,13 +146,13 @@ fn without_dates(
         return Ok(None);
     }
     findings.push(format!(
-        "the files are of one time if {} is left out, as not all of them have a date",
+        "the files overlap in time only without {}, which is ignored: not every file has a date",
         left.join(", ")
     ));
     Ok(Some((undated, dataset)))
 }
 
-/// Where several files have the same sensor, the first counts.
+/// Keeps each sensor of the first file that has it and removes it from later files.
 fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
     let mut seen = [false; 6];
     for one in understood {
@@ -162,7 +161,9 @@ fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
         let mut once = |which: usize, name: &str, is_there: bool| {
             let again = is_there && seen[which];
             if again {
-                doubts.push(format!("{name} of {file} is left out: an earlier file has one too"));
+                doubts.push(format!(
+                    "{name} of {file} is ignored: an earlier file has the same sensor"
+                ));
             }
             seen[which] |= is_there;
             !again
@@ -176,8 +177,8 @@ fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
     }
 }
 
-/// Changes the gyro's unit if only then it turns as far as the attitude does; whether the attitude
-/// tells the unit.
+/// Changes the gyro's unit if only then its angles agree with those of the attitude. Returns whether the
+/// attitude determines the unit.
 fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
     let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
     let Some(ratio) = together::attitude_ratio(&steps) else { return false };
@@ -197,12 +198,15 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
         _ => return false,
     };
     gyro.unit = unit;
-    findings
-        .push(format!("the gyro turns as far as the attitude does if it is in {}", unit.name()));
+    findings.push(format!(
+        "the gyro's angles agree with the attitude's if the gyro is in {}",
+        unit.name()
+    ));
     true
 }
 
-/// Takes the units of the receiver's speed and course that nothing has `told` from the places.
+/// Determines the units of the receiver's speed and course from its positions, where `told` says that neither
+/// name nor format states them.
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,
@@ -222,7 +226,10 @@ fn settle_speed_unit(
             let found = travel::travel(&read(&trial)?.fixes);
             if let Some(found) = found.filter(|found| found.cosine >= travel::TELLING_COSINE) {
                 let course = trial.table[table].gps.as_ref().map_or("", |gps| &gps.course);
-                findings.push(format!("{course} follows the places if it is in {}", unit.name()));
+                findings.push(format!(
+                    "{course} agrees with the direction between the positions if it is in {}",
+                    unit.name()
+                ));
                 *mapping = trial;
                 travelled = Some(found);
                 break;

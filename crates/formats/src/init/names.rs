@@ -1,14 +1,14 @@
-//! What the name of a column says.
+//! Quantity, unit and origin of a column, from its name.
 
 use super::sigma_names;
 use crate::text::HeightAbove;
 
-/// What a column holds.
+/// The quantity in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Time,
     Date,
-    /// Of GPS time.
+    /// The week of GPS time.
     Week,
     /// Angular rate about an axis.
     Gyro(usize),
@@ -47,18 +47,18 @@ pub(crate) enum Quantity {
     Stick(usize),
 }
 
-/// What a name says.
+/// The meaning of a column's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Meaning {
     pub quantity: Quantity,
-    /// The unit, by the names of mappings, in lower case.
+    /// The unit, spelt as in mappings, in lower case.
     pub unit: Option<&'static str>,
-    /// Whether an estimator's, not a sensor's.
+    /// Whether an estimator computed the values; otherwise a sensor measured them.
     pub estimated: bool,
 }
 
-/// What `name` says, with the text `below` it, where units often stand; `None` where it says nothing
-/// of use.
+/// The meaning of the column `name`; `below` is the text under it, which is often the unit. `None` where the
+/// name is not recognised.
 pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     let (plain, bracket) = bracketed(name);
     let mut words = words(plain);
@@ -101,14 +101,15 @@ pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
 }
 
-/// The name without what stands in brackets, and that.
+/// The name without its bracketed part, and the text in the brackets.
 fn bracketed(name: &str) -> (&str, String) {
     let Some(open) = name.find(['[', '(', '{']) else { return (name, String::new()) };
     let inside = name[open..].trim_matches(['[', ']', '(', ')', '{', '}', ' ']);
     (&name[..open], inside.to_owned())
 }
 
-/// The words of a name, in lower case: parted by signs, and where small letters turn to capitals.
+/// The words of a name, in lower case: split at punctuation and before each capital that follows a small
+/// letter.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before = ' ';
@@ -128,7 +129,7 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// Takes the unit off the end of a name's words.
+/// Removes the unit from the end of a name's words and returns it.
 fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
     for count in [3, 2, 1] {
         if words.len() > count {
@@ -143,7 +144,7 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
     None
 }
 
-/// The unit that `text` spells, by the names of mappings, in lower case.
+/// The unit that `text` spells, as mappings spell it, in lower case.
 pub(crate) fn unit(text: &str) -> Option<&'static str> {
     let text: String = text
         .to_lowercase()
@@ -192,7 +193,7 @@ pub(crate) fn unit(text: &str) -> Option<&'static str> {
     })
 }
 
-/// What a name without axes says.
+/// The quantity of a name without an axis.
 fn scalar(name: &str) -> Option<Quantity> {
     use Quantity as Q;
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
@@ -258,15 +259,15 @@ fn scalar(name: &str) -> Option<Quantity> {
     })
 }
 
-/// What a name with an axis, x, y or z at its end or its beginning, says.
+/// The quantity of a name with an axis: x, y or z at its end or its beginning.
 fn axis(name: &str) -> Option<Quantity> {
-    /// The letter at one end of a name, and what is left.
+    /// Splits a name into the letter at one end and the rest.
     type End = fn(&str) -> Option<(char, &str)>;
     let ends: [End; 2] = [
         |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
         |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
     ];
-    // Of a heading, a height, a speed: no axis.
+    // Accuracies are of a heading, a height or a speed; they have no axis.
     if name.contains("accuracy") {
         return None;
     }

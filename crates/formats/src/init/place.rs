@@ -1,27 +1,27 @@
-//! Where latitude and longitude stand, and how they are written.
+//! Columns and unit of latitude and longitude.
 
 use super::columns::Reader;
 use super::names::Quantity;
 use crate::text::PlaceUnit;
 
-/// The largest latitude and longitude there can be, rad, with what rounding adds.
+/// The largest possible latitude and longitude, rad, plus a margin for rounding.
 const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
-/// Degrees times ten million that are less lie in the Gulf of Guinea, within a kilometre of 0° 0°.
+/// Smaller values as degrees × 10⁷ would lie in the Gulf of Guinea, within about a kilometre of 0° N 0° E.
 const LEAST_SCALED: f64 = 1e5;
 
-/// Latitude and longitude as columns.
+/// The columns of latitude and longitude.
 pub(super) struct Place {
-    /// Of the latitude and of the longitude.
+    /// Columns of the latitude and of the longitude.
     pub columns: [usize; 2],
     pub unit: PlaceUnit,
-    /// Of the letters N and S, and of E and W.
+    /// Columns of the letters N and S, and of E and W.
     pub letters: [Option<usize>; 2],
 }
 
 impl Reader<'_> {
-    /// The columns of the place and how they are to be read; `None` where there are none, or where what they
-    /// hold is of no unit that is known, which is a doubt.
+    /// The columns of the position and their unit. `None` where they are missing, or where their values fit
+    /// no known unit; the latter adds a sentence to `doubts`.
     pub(super) fn place(&self, doubts: &mut Vec<String>) -> Option<Place> {
         let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
         let letters = [self.letters(lat, *b"NS"), self.letters(lon, *b"EW")];
@@ -29,8 +29,8 @@ impl Reader<'_> {
         let is_swapped = (90.0..=360.0).contains(&lat_most) && lon_most <= 90.0;
         if is_swapped && letters == [None; 2] {
             doubts.push(format!(
-                "gps: {} reaches {lat_most:.1}, beyond any latitude, and {} does not: each is taken for \
-                 the other",
+                "gps: {} reaches {lat_most:.1}°, more than any latitude, and {} does not: latitude \
+                 and longitude are exchanged",
                 self.look.layout.names[lat], self.look.layout.names[lon]
             ));
             (lat, lon, lat_most, lon_most) = (lon, lat, lon_most, lat_most);
@@ -46,8 +46,8 @@ impl Reader<'_> {
             {
                 if !is_lettered {
                     doubts.push(
-                        "gps: latitude and longitude are taken as ddmm.mmmm without letters beside them: \
-                         north and east, unless they have a sign"
+                        "gps: latitude and longitude are read as ddmm.mmmm; there are no columns \
+                         of N/S and E/W, so unsigned values are read as north and east"
                             .into(),
                     );
                 }
@@ -61,9 +61,9 @@ impl Reader<'_> {
             }
             _ if is_beyond_degrees => {
                 doubts.push(format!(
-                    "gps: {} reaches {lat_most} and {} {lon_most}, which are neither degrees nor radians, \
-                     nor degrees times ten million, nor degrees and minutes as ddmm.mmmm: the receiver is \
-                     left out",
+                    "gps: {} reaches {lat_most} and {} reaches {lon_most}, expected degrees, \
+                     radians, degrees × 10⁷, or degrees and minutes as ddmm.mmmm: the receiver is \
+                     ignored",
                     self.look.layout.names[lat], self.look.layout.names[lon]
                 ));
                 return None;
@@ -72,7 +72,7 @@ impl Reader<'_> {
             Some("deg") => PlaceUnit::Degrees,
             _ if !is_lettered && lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
                 doubts.push(
-                    "gps: latitude and longitude are taken as radians; as degrees they would lie in \
+                    "gps: latitude and longitude are read as radians; as degrees they would lie in \
                      the Gulf of Guinea"
                         .into(),
                 );
@@ -83,8 +83,8 @@ impl Reader<'_> {
         Some(Place { columns: [lat, lon], unit, letters })
     }
 
-    /// The column of the `letters` that are the signs of `column`, if it has none of its own: the one behind it or
-    /// before it, else the only one there is.
+    /// The column of the `letters` that give the sign of `column`, if its values are unsigned: the column
+    /// after it or before it, else the only such column of the file.
     fn letters(&self, column: usize, letters: [u8; 2]) -> Option<usize> {
         if self.look.known(column).any(|value| value < 0.0) {
             return None;
@@ -97,8 +97,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Whether a latitude and a longitude can be ddmm.mmmm: minutes below 60, degrees that there are, and, unless
-    /// letters stand beside them, fractions of a minute, which degrees times a power of ten do not have.
+    /// Whether latitude and longitude can be ddmm.mmmm: minutes below 60, degrees within 90 and 180. Without
+    /// columns of letters, they must also have fractions of a minute, which scaled degrees do not have.
     fn are_degrees_and_minutes(&self, columns: [usize; 2], is_lettered: bool) -> bool {
         let fits = |column: usize, most: f64| {
             let mut values = self.look.known(column).map(f64::abs);

@@ -1,4 +1,4 @@
-//! What was understood, for a reader at a terminal.
+//! Text of a proposal for the terminal.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, SampleRates};
 
-/// So many of the columns that are not used are named.
+/// Largest number of unused columns that are listed.
 const UNUSED_SHOWN: usize = 12;
 
 /// The paragraph about one file.
@@ -17,12 +17,12 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         lines.push(format!("  {what:<9} {columns:<34} {rest}"));
     };
     let names = match table.header_line {
-        0 => "no names, columns by number".to_owned(),
+        0 => "no column names, columns by number".to_owned(),
         line => format!("names on line {line}"),
     };
     let time = named([&table.time.date, &table.time.week, &table.time.column]);
     line("time", &time, table.time.unit.name().to_owned());
-    let held = |held: bool| if held { ", the last value repeated" } else { "" };
+    let held = |held: bool| if held { ", rows repeat the last value" } else { "" };
     if let Some(gyro) = &table.gyro {
         let rest = format!("{}, {}{}", gyro.unit.name(), name(gyro.axes), held(gyro.held));
         line("gyro", &gyro.columns.join(" "), rest);
@@ -37,8 +37,8 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
     }
     if let Some(attitude) = &table.attitude {
         let role = match attitude.role {
-            AttitudeRole::Unit => "the unit's own",
-            AttitudeRole::Onboard => "an estimator's, to compare with",
+            AttitudeRole::Unit => "from the IMU",
+            AttitudeRole::Onboard => "from an estimator, for comparison",
         };
         let columns = [&attitude.columns[..], &attitude.quaternion[..]].concat().join(" ");
         let signs = attitude.signs.map(|sign| if sign < 0.0 { '-' } else { '+' });
@@ -99,13 +99,13 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
     format!("{head}\n{}", lines.iter().map(|l| l.trim_end()).collect::<Vec<_>>().join("\n"))
 }
 
-/// The names of columns, but for those that there are not.
+/// The names of the columns that exist, separated by spaces.
 fn named<const N: usize>(columns: [&String; N]) -> String {
     let there = columns.into_iter().filter(|name| !name.is_empty());
     there.map(String::as_str).collect::<Vec<_>>().join(" ")
 }
 
-/// Whether the fixes and the inertial samples are of times that do not meet.
+/// Whether the fixes and the inertial samples do not overlap in time.
 pub(crate) fn are_apart(dataset: &Dataset) -> bool {
     let (fixes, imu) = (&dataset.fixes, &dataset.imu);
     let fixes = fixes.first().zip(fixes.last()).map(|(first, last)| (first.time, last.time));
@@ -113,14 +113,14 @@ pub(crate) fn are_apart(dataset: &Dataset) -> bool {
     fixes.zip(imu).is_some_and(|(fixes, imu)| fixes.1 < imu.0 || fixes.0 > imu.1)
 }
 
-/// Says what the sensors' rates and spans are, and whether the spans meet.
+/// Reports the sensors' rates and time spans, and whether the spans overlap.
 pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut Vec<String>) {
     let imu: Vec<Time> = dataset.imu.iter().map(|sample| sample.time).collect();
     let fixes: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
     for (name, times) in [("inertial samples", &imu), ("fixes", &fixes)] {
         if let [first, .., last] = times[..] {
             findings.push(format!(
-                "{} {name} from {:.3} to {:.3} s, {:.2} a second",
+                "{} {name} from {:.3} to {:.3} s, {:.2} Hz",
                 times.len(),
                 first.seconds(),
                 last.seconds(),
@@ -130,7 +130,8 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     }
     if imu.is_empty() {
         doubts.push(
-            "no gyro with accelerometer: there is nothing to estimate from, only to see, or to score"
+            "no gyro with accelerometer: the log cannot be estimated, only shown or used for \
+             scoring"
                 .into(),
         );
         return;
@@ -141,9 +142,9 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     }
     if are_apart(dataset) {
         doubts.push(
-            "the fixes and the inertial samples are not of one time: check unit and scale under each \
-             [table.time] (GPS time is 18 s ahead of UTC and counts from 1980), or bring them together \
-             by its offset_s"
+            "the fixes and the inertial samples do not overlap in time: check unit and scale under \
+             each [table.time] (GPS time is 18 s ahead of UTC and counts from 1980), or set its \
+             offset_s"
                 .into(),
         );
     }
@@ -151,18 +152,18 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     let rates = SampleRates::of(&dataset.imu[0].motion);
     if rate_hz < rates.least_hz {
         doubts.push(format!(
-            "{rate_hz:.1} inertial samples a second are too few to navigate by; {:.0} is the least",
+            "inertial samples: found {rate_hz:.1} Hz, expected at least {:.0} Hz to navigate",
             rates.least_hz
         ));
     } else if rate_hz < rates.poor_hz {
         doubts.push(format!(
-            "{rate_hz:.1} inertial samples a second are few, and navigate poorly below {:.0}",
+            "inertial samples: found {rate_hz:.1} Hz; navigation is poor below {:.0} Hz",
             rates.poor_hz
         ));
     }
 }
 
-/// Everything that was understood.
+/// Writes the description of each file, then findings and doubts.
 pub(crate) fn write(
     f: &mut fmt::Formatter<'_>,
     tables: &[String],

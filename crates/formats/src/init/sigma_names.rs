@@ -1,18 +1,18 @@
-//! What the names of one-sigmas per axis say.
+//! Names of one-sigmas per axis.
 
 use super::names::Quantity;
 
-/// The words for a one-sigma, at a name's beginning or end; longer ones before those that they begin with.
+/// The words for a one-sigma; each longer word precedes the shorter ones that it begins with.
 const MARKS: [&str; 6] = ["stddev", "stdev", "std", "sigma", "sig", "sd"];
 
-/// The one-sigma of a receiver's position or velocity along one axis that `name`, in lower case and without signs
-/// between its words, speaks of: `stdn`, `latstd`, `sdvn`, `velocitysigmaeast`.
+/// The one-sigma of a receiver's position or velocity along one axis that `name` denotes: `stdn`, `latstd`,
+/// `sdvn`, `velocitysigmaeast`. The name is in lower case, without punctuation.
 pub(crate) fn per_axis(name: &str) -> Option<Quantity> {
     let position = |axis| Some(Quantity::SigmaPosition(axis));
     let velocity = |axis| Some(Quantity::SigmaVelocity(axis));
     let of = MARKS.iter().find_map(|mark| {
         let (before, after) = name.split_once(mark)?;
-        // "velocitysigmaeast" says the same as "sigmavelocityeast".
+        // "velocitysigmaeast" means the same as "sigmavelocityeast".
         Some(before.to_owned() + after)
     })?;
     let of = of.strip_prefix("position").or_else(|| of.strip_prefix("pos")).unwrap_or(&of);
@@ -51,7 +51,7 @@ mod tests {
         ] {
             assert_eq!(per_axis(name), Some(quantity), "{name}");
         }
-        // Covariances between axes, horizontal ones, an attitude's.
+        // Covariances between axes, horizontal one-sigmas, and those of the attitude.
         for name in ["sdne", "sigmah", "sigmav", "sigmavh", "stdroll", "std", "speed", "north"] {
             assert_eq!(per_axis(name), None, "{name}");
         }

@@ -1,11 +1,11 @@
-//! The columns that tell when a row was.
+//! The columns of the time of a row.
 
 use super::columns::Reader;
 use super::names::Quantity;
 use crate::text::{TimeColumn, TimeScale, TimeUnit, WEEK_S};
 
 impl Reader<'_> {
-    /// When rows were; `None` where no column rises as time does.
+    /// The time column; `None` where no column increases like a time.
     pub(super) fn time(
         &mut self,
         has_motion: bool,
@@ -30,7 +30,7 @@ impl Reader<'_> {
         let longest_s = if has_motion { 0.2 } else { 30.0 };
         if !(1e-5..=longest_s).contains(&step_s) {
             doubts.push(format!(
-                "time {name} steps by {step_s} s as {}: is that its unit?",
+                "time {name}: found steps of {step_s} s, read as {}: check its unit",
                 unit.name()
             ));
         }
@@ -47,8 +47,8 @@ impl Reader<'_> {
         })
     }
 
-    /// The column of the time: by its name, one that rises on every row before one that repeats, one of dates last;
-    /// else the first one without a telling name, if it rises.
+    /// The column of the time, by name: one that rises on every row, else one that repeats values, else one of
+    /// dates. Without such a name: the first column, if its name is not recognised and it rises.
     fn time_column(&self) -> Option<usize> {
         let of = |quantity: Quantity| {
             let columns = || (0..self.look.columns.len()).filter(move |&c| self.is(c, quantity));
@@ -63,8 +63,9 @@ impl Reader<'_> {
         self.known.meanings[column].is_some_and(|meaning| meaning.quantity == quantity)
     }
 
-    /// Whether a column counts times of day as hhmmss: seconds and minutes stay below 60, and the minutes pass by
-    /// steps of 40 that as seconds would be gaps. Where no minute passes, the name has to say so.
+    /// Whether a column contains times of day as hhmmss: seconds and minutes stay below 60, and each new minute
+    /// skips 40, which in plain seconds would be a gap. If no minute begins in the file, the name must contain utc,
+    /// hms or hhmmss.
     fn is_hhmmss(&self, column: usize) -> bool {
         let is_shown = |value: f64| {
             (0.0..240_000.0).contains(&value)
@@ -84,7 +85,7 @@ impl Reader<'_> {
         let (mut minutes, mut smooth) = (0usize, 0usize);
         for (before, after) in passed {
             minutes += 1;
-            // Once in ten seconds a step of 10 s looks like one of 50.
+            // Rows 10 s apart differ by 50 as numbers across a minute: a ratio of 5.
             smooth += usize::from(4.0 * (seconds(after) - seconds(before)) <= after - before);
         }
         if minutes > 0 {
@@ -95,11 +96,11 @@ impl Reader<'_> {
         says_so && (self.look.largest(column) >= 10_000.0 || self.look.are_padded[column])
     }
 
-    /// The column of the date that times of day are of.
+    /// The date column that belongs to the times of day.
     fn date(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
         const DAY_S: f64 = 86_400.0;
         let date = self.known.column(Quantity::Date).filter(|date| *date != time)?;
-        // A time with a date of its own needs none.
+        // A time that includes its date needs no date column.
         if unit == TimeUnit::Clock && self.look.largest(time) >= DAY_S {
             return None;
         }
@@ -108,8 +109,8 @@ impl Reader<'_> {
         }
         if !self.look.are_dates[date] {
             doubts.push(format!(
-                "time: {} is no date as ddmmyy, yyyymmdd or 2025-07-08, and is left out: the times of day \
-                 in {} have no date",
+                "time: {} is not a date, expected ddmmyy, yyyymmdd or 2025-07-08: ignored, so the \
+                 times of day in {} have no date",
                 self.look.layout.names[date], self.look.layout.names[time]
             ));
             return None;
@@ -117,9 +118,9 @@ impl Reader<'_> {
         Some(date)
     }
 
-    /// The column of the GPS week that times of week are of.
+    /// The column of the GPS week that belongs to the times of week.
     fn week(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
-        /// Receivers that send ten bits of the week begin anew after so many.
+        /// Weeks after which the ten-bit week number of some receivers starts again at 0.
         const TEN_BITS: f64 = 1024.0;
         let week = self.known.column(Quantity::Week)?;
         let name = self.look.layout.names[time].to_lowercase();
@@ -138,35 +139,35 @@ impl Reader<'_> {
         let count = self.look.largest(week);
         if count < TEN_BITS {
             doubts.push(format!(
-                "time: week {count} of {week_name} lies in 1980 to 1999; if the receiver sends its week \
-                 without the upper bits, add 619315200 s for each 1024 weeks as offset_s under [table.time]"
+                "time: week {count} of {week_name} is between 1980 and 1999; if the receiver sends \
+                 only ten bits of the week, add 619315200 s per 1024 weeks as offset_s under \
+                 [table.time]"
             ));
         }
         Some(week)
     }
 
-    /// Says on how many rows each time stands, and that rows are out of order.
+    /// Reports repeated times and rows out of order.
     fn say_how_it_rises(&self, column: usize, doubts: &mut Vec<String>) {
         let (file, name) = (&self.file, &self.look.layout.names[column]);
         let (rows, most) = self.look.rows_of_one_value(column);
         if rows > 1 {
             doubts.push(format!(
-                "time {name} of {file} repeats, mostly on {rows} rows and at most on {most}: rows of one time are put \
-                 together, and those that repeat the row before in all count once"
+                "time {name} of {file} repeats, typically on {rows} rows and at most on {most}: \
+                 rows of equal time are combined, and identical rows count once"
             ));
         }
         let behind = self.look.rows_behind(column);
         if behind > 0 {
             doubts.push(format!(
-                "time {name} of {file} goes back on {behind} rows: rows out of order are left out; sort them to keep \
-                 them"
+                "time {name} of {file} goes back on {behind} rows: these are ignored; sort the \
+                 file to keep them"
             ));
         }
     }
 }
 
-/// The unit in which a `step` is one of a logger: of an inertial unit 0.2 to 100 ms, of a receiver
-/// alone 20 ms to 10 s.
+/// The unit in which `step` is a plausible interval: 0.2 to 150 ms for an IMU, 15 ms to 15 s for a receiver alone.
 fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
     let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
     let units =

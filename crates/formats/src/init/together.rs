@@ -1,15 +1,16 @@
-//! What turns together with the gyro: attitude and magnetic field.
+//! Compares the rotation of attitude and magnetic field with that of the gyro.
 
 use crate::text::Axes;
 use hovernav::imu::ImuSample;
 use hovernav_log::Dataset;
 
-/// Turns are compared over this long, s: long against noise, short against a whole turn.
+/// Length of a comparison window, s: long enough for rotation to exceed noise, short enough to stay below a full
+/// turn.
 const WINDOW_S: f64 = 0.5;
-/// Correlations below this say nothing.
+/// Smallest correlation that counts as evidence.
 const LEAST_CORRELATION: f64 = 0.4;
 
-/// What happened within one window.
+/// Rotation within one window.
 pub(crate) struct Step {
     /// Angle turned by the gyro about each body axis, rad.
     turned_rad: [f64; 3],
@@ -17,7 +18,7 @@ pub(crate) struct Step {
     attitude_rad: Option<[f64; 3]>,
 }
 
-/// The windows of `imu`, its gyro turned by `axes`.
+/// Rotation in each window of `imu`, the gyro converted with `axes`.
 pub(crate) fn steps(imu: &[ImuSample], axes: Axes) -> Vec<Step> {
     windows(imu)
         .map(|window| {
@@ -38,7 +39,7 @@ pub(crate) fn steps(imu: &[ImuSample], axes: Axes) -> Vec<Step> {
         .collect()
 }
 
-/// Stretches of samples that follow each other over about [`WINDOW_S`].
+/// Consecutive stretches of samples, each about [`WINDOW_S`] long.
 fn windows(imu: &[ImuSample]) -> impl Iterator<Item = &[ImuSample]> {
     let mut rest = imu;
     std::iter::from_fn(move || {
@@ -63,8 +64,8 @@ fn turned(window: &[ImuSample], axes: Axes) -> [f64; 3] {
     sum
 }
 
-/// The signs with which roll, pitch and yaw turn as the gyro does; `None` without an attitude, 1
-/// where too little turns to tell.
+/// The signs with which roll, pitch and yaw agree with the gyro. `None` without an attitude; 1 where the rotation
+/// is too small to decide.
 pub(crate) fn attitude_signs(steps: &[Step]) -> Option<[f64; 3]> {
     steps.iter().any(|step| step.attitude_rad.is_some()).then(|| {
         std::array::from_fn(|axis| {
@@ -76,8 +77,8 @@ pub(crate) fn attitude_signs(steps: &[Step]) -> Option<[f64; 3]> {
     })
 }
 
-/// By how much the attitude turns more than the gyro: 1 where units agree, 57 where the gyro's °/s
-/// were taken for rad/s the other way round; `None` where too little turns.
+/// Ratio of the attitude's rotation to the gyro's: 1 where the units agree, 57 where rad/s were read as °/s. `None`
+/// where the rotation is too small to decide.
 pub(crate) fn attitude_ratio(steps: &[Step]) -> Option<f64> {
     let mut best: Option<(f64, f64)> = None;
     for axis in 0..3 {
@@ -105,10 +106,10 @@ fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     if xx > 0.0 && yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }
 }
 
-/// The axes in which the magnetic field turns as the gyro says, of all that a magnetometer can have;
-/// `gyro` itself unless others are clearly better, `None` without a magnetometer.
+/// The magnetometer axes with which the field rotates as the gyro measures, chosen among all 48. The gyro's axes
+/// are kept unless others are clearly better; `None` without a magnetometer.
 pub(crate) fn mag_axes(dataset: &Dataset, gyro: Axes) -> Option<Axes> {
-    // Field at the ends of each window, and the angle turned between.
+    // Field at the start and end of each window, and the angle turned between them.
     let field_at = |sample: &ImuSample| sample.magnetic_field_gauss.map(|field| field.to_array());
     let mut steps: Vec<([f64; 3], [f64; 3], [f64; 3])> = Vec::new();
     for window in windows(&dataset.imu) {
@@ -134,7 +135,7 @@ pub(crate) fn mag_axes(dataset: &Dataset, gyro: Axes) -> Option<Axes> {
             .map(|(before, after, turned)| {
                 let (before, after) = (axes.turned(*before), axes.turned(*after));
                 let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (before[i] + after[i]));
-                // A field fixed in the world turns against the vehicle.
+                // In body axes, a field fixed to the Earth rotates opposite to the vehicle.
                 (0..3)
                     .map(|i| {
                         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -154,7 +155,7 @@ pub(crate) fn mag_axes(dataset: &Dataset, gyro: Axes) -> Option<Axes> {
     }
 }
 
-/// Every way to name three axes, right-handed ones first.
+/// All 48 assignments of three axes, right-handed ones first.
 fn all_axes() -> Vec<Axes> {
     let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let signs =

@@ -1,4 +1,4 @@
-//! The speed that a receiver tells against the distance between its places.
+//! Compares a receiver's velocity with the distances between its positions.
 
 use std::ops::Range;
 
@@ -6,17 +6,19 @@ use super::look::median;
 use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
 use hovernav::gps::Fix;
 
-/// Units differ by 15 % at least, knots from miles an hour; places scatter.
+/// Largest ratio, either way, at which a unit fits. Units differ by at least 15 % (knots and miles per hour), and
+/// positions scatter.
 const UNIT_TOLERANCE: f64 = 1.07;
-/// Speeds further from the places than this are a doubt.
+/// Ratio of speed to displacement, either way, beyond which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
-/// The same where directions disagree, as they do where places scatter.
+/// The same where directions disagree, as happens where positions scatter.
 const SPEED_TOLERANCE_ASTRAY: f64 = 1.5;
-/// Cosine of the angle between velocity and displacement, below which they do not belong together.
+/// Cosine of the angle between velocity and displacement below which they are inconsistent.
 const LEAST_COSINE: f64 = 0.7;
-/// From this on the two tell a unit: where places scatter by half as much as the vehicle moves, it is less.
+/// Cosine from which on velocity and displacement determine a unit. It is lower where the positions scatter by half
+/// the vehicle's movement.
 pub(super) const TELLING_COSINE: f64 = 0.9;
-/// So many legs are enough to tell.
+/// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
 
 const SPEED_UNITS: [SpeedUnit; 6] = [
@@ -30,32 +32,32 @@ const SPEED_UNITS: [SpeedUnit; 6] = [
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
 
-/// What the units of a receiver's velocity are taken from.
+/// Which units of a receiver's velocity are stated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Told {
-    /// Whether a name, or the receiver's known format, tells the unit of the speed.
+    /// Whether a name or the receiver's known format states the unit of the speed.
     pub speed: bool,
-    /// The same of the course.
+    /// The same for the course.
     pub course: bool,
-    /// The same of the vertical velocity.
+    /// The same for the vertical velocity.
     pub vertical: bool,
 }
 
-/// How a receiver's velocity agrees with its places.
+/// Agreement of a receiver's velocity with its positions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Travel {
-    /// Distance between places over that by speed.
+    /// Distance between positions divided by the distance from integrated speed.
     pub ratio: f64,
-    /// Cosine of the angle between the two, in the median.
+    /// Median cosine of the angle between displacement and velocity.
     pub cosine: f64,
 }
 
-/// How velocity and places of `fixes` agree; `None` where the vehicle moves too little, or too unsteadily, to
-/// tell.
+/// Agreement of velocity and positions in `fixes`; `None` where the vehicle moves too little, or too unsteadily, to
+/// decide.
 pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     let legs = legs(fixes);
     let cosine = median(legs.iter().map(Leg::cosine).collect());
-    // Along a bend the chord is shorter than the path, but the sum of velocities is not longer than the chord.
+    // In a bend the path is longer than the chord; the integrated velocity vector is not.
     let ratio = |leg: &Leg| match cosine > LEAST_COSINE {
         true => norm(leg.moved_m) / norm(leg.velocity_m),
         false => norm(leg.moved_m) / leg.path_m,
@@ -65,20 +67,22 @@ pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     Some(Travel { ratio, cosine })
 }
 
-/// The median of `ratios` if there are enough of them and two thirds of them are within `near` of it.
+/// The median of `ratios`, if there are at least [`LEAST_LEGS`] and two thirds of them, divided by it, are in
+/// `near`.
 fn steady(ratios: Vec<f64>, near: Range<f64>) -> Option<f64> {
     let middle = median(ratios.clone());
     let close = ratios.iter().filter(|ratio| near.contains(&(**ratio / middle))).count();
     (ratios.len() >= LEAST_LEGS && 3 * close >= 2 * ratios.len()).then_some(middle)
 }
 
-/// Some fixes that follow each other.
+/// Movement over several consecutive fixes.
 #[derive(Default)]
 struct Leg {
-    /// By the places, north and east.
+    /// Displacement between the positions, north and east, m.
     moved_m: [f64; 2],
-    /// By the velocities, north and east, and along the path.
+    /// Integrated velocity, north and east, m.
     velocity_m: [f64; 2],
+    /// Length of the path from integrated speed, m.
     path_m: f64,
 }
 
@@ -93,13 +97,13 @@ fn norm([north, east]: [f64; 2]) -> f64 {
     north.hypot(east)
 }
 
-/// The legs on which the vehicle moves further than places scatter.
+/// The legs on which the vehicle moves further than positions scatter.
 fn legs(fixes: &[Fix]) -> Vec<Leg> {
-    /// From one fix to the next, s.
+    /// Longest interval between consecutive fixes, s.
     const LONGEST_STEP_S: f64 = 5.0;
-    /// Of a leg, s: one of the slowest receivers has two fixes.
+    /// Longest leg, s: with the slowest receivers it has two fixes.
     const LONGEST_S: f64 = 10.0;
-    /// A leg ends after so many metres, and counts from so many on.
+    /// Distance after which a leg ends, and smallest distance at which it counts, m.
     const LENGTH_M: [f64; 2] = [20.0, 5.0];
     let (mut legs, mut leg, mut first) = (Vec::new(), Leg::default(), 0);
     for (at, pair) in fixes.windows(2).enumerate() {
@@ -127,8 +131,8 @@ fn legs(fixes: &[Fix]) -> Vec<Leg> {
     legs
 }
 
-/// Takes the unit of the speed in `gps` from how far the places are apart unless it is `told`; what was found, and
-/// what is in doubt.
+/// Determines the unit of the speed in `gps` from the distances between positions, unless `told` says that it is
+/// stated. Appends findings and doubts.
 pub(super) fn settle_speed(
     gps: &mut GpsColumns,
     travel: Option<Travel>,
@@ -140,15 +144,16 @@ pub(super) fn settle_speed(
     let Some(Travel { ratio, cosine }) = travel else {
         if !told.speed {
             doubts.push(format!(
-                "gps: nothing says the unit of {columns}, taken as {}: the vehicle moves too little to tell \
-                 by the distances between the fixes; set speed_unit under [table.gps]",
+                "gps: the unit of {columns} is not stated and is assumed to be {}; the vehicle \
+                 moves too little to determine it from the positions. Set speed_unit under \
+                 [table.gps]",
                 unit.name()
             ));
         }
         if !told.course && gps.course_unit == CourseUnit::Radians {
             doubts.push(format!(
-                "gps: {} is taken as rad, as it stays below 6.3, and the vehicle moves too little to tell; \
-                 if it is not, set course_unit under [table.gps]",
+                "gps: {} is read as rad because it stays below 6.3; the vehicle moves too little \
+                 to confirm it. If it is not, set course_unit under [table.gps]",
                 gps.course
             ));
         }
@@ -163,7 +168,7 @@ pub(super) fn settle_speed(
         Some(fitting) if !told.speed => {
             gps.speed_unit = fitting;
             findings.push(format!(
-                "{columns} agrees with the distances between the fixes if it is in {}",
+                "{columns} agrees with the distances between the fixes if the unit is {}",
                 fitting.name()
             ));
         }
@@ -172,15 +177,15 @@ pub(super) fn settle_speed(
                 format!("; as {} they would agree", fitting.name())
             });
             doubts.push(format!(
-                "gps: {columns} as {} gives {:.2} times the distances between the fixes{instead}: check \
-                 speed_unit and unit under [table.gps]",
+                "gps: {columns}, read as {}, gives {:.2} times the distances between the \
+                 fixes{instead}: check speed_unit and unit under [table.gps]",
                 unit.name(),
                 1.0 / ratio
             ));
         }
         _ if !told.speed => doubts.push(format!(
-            "gps: nothing says the unit of {columns}, taken as {}, in which it gives {:.2} times the distances \
-             between the fixes",
+            "gps: the unit of {columns} is not stated and is assumed to be {}; this gives {:.2} \
+             times the distances between the fixes",
             unit.name(),
             1.0 / ratio
         )),
@@ -189,8 +194,9 @@ pub(super) fn settle_speed(
     if cosine < LEAST_COSINE {
         let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
         doubts.push(format!(
-            "gps: the vehicle moves {angle_deg:.0}° from where {columns} says, in the median: are columns \
-             swapped, is a sign or course_unit under [table.gps] another, or is the course a heading?"
+            "gps: the direction of motion differs from {columns} by a median of {angle_deg:.0}°: \
+             check for swapped columns, a wrong sign or course_unit under [table.gps], or a \
+             heading used as course"
         ));
     }
 }
@@ -204,7 +210,7 @@ fn velocity_columns(gps: &GpsColumns) -> String {
     }
 }
 
-/// Holds the vertical velocity of `fixes` against their heights; what is in doubt.
+/// Compares the vertical velocity of `fixes` with their heights and appends doubts.
 pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &mut Vec<String>) {
     let column = if gps.down.is_empty() { &gps.up } else { &gps.down };
     if column.is_empty() {
@@ -212,14 +218,15 @@ pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &
     }
     match climb_ratio(fixes) {
         Some(ratio) if !(0.75..1.33).contains(&ratio) => doubts.push(format!(
-            "gps: {column} as {}, with the sign that is taken, gives {:.2} times the change of height: is its \
-             unit or its sign another, or that of the height?",
+            "gps: {column}, read as {} with the assumed sign, gives {:.2} times the change of \
+             height: check its unit and sign, and the unit of the height",
             gps.speed_unit.name(),
             1.0 / ratio
         )),
         None if !told.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
             doubts.push(format!(
-                "gps: nothing says the unit of {column}, taken as {} as the speed over ground is",
+                "gps: the unit of {column} is not stated and is assumed to be {}, as for the speed \
+                 over ground",
                 gps.speed_unit.name()
             ));
         }
@@ -227,12 +234,12 @@ pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &
     }
 }
 
-/// The change of height over that by the vertical velocity; `None` where the vehicle climbs too little, or too
-/// unsteadily, to tell.
+/// The change of height divided by the integrated vertical velocity; `None` where the vehicle climbs too little, or
+/// too unsteadily, to decide.
 fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
-    /// Over so many seconds at least, and from one fix to the next at most.
+    /// Shortest leg, and longest interval between consecutive fixes, s.
     const LEG_S: [f64; 2] = [5.0, 2.5];
-    /// Heights scatter by metres.
+    /// Smallest change of height that counts, m; heights scatter by metres.
     const LEAST_M: f64 = 8.0;
     let (mut ratios, mut first, mut climbed_m) = (Vec::new(), 0, 0.0);
     for (at, pair) in fixes.windows(2).enumerate() {

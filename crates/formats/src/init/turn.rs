@@ -1,4 +1,5 @@
-//! Which way the axes point: from gravity, from what turns together, and from the filter.
+//! Directions of the sensor axes: from gravity, from rotation shared by the sensors, and from trials of the
+//! filter.
 
 use super::look::median;
 use crate::text::Axes;
@@ -8,15 +9,16 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// Samples that a trial of the filter is given.
+/// Samples that a trial of the filter uses.
 const TRIAL_SAMPLES: usize = 60_000;
-/// Fixes that a trial needs, to tell set-ups apart.
+/// Fixes that a trial needs to distinguish the candidates.
 const TRIAL_FIXES: usize = 15;
 
-/// Innovations whose squares are so many times what is expected deny how the axes are read.
+/// Score of a trial from which on the innovations contradict the axes: the mean square of the innovations
+/// divided by its expected value.
 const DENIED: f64 = 1.0;
 
-/// How the axes of the sensors are to be turned.
+/// The axes of each sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Turn {
     pub gyro: Axes,
@@ -26,14 +28,14 @@ pub(crate) struct Turn {
     pub yaw_offset_deg: f64,
 }
 
-/// What was found about the axes.
+/// The axes with the messages about them.
 pub(crate) struct Found {
     pub turn: Turn,
     pub findings: Vec<String>,
     pub doubts: Vec<String>,
 }
 
-/// How the axes of `dataset`, read as they are, are to be turned.
+/// Determines the axes of the sensors of `dataset`, which was read without any change of axes.
 pub(crate) fn found(dataset: &Dataset) -> Found {
     let identity = Turn {
         gyro: Axes::FORWARD_RIGHT_DOWN,
@@ -50,23 +52,23 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     let upward = (0..3).find(|&axis| gravity[axis].abs() > 0.85 * norm);
     let Some(axis) = upward.filter(|_| (6.0..14.0).contains(&norm)) else {
         found.doubts.push(format!(
-            "{mean}: no axis has gravity, which is 9.8, nearly alone; are the unit and the mounting \
-             right? Axes are taken as forward-right-down"
+            "{mean}: expected 9.8 m/s² along one axis and little along the others. Check the unit \
+             and the mounting; the axes are assumed to be forward, right, down"
         ));
         return found;
     };
     let first = upright(axis, gravity[axis] > 0.0);
     let letter = ["x", "y", "z"][axis];
     let way = if gravity[axis] > 0.0 { "up" } else { "down" };
-    found.findings.push(format!("{mean}: gravity says that {letter} points {way}"));
+    found.findings.push(format!("{mean}: {letter} points {way}"));
     if axis != 2 {
         found.doubts.push(
-            "which way the unit faces cannot be told from gravity: check [table.gyro] and \
-             [table.accel] axes, forward first"
+            "gravity does not determine the forward axis: check `axes` under [table.gyro] and \
+             [table.accel], forward first"
                 .into(),
         );
     }
-    // A unit with the other vertical axis whose accelerometers count against theirs says the same.
+    // An IMU mounted the other way up whose accelerometers have the opposite sign gives the same readings.
     let other = upright(axis, gravity[axis] < 0.0);
     let candidates = [(first, first), (other, other.reversed())];
     let mut tried: Vec<(f64, Turn, Vec<String>)> = Vec::new();
@@ -75,8 +77,8 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
             tried.push((trial(dataset, &turn), turn, notes));
         }
     }
-    // The first is the usual one: where the fixes do not deny it, they tell nothing of the others, and else another
-    // must be clearly better.
+    // The first candidate is the usual one. It is chosen where the fixes do not contradict it; otherwise
+    // another candidate must be clearly better.
     let usual = tried.first().filter(|(score, ..)| *score < DENIED);
     let Some((score, turn, notes)) = usual.or_else(|| {
         let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
@@ -89,14 +91,15 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     found.findings.extend(notes.iter().cloned());
     if turn.accel != turn.gyro {
         found.findings.push(format!(
-            "the accelerometers count against their axes, which are {}: with that the fixes agree",
+            "the accelerometers have the opposite sign along the axes {}: the fixes agree only \
+             with that",
             name(turn.gyro)
         ));
     }
     if score.is_finite() {
         found.findings.push(format!(
-            "tried {} ways to turn the axes on the log's first fixes; with this one innovations are \
-             {:.1} times what the filter expects",
+            "tried {} axis assignments on the first fixes of the log; with the chosen one the \
+             innovations are {:.1} times as large as the filter expects",
             tried.len(),
             score.sqrt()
         ));
@@ -104,13 +107,12 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     found
 }
 
-/// The axes of a unit of which `axis` is vertical, upwards or downwards; the others right-handed,
-/// forward along x where it can be.
+/// The right-handed axes of an IMU whose `axis` points up or down. Forward is x, or z where x is vertical.
 fn upright(axis: usize, upwards: bool) -> Axes {
     let sign = if upwards { -1.0 } else { 1.0 };
     let forward = if axis == 0 { 2 } else { 0 };
     let right = 3 - axis - forward;
-    // Right is down × forward.
+    // Right = down × forward.
     let cyclic = (forward + 3 - axis) % 3 == 1;
     let right_sign = if cyclic { sign } else { -sign };
     Axes([(forward, 1.0), (right, right_sign), (axis, sign)])
@@ -140,7 +142,7 @@ fn median_force(imu: &[ImuSample]) -> Option<[f64; 3]> {
         .then(|| std::array::from_fn(|axis| median(forces.iter().map(|f| f[axis]).collect())))
 }
 
-/// The turns to try with a gyro and accelerometers turned so, and what was found for each.
+/// The candidates to try with these axes of gyro and accelerometers, each with its findings.
 fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)> {
     let mut notes = Vec::new();
     let turned = Turn { gyro, accel, mag: gyro, attitude_signs: [1.0; 3], yaw_offset_deg: 0.0 };
@@ -149,8 +151,10 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
     if let Some(signs) = signs.filter(|signs| *signs != [1.0; 3]) {
         let names = ["roll", "pitch", "yaw"].into_iter().zip(signs).filter(|(_, sign)| *sign < 0.0);
         let names: Vec<&str> = names.map(|(name, _)| name).collect();
-        notes
-            .push(format!("{} of the attitude turns against the gyro: reversed", names.join(", ")));
+        notes.push(format!(
+            "{} of the attitude has the opposite sign to the gyro: reversed",
+            names.join(", ")
+        ));
     }
     let mag = super::together::mag_axes(dataset, gyro);
     if let Some(mag) = mag.filter(|mag| *mag != gyro) {
@@ -159,17 +163,17 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
     let base =
         Turn { attitude_signs: signs.unwrap_or([1.0; 3]), mag: mag.unwrap_or(gyro), ..turned };
     let mut turns = vec![(base, notes.clone())];
-    // A yaw that counts anticlockwise may count from east.
+    // A yaw that increases anticlockwise may be measured from east.
     if base.attitude_signs[2] < 0.0 {
-        notes.push("yaw counts from east: 90° less yaw is taken".into());
+        notes.push("yaw is measured from east: converted to 90° − yaw".into());
         turns.push((Turn { yaw_offset_deg: 90.0, ..base }, notes));
     }
     turns
 }
 
-/// How far the innovations of the first fixes are beyond what a filter with `turn` expects: the mean
-/// of their squares over what is expected, and what its heading is off the unit's; infinite where the
-/// filter cannot be tried.
+/// Score of `turn`, smaller is better: the mean square of the innovations of the first fixes, divided by its
+/// expected value, plus a penalty for a heading that differs from the IMU's own. Infinite where the filter
+/// cannot run.
 fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
     let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));
@@ -195,7 +199,7 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
                 | Channel::VelocityNorth
                 | Channel::VelocityEast
                 | Channel::VelocityDown => gps.add(innovation),
-                // A filter that distrusts a wrong heading flies on without it, and the fixes agree.
+                // A filter that rejects a wrong heading runs without it, and the fixes still agree.
                 Channel::Yaw => heading.add(innovation),
                 _ => {}
             }
@@ -208,10 +212,11 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     gps.mean() + heading.mean() + heading_misfit(&trial.imu, &run.solutions)
 }
 
-/// How far the heading that the filter has found in the end is from the unit's own, over 10°, squared.
+/// Median difference, over the last quarter of the run, between the filter's heading and the IMU's own,
+/// divided by 10° and squared.
 fn heading_misfit(imu: &[ImuSample], solutions: &[Solution]) -> f64 {
     const TOLERATED_RAD: f64 = 0.17;
-    // Solutions are one a sample up to the last.
+    // There is one solution per sample, up to the last sample.
     let pairs = imu.iter().rev().zip(solutions.iter().rev()).take(solutions.len() / 4);
     let off = pairs.filter_map(|(sample, solution)| {
         let yaw_rad = solution.body_to_ned.euler().yaw_rad;
@@ -221,7 +226,7 @@ fn heading_misfit(imu: &[ImuSample], solutions: &[Solution]) -> f64 {
     if off.is_finite() { (off / TOLERATED_RAD).powi(2) } else { 0.0 }
 }
 
-/// Squares of innovations over what is expected.
+/// Sum and count of squared normalised innovations.
 #[derive(Default)]
 struct Tally {
     squares: f64,
@@ -230,13 +235,14 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, innovation: &Innovation) {
-        // One refused for ever must not hide the rest, nor count as little as it is large.
+        // The cap keeps one measurement that is always rejected from hiding the rest; each rejection also
+        // adds a penalty.
         self.squares += innovation.normalised().powi(2).min(100.0);
         self.squares += if innovation.verdict == Verdict::Accepted { 0.0 } else { 10.0 };
         self.count += 1;
     }
 
-    /// The mean square; 0 of none.
+    /// The mean square; 0 without innovations.
     fn mean(&self) -> f64 {
         if self.count == 0 { 0.0 } else { self.squares / self.count as f64 }
     }

@@ -1,16 +1,16 @@
-//! Columns without names, by what they hold.
+//! Meanings of columns without names, from their values.
 
 use super::look::Look;
 use super::names::{Meaning, Quantity};
 
-/// What the columns of `look` hold, as far as their values tell.
+/// The meanings of the columns of `look`, as far as their values determine them.
 ///
-/// Time is the first column that rises. Three columns side by side whose norm is gravity's, or what
-/// gravity adds from row to row, are an accelerometer, the three beside them that are left a gyro:
-/// so KF-GINS's inertial files are read, increments of angle before those of velocity, and NaveGo's,
-/// specific force before rates. Latitude, longitude and height follow each other, beside an accelerometer
-/// where two columns change as slowly as those; where there is none, one-sigmas stand behind them if all are
-/// positive, else velocities.
+/// Time is the first column that rises. Three adjacent columns are an accelerometer if their norm is gravity,
+/// or gravity times the time step. The three columns before them, else those after, are a gyro. This reads
+/// the inertial files of KF-GINS (angle increments, then velocity increments) and of NaveGo (specific force,
+/// then rates). Latitude, longitude and height are adjacent columns. In a file with an accelerometer, the
+/// first two of them must change as slowly as a position does. In a file without, the three columns after the
+/// height are one-sigmas if all values are positive, else velocities.
 pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
@@ -24,8 +24,8 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     give(time, Quantity::Time);
     let first = time + 1;
     let step = look.step(time);
-    // Of those with gravity's norm, three before or behind which there are whole threes, and of these
-    // the three whose norm varies least.
+    // Of the triples with the norm of gravity, those at a multiple of three columns after the time are
+    // preferred; among these, the one whose norm varies least.
     let variation = |at: usize| {
         let columns = [at, at + 1, at + 2];
         let (norm, high) = (look.median_norm(columns), look.high_norm(columns));
@@ -79,10 +79,10 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     meanings
 }
 
-/// Whether a column changes as slowly as a latitude does, and does change: beside an inertial unit's a column
-/// may hold anything.
+/// Whether a column changes, and as slowly as a latitude does. In a file with an IMU, other columns may
+/// contain anything.
 fn is_smooth(look: &Look, column: usize) -> bool {
-    /// From one fix to the next, °.
+    /// Largest change from one fix to the next, °.
     const FASTEST_DEG: f64 = 0.002;
     let values = || look.known(column);
     let steps = || values().zip(values().skip(1)).map(|(a, b)| (b - a).abs());
@@ -91,7 +91,7 @@ fn is_smooth(look: &Look, column: usize) -> bool {
         && steps().filter(|step| *step > 0.0).count() >= 10
 }
 
-/// Whether two columns can be a latitude and a longitude that hardly change.
+/// Whether two columns can be a latitude and a longitude, in degrees, each with a range below 1°.
 fn is_place(look: &Look, at: usize) -> bool {
     let spread = |column: usize| {
         let (least, most) = look

@@ -1,4 +1,4 @@
-//! A mapping as a commented file.
+//! Writes a mapping as a commented file.
 
 use std::fmt::{Display, Write as _};
 use std::path::{Component, Path, PathBuf};
@@ -19,7 +19,7 @@ pub(crate) fn write(
     std::fs::create_dir_all(directory).map_err(LogError::io(directory))?;
     let path = directory.join(MAPPING_FILE);
     if path.exists() && !force {
-        let reason = "is there already, and may hold your changes; expected --force to replace it";
+        let reason = "exists and may contain your changes; use --force to replace it";
         return Err(LogError::Unusable { path, reason: reason.into() });
     }
     let mut mapping = mapping.clone();
@@ -34,7 +34,7 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// The path that leads from `directory` to `file`; the whole path where nothing shorter does.
+/// The relative path from `directory` to `file`; the absolute path where they share only the root.
 fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
     let file = file.canonicalize().map_err(LogError::io(file))?;
     let from = directory.canonicalize().map_err(LogError::io(directory))?;
@@ -46,15 +46,16 @@ fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
     Ok(up.chain(file.components().skip(shared)).collect())
 }
 
-/// The mapping as text that reads back as the same.
+/// The mapping as TOML text; reading it returns the same mapping.
 pub(crate) fn text(mapping: &Mapping, doubts: &[String]) -> String {
     let mut lines = Lines(String::new());
     lines.line(
-        "# What the columns of these files are, as `hovernav init` understood them. Change what is",
+        "# Columns, units and axes of these files, as proposed by `hovernav init`. Correct any \
+         errors;",
     );
-    lines.line("# wrong; every key is explained by `hovernav config mapping.toml`.");
+    lines.line("# `hovernav config mapping.toml` explains every key.");
     for doubt in doubts {
-        // What a name may hold, a remark may not.
+        // A column name may contain control characters; a TOML comment may not.
         let doubt = doubt.replace(char::is_control, " ");
         lines.line(format_args!("# Check: {doubt}"));
     }
@@ -84,7 +85,7 @@ fn list(texts: &[String]) -> String {
     format!("[{}]", texts.iter().map(|text| quoted(text)).collect::<Vec<_>>().join(", "))
 }
 
-/// A number that TOML takes for one with a fraction.
+/// A number that TOML reads as a float.
 fn float(value: &f64) -> String {
     format!("{value:?}")
 }
@@ -93,16 +94,16 @@ fn floats(values: &[f64]) -> String {
     format!("[{}]", values.iter().map(float).collect::<Vec<_>>().join(", "))
 }
 
-/// The lines of a mapping in the making.
+/// The text of a mapping while it is written.
 struct Lines(String);
 
 impl Lines {
-    /// A line, with a line's end.
+    /// Appends a line and its line end.
     fn line(&mut self, line: impl Display) {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// The head of a part of a table, past an empty line.
+    /// Appends an empty line and the heading of a part of a table.
     fn part(&mut self, name: &str) {
         self.line(format_args!("\n[table.{name}]"));
     }
@@ -111,7 +112,7 @@ impl Lines {
         self.line(format_args!("{key} = {value}"));
     }
 
-    /// A key with a remark behind it.
+    /// Appends a key with a trailing comment.
     fn remarked(&mut self, key: &str, value: impl Display, remark: &str) {
         self.line(format_args!("{key} = {value}  # {remark}"));
     }
@@ -125,14 +126,19 @@ impl Lines {
             self.key("decimal_comma", true);
         }
         let header_line = table.header_line;
-        self.remarked("header_line", header_line, "line of the names; 0: columns by number");
+        self.remarked(
+            "header_line",
+            header_line,
+            "line number of the names; 0: no names, columns \
+                                                   by number",
+        );
         self.part("time");
         self.key("column", quoted(&table.time.column));
         let unit = quoted(table.time.unit.name());
         self.remarked(
             "unit",
             unit,
-            "s, ms, us, ns, clock, or hhmmss for times of day as one number",
+            "s, ms, us, ns, clock, or hhmmss for a time of day as one number",
         );
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));
@@ -144,9 +150,12 @@ impl Lines {
             TimeScale::Own => "# scale = \"gps\"",
             TimeScale::Gps => "scale = \"gps\"",
         };
-        let remark = "# seconds of GPS time since 1980, brought to UTC with the leap seconds";
+        let remark = "# seconds of GPS time since 1980, converted to UTC with the leap seconds";
         self.line(format_args!("{scale}  {remark}"));
-        self.line("# offset_s = 0.0  # added, to bring this file to the clock of the others");
+        self.line(
+            "# offset_s = 0.0  # added to the times of this file to match the clock of the \
+                   others",
+        );
         if let Some(gyro) = &table.gyro {
             let units = "rad/s, deg/s; rad, deg for increments";
             self.triad("gyro", gyro, gyro.unit.name(), units);
@@ -184,7 +193,7 @@ impl Lines {
         let axes: [String; 3] = triad.axes.into();
         self.key("columns", list(&triad.columns));
         self.remarked("unit", quoted(unit), units);
-        self.remarked("axes", list(&axes), "which of them point forward, right, down");
+        self.remarked("axes", list(&axes), "the axes that point forward, right, down");
         if triad.held {
             self.remarked("held", true, "rows repeat the last value");
         }
@@ -202,7 +211,7 @@ impl Lines {
             self.remarked("world", quoted(attitude.world.name()), "ned or enu");
         }
         let role = quoted(attitude.role.name());
-        self.remarked("role", role, "unit: a measurement; onboard: to compare with");
+        self.remarked("role", role, "unit: a measurement; onboard: for comparison only");
     }
 
     fn gps(&mut self, gps: &GpsColumns) {
@@ -248,18 +257,19 @@ impl Lines {
     }
 }
 
-/// The manifest that a new log begins with.
-const MANIFEST: &str = r#"# What the vehicle and its sensors are. Every key has a default; what is worth setting stands here
-# with it, commented out. All of them: `hovernav config dataset.toml`.
+/// The manifest for a new log.
+const MANIFEST: &str = r#"# The vehicle and its sensors. Every key has a default.
+# The most useful keys are listed here with their defaults, commented out.
+# All keys: `hovernav config dataset.toml`.
 
 # name = "first flight"
-# vehicle = "which vehicle, and what it did"
+# vehicle = "the vehicle and its flight"
 # date = 2026-01-31        # for the magnetic declination
 
 [imu]
-# lever_arm_m = [0.0, 0.0, 0.0]          # the unit from the centre of gravity: forward, right, down, m
-# heading_reference = "true"             # what the unit's own yaw is measured from: true or magnetic
-# angle_random_walk_deg_per_sqrt_h = 0.5 # from the data sheet, as are the keys below
+# lever_arm_m = [0.0, 0.0, 0.0]          # IMU position from the centre of gravity: forward, right, down, m
+# heading_reference = "true"             # north of the IMU's own yaw: true or magnetic
+# angle_random_walk_deg_per_sqrt_h = 0.5 # this and the keys below: from the data sheet
 # velocity_random_walk_mps_per_sqrt_h = 0.1
 # gyro_bias_sigma_degps = 0.25
 # accel_bias_sigma_mps2 = 0.1
@@ -267,9 +277,9 @@ const MANIFEST: &str = r#"# What the vehicle and its sensors are. Every key has 
 # accel_range_g = 8.0
 
 [gps]
-# antenna_lever_arm_m = [0.0, 0.0, 0.0]  # the antenna from the centre of gravity, m
-# latency_s = 0.0                        # how much earlier than its row a fix was true, s
+# antenna_lever_arm_m = [0.0, 0.0, 0.0]  # antenna position from the centre of gravity, m
+# latency_s = 0.0                        # delay from the measurement of a fix to the time in its row, s
 
 [solution]
-# point = "cg"                           # whose position and velocity the solution gives: cg or imu
+# point = "cg"                           # point whose position and velocity the solution contains: cg or imu
 "#;

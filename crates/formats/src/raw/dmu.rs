@@ -1,4 +1,4 @@
-//! A DMU's packets, timed by the timer in them.
+//! Reads the packets of a DMU and times them with the DMU's own timer.
 
 use super::for_each_piece;
 use crate::assembly::Assembly;
@@ -9,12 +9,11 @@ use hovernav::dmu::{Calibration, Decoder, Mode, Packet, Plausibility, Received, 
 use hovernav::time::Time;
 use hovernav_log::{LogError, Manifest};
 
-/// Seconds a tick of the unit's timer.
-/// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
+/// Period of the DMU's timer, s. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const TICK_S: f64 = 0.79e-6;
-/// Where the timer does not say: what the flight computer asks for.
+/// Packet interval where the timer does not run, s: the rate that the flight computer requests.
 const USUAL_INTERVAL_S: f64 = 1.0 / 33.0;
-/// The rate range of units of 4 g and of 2 g, °/s.
+/// Ranges of the two types of DMU: acceleration, g, and rate, °/s.
 const RANGES: [(f64, f64); 2] = [(4.0, 200.0), (2.0, 100.0)];
 
 pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
@@ -34,22 +33,23 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     let mut assembly = Assembly::new(true);
     let counts = *decoder.counts();
     assembly.note(format!(
-        "raw bytes of a DMU in {} mode: {} packets, {} bytes of {} in none",
+        "raw bytes of a DMU in {} mode: {} packets; {} of {} bytes are in no packet",
         if mode == Mode::Angle { "angle" } else { "scaled" },
         counts.packets,
         counts.bytes_lost(),
         counts.bytes_lost() + counts.packets * mode.packet_length() as u64,
     ));
     if impossible > 0 {
-        assembly.say(format!("{impossible} packets left out: values that no unit measures"));
+        assembly.say(format!("{impossible} packets left out: their values are impossible"));
     }
     let interval_s = interval_s(&packets).unwrap_or_else(|| {
-        assembly.say("the timer stands still: 33 packets a second are taken");
+        assembly.say("the timer of the DMU does not run: 33 packets per second are assumed");
         USUAL_INTERVAL_S
     });
     let (range_g, range_degps) = ranges(&packets);
     assembly.note(format!(
-        "ranges of {range_degps} deg/s and {range_g} g, by the size of gravity: no packet carries them"
+        "ranges of {range_degps} deg/s and {range_g} g, derived from the size of gravity: the \
+         packets do not state them"
     ));
     assembly.note("yaw is from magnetic north: [imu] heading_reference = \"magnetic\"");
     let calibration = Calibration::new(range_degps, range_g).map_err(|error| {
@@ -59,7 +59,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     let length = mode.packet_length() as f64;
     let first = packets.first().map_or(0, |received| received.offset);
     for received in &packets {
-        // Without a time of arrival, what came before says when: packets follow each other.
+        // A capture has no arrival times; the byte offset gives them, as packets are consecutive.
         let arrival_s = (received.offset - first) as f64 / length * interval_s;
         let arrival = Time::from_seconds(arrival_s).unwrap_or_default();
         let place = received.offset;
@@ -69,7 +69,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
                     assembly.imu(place, measurement.at(stamp.time));
                 }
             }
-            Err(_) => assembly.imu_left_out(place, "left out: its timer does not go on"),
+            Err(_) => assembly.imu_left_out(place, "left out: its timer did not advance"),
         }
     }
     let mut manifest = Manifest::default();
@@ -79,7 +79,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     assembly.finish(input.path, Format::Raw, manifest, "")
 }
 
-/// The median interval of packets that follow each other, s; `None` where the timer does not run.
+/// The median interval of consecutive packets, s; `None` where the timer does not run.
 fn interval_s(packets: &[Received]) -> Option<f64> {
     let mut ticks: Vec<u16> = packets
         .windows(2)
@@ -92,7 +92,7 @@ fn interval_s(packets: &[Received]) -> Option<f64> {
     (median > 1_000).then(|| f64::from(median) * TICK_S)
 }
 
-/// The ranges with which the middle of the log has the specific force of gravity.
+/// The ranges with which the median specific force is nearest to gravity.
 fn ranges(packets: &[Received]) -> (f64, f64) {
     let norm = |packet: &Packet| {
         let acceleration = match packet {

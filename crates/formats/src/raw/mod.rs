@@ -1,4 +1,4 @@
-//! Bytes as a DMU or a receiver sent them: the decoders that fly, on a file.
+//! Reads raw bytes of a DMU or a receiver with the decoders of the flight software.
 
 mod dmu;
 mod receiver;
@@ -11,18 +11,18 @@ use hovernav::gps::{Protocol, Receiver};
 use hovernav::time::Time;
 use hovernav_log::LogError;
 
-/// Bytes handed to a decoder at a time.
+/// Number of bytes passed to a decoder at a time.
 const CHUNK: usize = 4096;
 
-/// What speaks in a capture.
+/// The device that sent a capture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Speaker {
     Dmu(Mode),
     Receiver,
 }
 
-/// Whether a file that begins with `head` is a capture: whole messages with right checksums in it,
-/// past lines of remarks. TSIP has no checksums, so it needs reports that make sense.
+/// Whether a file that begins with `head` is a capture. After comment lines, it must contain complete messages with
+/// correct checksums. TSIP has no checksums; it must contain plausible reports.
 pub(crate) fn is_raw(head: &[u8]) -> bool {
     speaker(without_remarks(head)).is_some()
 }
@@ -55,7 +55,7 @@ fn speaker(bytes: &[u8]) -> Option<Speaker> {
     is_tsip.then_some(Speaker::Receiver)
 }
 
-/// `bytes` past the lines that begin with `#`.
+/// `bytes` without the leading lines that begin with `#`.
 fn without_remarks(mut bytes: &[u8]) -> &[u8] {
     while bytes.first() == Some(&b'#') {
         let line = bytes.iter().position(|byte| *byte == b'\n');
@@ -67,12 +67,12 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
 /// Reads a capture of one line.
 ///
 /// # Errors
-/// [`LogError`] where the file cannot be read, or nobody's packets are in it.
+/// [`LogError`] where the file cannot be read or contains no packets.
 pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
     let mut window = begin(input)?;
     let io = LogError::io(input.path);
     let bytes = window.peek(CHUNK).map_err(io)?;
-    // What the format was told by, and no more: the rest may be anything.
+    // Only the bytes that determined the format; the rest may be anything.
     match speaker(&bytes[..bytes.len().min(CHUNK)]) {
         Some(Speaker::Dmu(mode)) => dmu::read(input, mode),
         Some(Speaker::Receiver) => receiver::read(input),
@@ -83,7 +83,7 @@ pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError
     }
 }
 
-/// The file past the lines of remarks at its head.
+/// The file after its leading comment lines.
 fn begin(input: Input<'_>) -> Result<Window<'_>, LogError> {
     let mut window = input.window()?;
     loop {
@@ -97,7 +97,7 @@ fn begin(input: Input<'_>) -> Result<Window<'_>, LogError> {
     }
 }
 
-/// Gives all bytes of a capture to `take`, piece by piece, each with its place.
+/// Passes all bytes of a capture to `take`, in pieces with their byte offsets.
 fn for_each_piece(input: Input<'_>, mut take: impl FnMut(&[u8], u64)) -> Result<(), LogError> {
     let mut window = begin(input)?;
     loop {

@@ -1,4 +1,4 @@
-//! A receiver's stream: the fixes in it, on its own clock.
+//! Reads the fixes of a receiver's stream, on the receiver's clock.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use hovernav::time::Time;
 use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
 
-/// Fixes of one protocol in the stream.
+/// The fixes and headings of one protocol in the stream.
 struct Heard {
     protocol: Protocol,
     receiver: Receiver,
@@ -56,14 +56,14 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
         let place = fixes.last().map_or(0, |last| last.0);
         fixes.extend(receiver.flush().map(|fix| (place, fix)));
     }
-    // A receiver may speak two languages; that with more fixes, or else more messages, counts.
+    // A receiver may send two protocols. The one with more fixes is used; if equal, the one with more messages.
     let [ubx, nmea, tsip] = heard;
     let best = [ubx, nmea, tsip]
         .into_iter()
         .max_by_key(|heard| {
             let counts = heard.receiver.counts();
             let whole = match heard.protocol {
-                // Without a checksum anything may look like a packet.
+                // TSIP has no checksum: other bytes may look like unknown packets.
                 Protocol::Tsip => counts.read,
                 _ => counts.read + counts.unknown,
             };
@@ -77,14 +77,14 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
     };
     let MessageCounts { read, unknown, damaged, impossible, no_fix } = best.receiver.counts();
     assembly.note(format!(
-        "raw bytes of a receiver that speaks {name}: {read} messages read, {unknown} of no use, \
-         {damaged} damaged, {impossible} with a value that cannot be, {no_fix} epochs without a fix"
+        "receiver with {name}: {read} messages read, {unknown} not needed, {damaged} damaged, \
+         {impossible} with impossible values, {no_fix} epochs without a fix"
     ));
     let manifest = gather(&best.fixes, &best.headings, &mut assembly);
     assembly.finish(input.path, Format::Raw, manifest, "")
 }
 
-/// Gives the fixes to the assembly, times from the first of them on.
+/// Adds the fixes to the assembly, with times since the first fix.
 fn gather(
     fixes: &[(u64, ReceiverFix)],
     headings: &[(u64, ReceiverHeading)],
@@ -99,7 +99,7 @@ fn gather(
         let of_day_s = utc_s.rem_euclid(86_400.0);
         let (hour, minute) = (of_day_s / 3600.0, of_day_s / 60.0 % 60.0);
         manifest.time = format!(
-            "s from {} {:02}:{:02}:{:06.3} UTC on, by the receiver's own clock",
+            "s since {} {:02}:{:02}:{:06.3} UTC, on the receiver's clock",
             day.unwrap_or_default(),
             hour as u8,
             minute as u8,
@@ -128,10 +128,10 @@ fn gather(
         above_sea += usize::from(fix.height_m.is_none() && fix.altitude_msl_m.is_some());
         let time = Time::from_seconds(seconds).unwrap_or_default();
         if let Some(ReceiverTime::Gps { time_of_week_ns, .. }) = fix.time {
-            // Of an epoch known to the millisecond; the fix may be some nanoseconds before it.
+            // Epochs are whole milliseconds; the time of a fix may differ by some nanoseconds.
             epochs.insert((time_of_week_ns + 500_000) / 1_000_000, time);
         }
-        // A fix without a height is at the last one, and says that this is not measured.
+        // A fix without a height keeps the last height and is marked as two-dimensional.
         let flat = fix.height_m.is_none() && fix.altitude_msl_m.is_none();
         let mut fix = fix.with_geoid_separation(0.0);
         fix.height_m = fix.height_m.or(Some(last_height_m));
@@ -143,35 +143,41 @@ fn gather(
         without_height += usize::from(flat);
     }
     for (place, ReceiverHeading { time_of_week_ms, heading }) in headings {
-        // One without a fix has no time on this clock.
+        // A heading without a fix has no time on this clock.
         if let Some(&time) = epochs.get(&u64::from(*time_of_week_ms)) {
             assembly.heading(*place, AntennaHeading { time, ..*heading });
         }
     }
     if without_height > 0 {
-        assembly.say(format!("{without_height} fixes without a height: two-dimensional"));
+        assembly.say(format!(
+            "{without_height} fixes without a height: used for the horizontal \
+                              position only"
+        ));
     }
     if without_time > 0 {
-        assembly.say(format!("{without_time} fixes without a time: taken as one a second"));
+        assembly.say(format!("{without_time} fixes without a time: assumed to be one per second"));
     }
     if above_sea > 0 {
         assembly.say(format!(
-            "{above_sea} fixes give their height above the sea alone: it stands for that above the \
-             ellipsoid, which differs by up to 107 m"
+            "{above_sea} fixes have only a height above sea level: it is used as height above the \
+             ellipsoid; the error is up to 107 m"
         ));
     }
     if let Some((count, first)) = poor {
-        assembly.say(format!("{count} fixes that a flight would refuse, the first for: {first}"));
+        assembly.say(format!(
+            "{count} fixes fail the quality check of the flight software, the \
+                              first because of: {first}"
+        ));
     }
     manifest
 }
 
-/// The week before which no fix of a TSIP stream is dated.
+/// The earliest GPS week of a TSIP stream.
 ///
-/// A receiver that sends its week in full is believed. One that sends ten bits of it was not heard
-/// after the file was written: its weeks are the last that are not later.
+/// A full week number is used as sent. A week number of ten bits is ambiguous; the latest week that is not after
+/// the file was written is used.
 fn week_floor(input: Input<'_>, assembly: &mut Assembly) -> Result<u16, LogError> {
-    /// Weeks that ten bits count.
+    /// Number of weeks in ten bits.
     const TURN: u16 = 1024;
     let mut framer = Framer::default();
     let mut weeks: Option<(u16, u16)> = None;
@@ -190,8 +196,8 @@ fn week_floor(input: Input<'_>, assembly: &mut Assembly) -> Result<u16, LogError
         Some(_) => {
             let written = written_week(input.path).unwrap_or(WEEK_FLOOR);
             assembly.say(
-                "the receiver sends ten bits of the week: dated as the last such week before the \
-                 file was written",
+                "the receiver sends only ten bits of the week: the latest such week before the \
+                 file was written is used",
             );
             written.saturating_sub(TURN - 1)
         }

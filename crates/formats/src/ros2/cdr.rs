@@ -1,21 +1,21 @@
-//! Common Data Representation, in which ROS 2 sends messages.
+//! Common Data Representation (CDR), the encoding of ROS 2 messages.
 //!
 //! # Source
 //! OMG, *Common Object Request Broker Architecture*, part 2, section 9.3 (CDR), and OMG, *Extensible
 //! and Dynamic Topic Types for DDS*, section 7.6.3 (the encapsulation header).
 
-/// A message read forward; a read beyond its end gives nothing, whatever lengths it claims.
+/// A message that is read forward. A read beyond its end returns `None`, also where a length field is wrong.
 #[derive(Debug)]
 pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
     little: bool,
-    /// Nothing is aligned to more than this, bytes.
+    /// Largest alignment, bytes.
     widest: usize,
 }
 
 impl<'a> Cdr<'a> {
-    /// Of a message with its four bytes of encapsulation; `None` of another representation.
+    /// A reader of `message`, which begins with four bytes of encapsulation; `None` for another representation.
     pub fn new(message: &'a [u8]) -> Option<Self> {
         let (head, body) = message.split_first_chunk::<4>()?;
         let (little, widest) = match [head[0], head[1]] {
@@ -75,7 +75,7 @@ impl<'a> Cdr<'a> {
         Some(values)
     }
 
-    /// The text of a string, without the zero that ends it.
+    /// The text of a string, without its terminating zero.
     pub fn text(&mut self) -> Option<&'a [u8]> {
         let length = self.u32()? as usize;
         let text = self.body.get(self.at..)?.get(..length)?;
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_orders_of_bytes_and_their_alignment_are_read() {
+    fn both_byte_orders_are_read_with_their_alignment() {
         // A byte, seven of padding, a double.
         let little = [&[0, 1, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0][..], &1.5f64.to_le_bytes()].concat();
         let big = [&[0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0][..], &1.5f64.to_be_bytes()].concat();
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn no_length_that_is_claimed_leads_beyond_the_message() {
+    fn a_wrong_length_does_not_lead_beyond_the_message() {
         let mut cdr = Cdr::new(&[0, 1, 0, 0, 255, 255, 255, 255, 65]).unwrap();
         assert_eq!(cdr.text(), None);
         assert!(Cdr::new(&[0, 9, 0, 0, 1]).is_none());

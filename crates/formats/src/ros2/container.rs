@@ -1,4 +1,4 @@
-//! The records of an MCAP file, those in chunks too, with the memory of one chunk.
+//! Reads the records of an MCAP file, also those in chunks, with the memory of one chunk.
 
 use std::borrow::Cow;
 use std::io::Read as _;
@@ -9,18 +9,17 @@ use crate::damages::Damages;
 use crate::window::Input;
 use hovernav_log::LogError;
 
-/// An opcode and the length of what follows.
+/// Bytes of the opcode and the length of a record.
 const FRAME: usize = 9;
-/// Records and chunks beyond this are not read, bytes: recorders pack chunks of under one to four million, or
-/// of one message, and a sensor's are no pictures.
+/// Largest record or chunk that is read, bytes. Recorders write chunks of at most about 4 MB, or of one message.
 const LARGEST: usize = 1 << 26;
-/// No message that is read is longer, bytes.
+/// Largest message that is read, bytes.
 const LONGEST_MESSAGE: u64 = 4096;
 const CRC: crc::Crc<u32, crc::Table<16>> =
     crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Gives every record of the file to `take`, with its byte in the file, or that of its chunk. A record or a
-/// chunk that is damaged within its length is passed over; where a length is none the file ends for us.
+/// Passes every record of the file to `take`, with the byte offset of the record or of its chunk. A record or chunk
+/// with damaged content is skipped; reading ends at an impossible length.
 ///
 /// # Errors
 /// [`LogError::Io`].
@@ -36,51 +35,52 @@ pub(super) fn for_each_record(
     loop {
         let offset = window.offset();
         let mut end = |reason: String| {
-            damages.add(offset, format!("{reason}; what came before is used"));
+            damages.add(offset, format!("{reason}; only the data before it is used"));
         };
         let head = window.peek(FRAME).map_err(LogError::io(input.path))?;
         let Some((opcode, length)) = frame(head) else {
-            end("ends without the record that ends an MCAP file".into());
+            end("the file ends without the footer of an MCAP file".into());
             return Ok(damages);
         };
-        // Of a length that is none, most are longer than any file.
+        // An impossible length is mostly longer than any file.
         if opcode == 0 || length > i64::MAX as u64 {
-            end(format!("a record of kind {opcode} and {length} bytes, which is none"));
+            end(format!("found an impossible record of kind {opcode} and {length} bytes"));
             return Ok(damages);
         }
         if opcode == op::FOOTER {
             return Ok(damages);
         }
         if offset + FRAME as u64 + length > total {
-            end(format!("cut off within a record of {length} bytes"));
+            end(format!("the file ends within a record of {length} bytes"));
             return Ok(damages);
         }
         if !is_of_use(opcode) || length > LARGEST as u64 {
             if is_of_use(opcode) {
-                let reason = format!("{length} bytes in one record, expected at most {LARGEST}");
-                damages.add(offset, format!("{reason}; passed over"));
+                let reason =
+                    format!("found a record of {length} bytes, expected at most {LARGEST}");
+                damages.add(offset, format!("{reason}; skipped"));
             }
             window.skip(FRAME as u64 + length).map_err(LogError::io(input.path))?;
             continue;
         }
         let length = length as usize;
         let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
-        // Shorter only of a file that is being cut off as it is read.
+        // Shorter only if the file is truncated while it is read.
         let body = bytes.get(FRAME..FRAME + length).unwrap_or_default();
         if let Err(reason) = of_record(opcode, body, &mut |record| take(record, offset)) {
-            damages.add(offset, format!("{reason}; passed over"));
+            damages.add(offset, format!("{reason}; skipped"));
         }
         window.consume(FRAME + length);
     }
 }
 
-/// Whether a record of this kind tells something here. Others are passed over unread: they may be long, and
-/// the crate panics over an attachment that ends within its own head.
+/// Whether records of this kind are used. Others are skipped unread: they may be long, and the `mcap` crate panics
+/// on an attachment that ends within its header.
 const fn is_of_use(opcode: u8) -> bool {
     matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK)
 }
 
-/// Gives a record, or those of a chunk, to `take`; why it is damaged, if it is.
+/// Passes a record, or the records of a chunk, to `take`. The error describes damage.
 fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
     match parsed(opcode, body) {
         Some(Ok(Record::Chunk { header, data })) => of_chunk(&unpacked(&header, &data)?, take),
@@ -93,26 +93,28 @@ fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Resul
     }
 }
 
-/// A record of a kind that is of use.
+/// A record of a kind that is used.
 fn parsed(opcode: u8, body: &[u8]) -> Option<mcap::McapResult<Record<'_>>> {
     is_of_use(opcode).then(|| mcap::parse_record(opcode, body))
 }
 
-/// The opcode and length at the head of a record.
+/// The opcode and length at the start of a record.
 fn frame(bytes: &[u8]) -> Option<(u8, u64)> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, _) = rest.split_first_chunk()?;
     Some((opcode, u64::from_le_bytes(*length)))
 }
 
-/// The records of a chunk, unpacked and checked.
+/// The bytes of a chunk, decompressed and checked.
 fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
     let size = header.uncompressed_size;
     if size > LARGEST as u64 {
-        return Err(format!("a chunk that unpacks to {size} bytes, expected at most {LARGEST}"));
+        return Err(format!(
+            "found a chunk of {size} bytes uncompressed, expected at most {LARGEST}"
+        ));
     }
     let mut records = Vec::new();
-    // One byte more than promised would show a chunk that is not what it says.
+    // Reading one byte more than stated detects a wrong size.
     let limit = size + 1;
     match header.compression.as_str() {
         "" => records.extend_from_slice(data),
@@ -127,19 +129,21 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
                 .read_to_end(&mut records)
                 .map_err(|error| format!("zstd: {error}"))?;
         }
-        other => return Err(format!("found a chunk packed by {other}, expected lz4 or zstd")),
+        other => {
+            return Err(format!("found a chunk compressed with {other}, expected lz4 or zstd"));
+        }
     }
     if records.len() as u64 != size {
-        return Err(format!("a chunk of {} bytes that promised {size}", records.len()));
+        return Err(format!("found {} bytes in a chunk, expected {size}", records.len()));
     }
     if header.uncompressed_crc != 0 && CRC.checksum(&records) != header.uncompressed_crc {
-        return Err("a chunk with a wrong checksum".into());
+        return Err("found a chunk with a wrong checksum".into());
     }
     Ok(records)
 }
 
-/// What a message says, where rosbag2 packed it by itself (`--compression-mode message`); no more of it than
-/// any message that is read.
+/// A message, decompressed if rosbag2 compressed it individually (`--compression-mode message`), up to
+/// [`LONGEST_MESSAGE`].
 pub(super) fn unpacked_message(data: &[u8]) -> Cow<'_, [u8]> {
     const ZSTANDARD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
     if !data.starts_with(ZSTANDARD) {
@@ -147,17 +151,22 @@ pub(super) fn unpacked_message(data: &[u8]) -> Cow<'_, [u8]> {
     }
     let mut message = Vec::new();
     if let Ok(unpacking) = ruzstd::decoding::StreamingDecoder::new(data) {
-        // What cannot be unpacked is too short for its type, and counted as such.
+        // A message that cannot be decompressed is too short for its type and is counted as such.
         let _ = unpacking.take(LONGEST_MESSAGE).read_to_end(&mut message);
     }
     Cow::Owned(message)
 }
 
-/// Gives the records of a chunk to `take`; why they end early, if they do.
+/// Passes the records of a chunk to `take`. The error tells why they end early.
 fn of_chunk(mut rest: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
     while let Some((opcode, length)) = frame(rest) {
         let body = usize::try_from(length).ok().and_then(|length| rest[FRAME..].get(..length));
-        let body = body.ok_or_else(|| format!("a record of {length} bytes, beyond its chunk"))?;
+        let body = body.ok_or_else(|| {
+            format!(
+                "found a record of {length} bytes that ends beyond \
+                                               its chunk"
+            )
+        })?;
         match parsed(opcode, body) {
             Some(Ok(record)) => take(record),
             Some(Err(error)) => return Err(error.to_string()),

@@ -1,4 +1,4 @@
-//! The messages that are read, field by field.
+//! Fields of the messages that are read.
 //!
 //! # Source
 //! The definitions in `sensor_msgs`, `geometry_msgs`, `nav_msgs` and `std_msgs` of ROS 2; axes by REP
@@ -6,7 +6,7 @@
 
 use super::cdr::Cdr;
 
-/// What a topic's messages are.
+/// The type of a topic's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Imu,
@@ -21,7 +21,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// By the name of the schema.
+    /// The kind for the name of a schema.
     pub fn of(schema: &str) -> Option<Self> {
         Some(match schema {
             "sensor_msgs/msg/Imu" | "sensor_msgs/Imu" => Self::Imu,
@@ -38,7 +38,7 @@ impl Kind {
     }
 }
 
-/// `std_msgs/Header`: when a message was true, ns, and in which frame.
+/// `std_msgs/Header`: time stamp, ns, and frame of a message.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Header<'a> {
     pub stamp_ns: i64,
@@ -46,7 +46,7 @@ pub(super) struct Header<'a> {
 }
 
 impl Header<'_> {
-    /// Whether the frame's name says that its axes are forward-right-down or north-east-down.
+    /// Whether the name of the frame denotes forward-right-down or north-east-down axes.
     pub fn is_down(&self) -> bool {
         let frame = self.frame.to_ascii_lowercase();
         frame.ends_with(b"ned") || frame.ends_with(b"frd")
@@ -61,7 +61,7 @@ pub(super) fn header<'a>(cdr: &mut Cdr<'a>) -> Option<Header<'a>> {
 
 /// `sensor_msgs/Imu`.
 pub(super) struct Imu {
-    /// Scalar first; `None` where the unit gives none.
+    /// Scalar first; `None` where the IMU has no orientation.
     pub orientation: Option<[f64; 4]>,
     pub rate_radps: [f64; 3],
     pub force_mps2: [f64; 3],
@@ -73,7 +73,7 @@ pub(super) fn imu(cdr: &mut Cdr<'_>) -> Option<Imu> {
     let rate_radps = cdr.f64s()?;
     let _: [f64; 9] = cdr.f64s()?;
     let force_mps2 = cdr.f64s()?;
-    // A first element of −1 says that there is none.
+    // A first element of −1 means that there is no orientation.
     let is_given = covariance[0] != -1.0 && [x, y, z, w] != [0.0; 4];
     Some(Imu { orientation: is_given.then_some([w, x, y, z]), rate_radps, force_mps2 })
 }
@@ -137,7 +137,7 @@ pub(super) fn odometry(cdr: &mut Cdr<'_>) -> Option<Odometry> {
     Some(Odometry { orientation: [w, x, y, z], velocity_mps: cdr.f64s()? })
 }
 
-/// `sensor_msgs/Range`: the distance, m, and how good it is, none outside the sensor's own limits.
+/// `sensor_msgs/Range`: the distance, m, and its quality: 1 within the sensor's own limits, else 0.
 pub(super) fn range(cdr: &mut Cdr<'_>) -> Option<(f64, f64)> {
     let _radiation = cdr.u8()?;
     let _field_of_view = cdr.f32()?;

@@ -1,4 +1,4 @@
-//! MCAP with ROS 2 messages.
+//! Reads MCAP files with ROS 2 messages.
 
 mod cdr;
 mod container;
@@ -29,18 +29,18 @@ use message::{Header, Kind};
 use topics::Topics;
 
 const GAUSS_PER_TESLA: f64 = 1e4;
-/// A velocity is that of a fix if their times are no further apart, s.
+/// Largest time between a fix and its velocity, s.
 const SAME_EPOCH_S: f64 = 0.1;
 
 /// Reads an MCAP file of ROS 2.
 ///
 /// # Errors
-/// [`LogError`] where the file cannot be read, or no topic that is of use is in it.
+/// [`LogError`] where the file cannot be read or contains no usable topic.
 pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError> {
     let mut assembly = Assembly::new(true);
     let topics = Topics::of(input, options, &mut assembly)?;
     let mut gathered = Gathered { assembly, ..Gathered::new() };
-    // However well they are packed, messages that say anything take a byte.
+    // Limits memory: even compressed, each message takes at least one byte of the file.
     let mut room = input.length()?;
     for_each_record(input, |record, offset| {
         if let Record::Message { header, data } = record
@@ -60,14 +60,14 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     gathered.finish(input)
 }
 
-/// What has been read so far.
+/// The values read so far.
 struct Gathered {
     assembly: Assembly,
     origin_ns: Option<i64>,
     fixes: Vec<(u64, Fix)>,
     velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
     unreadable: usize,
-    /// Messages beyond as many as the file has bytes.
+    /// Number of messages in excess of the bytes of the file.
     left_out: usize,
     are_down: bool,
     has_imu: bool,
@@ -87,7 +87,7 @@ impl Gathered {
         }
     }
 
-    /// Takes in a message; `None` of one that is too short.
+    /// Reads a message; `None` if it is too short.
     fn take(
         &mut self,
         kind: Kind,
@@ -165,11 +165,11 @@ impl Gathered {
                 let position_sigma_m = fix.sigma_m.map(Vector::<Ned>::from);
                 self.fixes.push((place, Fix { position_sigma_m, ..Fix::at(time, position) }));
             }
-            None => self.assembly.fix_left_out(place, "left out: no place on Earth"),
+            None => self.assembly.fix_left_out(place, "left out: not a position on Earth"),
         }
     }
 
-    /// The log, velocities given to their fixes.
+    /// The log, after velocities are assigned to their fixes.
     fn finish(mut self, input: Input<'_>) -> Result<Log, LogError> {
         self.velocities.sort_by_key(|velocity| velocity.0);
         for (place, mut fix) in std::mem::take(&mut self.fixes) {
@@ -189,29 +189,33 @@ impl Gathered {
         }
         if self.unreadable > 0 {
             let count = self.unreadable;
-            self.assembly.say(format!("{count} messages left out: not as long as their type is"));
+            self.assembly.say(format!("{count} messages left out: shorter than their type"));
         }
         if self.left_out > 0 {
             let count = self.left_out;
-            self.assembly.say(format!("{count} messages left out: more than the file has bytes"));
+            self.assembly.say(format!(
+                "{count} messages left out: the file contains more messages \
+                                       than bytes"
+            ));
         }
         if self.has_imu {
             self.assembly.note(match self.are_down {
                 true => {
-                    "axes taken as forward-right-down and north-east-down, as the frame is named"
+                    "axes read as forward-right-down and north-east-down, from the name of the \
+                     frame"
                 }
-                false => "axes turned from forward-left-up and east-north-up (REP 103)",
+                false => "axes converted from forward-left-up and east-north-up (REP 103)",
             });
         }
         let utc_s = self.origin_ns.unwrap_or_default() as f64 * 1e-9;
         let date = self.origin_ns.and_then(moment);
-        let time = format!("s from {utc_s:.6} s of the log's own clock on");
+        let time = format!("s since {utc_s:.6} s on the log's clock");
         let manifest = Manifest { date, time, ..Manifest::default() };
         self.assembly.finish(input.path, Format::Ros2, manifest, "odometry")
     }
 }
 
-/// A vector in the axes of the vehicle.
+/// Converts a vector to body axes.
 fn body(header: &Header<'_>, vector: [f64; 3]) -> Vector<Body> {
     if header.is_down() { Vector::from(vector) } else { axes::body_from_flu(vector) }
 }

@@ -1,4 +1,4 @@
-//! A topic of a log, and what its messages say of their times.
+//! A topic of a log, and the time stamps of its messages.
 
 use mcap::records::MessageHeader;
 
@@ -15,19 +15,19 @@ pub(super) struct Topic {
     pub stamps: Stamps,
 }
 
-/// What a channel's messages say of their times.
+/// Statistics of the time stamps of a channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
     pub messages: usize,
     pub stamped: usize,
-    /// How much later the log says a message was than its own stamp, least, ns.
+    /// Smallest delay from the stamp of a message to its log time, ns.
     pub least_delay_ns: i64,
 }
 
 impl Stamps {
     pub const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
 
-    /// Counts a message that was `sent` with this header.
+    /// Counts a message with its log time in `sent` and its stamp in `header`.
     pub fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>) {
         self.messages += 1;
         let stamp_ns = header.map(|header| header.stamp_ns);

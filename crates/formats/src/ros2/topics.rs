@@ -1,4 +1,4 @@
-//! Which topics a log has, and which of them are read.
+//! Lists the topics of a log and chooses those that are read.
 
 use std::collections::BTreeMap;
 
@@ -16,24 +16,24 @@ use crate::log::Options;
 use crate::window::Input;
 use hovernav_log::LogError;
 
-/// No topic's name is longer, bytes: what a chunk unpacks to could hold any number of such.
+/// Largest length of a topic's name, bytes. It limits the memory that a compressed chunk can demand.
 const LONGEST_NAME: usize = 1024;
 
-/// What is read, channel by channel.
+/// The channels that are read.
 #[derive(Debug)]
 pub(super) struct Topics {
     chosen: Vec<Topic>,
-    /// Whether stamps count, or when messages were logged.
+    /// Whether times are the messages' own stamps; otherwise the times at which they were logged.
     pub by_stamp: bool,
 }
 
 impl Topics {
-    /// What the messages of `channel` are, if they are read.
+    /// The kind of the messages of `channel`, if they are read.
     pub fn kind(&self, channel: u16) -> Option<Kind> {
         self.chosen.iter().find(|topic| topic.channel == channel).map(|topic| topic.kind)
     }
 
-    /// Looks through the log, chooses, and says what else there was.
+    /// Surveys the log, chooses topics, and notes the others.
     pub fn of(
         input: Input<'_>,
         options: &Options,
@@ -47,7 +47,7 @@ impl Topics {
             let names: Vec<&str> = others.iter().take(12).map(String::as_str).collect();
             let more = others.len().saturating_sub(names.len());
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            assembly.note(format!("topics without use: {}{more}", names.join(", ")));
+            assembly.note(format!("unused topics: {}{more}", names.join(", ")));
         }
         let unusable = |reason| LogError::Unusable { path: input.path.to_path_buf(), reason };
         let mut chosen = Vec::new();
@@ -73,19 +73,19 @@ impl Topics {
         let by_stamp = stamps_agree(&chosen);
         if !by_stamp && !chosen.is_empty() {
             assembly.say(
-                "the topics' own stamps are missing or of different clocks: the times at which they \
-                 were logged are used",
+                "the topics' own stamps are missing or from different clocks: log times are used \
+                 instead",
             );
         }
         Ok(Self { chosen, by_stamp })
     }
 }
 
-/// The channel of the receiver's own velocity, of the `chosen` fixes, with a sentence about why, and about
-/// those that are left out.
+/// The channel of the receiver's velocity, which belongs to the `chosen` fixes. Notes the reason and the other
+/// velocity topics.
 ///
 /// # Errors
-/// A sentence where no topic has the name that was asked for.
+/// A sentence where no topic has the requested name.
 fn velocity_of(
     found: &[Topic],
     chosen: &[u16],
@@ -107,7 +107,7 @@ fn velocity_of(
             let named = named.ok_or_else(|| {
                 format!("found no velocity topic {wanted}; the log has {}", listed(&velocities))
             })?;
-            Some((named, "it was asked for"))
+            Some((named, "as requested"))
         }
         (None, Some(fixes)) => {
             let reasons = velocities
@@ -126,13 +126,13 @@ fn velocity_of(
     if !others.is_empty() {
         let others = listed(&others);
         assembly.note(format!(
-            "not taken for the receiver's velocity: {others}; --velocity TOPIC takes one"
+            "not used as the receiver's velocity: {others}; --velocity TOPIC selects one"
         ));
     }
     Ok(taken.map(|(topic, _)| topic.channel))
 }
 
-/// Whether all topics are stamped, by clocks that are alike to half a second.
+/// Whether all topics are stamped, by clocks that agree within 0.5 s.
 fn stamps_agree(topics: &[Topic]) -> bool {
     const ALIKE_NS: i64 = 500_000_000;
     let delays = || topics.iter().map(|topic| topic.stamps.least_delay_ns);
@@ -142,14 +142,14 @@ fn stamps_agree(topics: &[Topic]) -> bool {
         })
 }
 
-/// The topics with messages that are read, the others by name, and damage.
+/// The topics whose messages are read, the names of the others, and damage.
 fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogError> {
     let mut kinds: BTreeMap<u16, Kind> = BTreeMap::new();
-    // Of each channel its schema, its name and whether its messages can be read.
+    // Per channel: schema, name, and whether its messages can be read.
     let mut channels: BTreeMap<u16, (u16, String, bool)> = BTreeMap::new();
-    // Of each its times, and the frame of its first message.
+    // Per channel: time stamps, and the frame of the first message.
     let mut stamps: BTreeMap<u16, (Stamps, String)> = BTreeMap::new();
-    // Where the chunk that tells of a channel is damaged, the end of the file tells of it again.
+    // Channels are repeated at the end of the file, in case the first description is damaged.
     let damages = for_each_record(input, |record, _| match record {
         Record::Schema { header, .. } => {
             if let Some(kind) = Kind::of(&header.name) {
@@ -184,7 +184,7 @@ fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogErr
             (None, _) => others.push(name),
         }
     }
-    // Those that name themselves raw come after those that do not.
+    // Topics with "raw" in their name come last.
     topics.sort_by_key(|topic| (topic.name.contains("raw"), topic.name.clone()));
     Ok((topics, others, damages))
 }

@@ -1,4 +1,4 @@
-//! A mapping applied: from foreign text files to a dataset.
+//! Reads foreign text files into a dataset with a mapping.
 
 use std::path::Path;
 
@@ -11,13 +11,13 @@ use hovernav::frames::Rotation;
 use hovernav::imu::ImuSample;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
-/// More rows than this are no one flight: 2.8 h of 1 kHz.
+/// Largest number of rows in a file: 2.8 h at 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
 
-/// Reads the files of `mapping`, which stands in `directory`, into a dataset of `manifest`.
+/// Reads the files of `mapping`, which is in `directory`, into a dataset with `manifest`.
 ///
 /// # Errors
-/// [`LogError`] where a file cannot be read, lacks a column, or holds other than its columns are for.
+/// [`LogError`] where a file cannot be read, lacks a column, or has the wrong content in a column.
 pub(crate) fn dataset(
     directory: &Path,
     mapping: &Mapping,
@@ -31,10 +31,10 @@ pub(crate) fn dataset(
     together::dataset(directory, mapping, gathered, manifest, warnings)
 }
 
-/// Reads the files of `mapping` as a trajectory: places, velocities and attitudes, of whichever role.
+/// Reads the files of `mapping` as a trajectory: positions, velocities, and attitudes of either role.
 ///
 /// # Errors
-/// As [`dataset`]; [`LogError::Unusable`] where there is neither a place nor an attitude.
+/// As [`dataset`]; [`LogError::Unusable`] where the files contain neither position nor attitude.
 pub(crate) fn trajectory(
     directory: &Path,
     mapping: &Mapping,
@@ -58,7 +58,7 @@ pub(crate) fn trajectory(
     let found = Trajectory::of_parts(&fixes, attitudes.chain(onboard));
     warnings.extend(remarks.into_warnings());
     if found.solutions.is_empty() {
-        let reason = "found neither a place nor an attitude, expected a trajectory".to_owned();
+        let reason = "found no position and no attitude, expected at least one of them".to_owned();
         return Err(LogError::Unusable { path: path.to_path_buf(), reason });
     }
     Ok(Trajectory { warnings, ..found })
@@ -82,21 +82,21 @@ fn read_table(
         rows += 1;
         if rows > MOST_ROWS {
             let reason =
-                format!("more than {MOST_ROWS} rows, expected one flight: cut it in parts");
+                format!("found more than {MOST_ROWS} rows, expected one flight: split the file");
             return Err(LogError::Unusable { path, reason });
         }
         if let Err(fault) = read_row(&fields, &mut columns, gathered, &mut remarks) {
-            remarks.count("left out: a field is not what its column is for", fields.line);
+            remarks.count("left out: a field does not fit its column", fields.line);
             unreadable += 1;
             first_fault.get_or_insert(fault);
         }
     }
-    // A few damaged rows, or one of units below the names, is what logs have; more is another format.
+    // A few damaged rows, or a row of units, are tolerated; more mean a wrong format.
     if let Some(fault) = first_fault.filter(|_| unreadable > 10 && 100 * unreadable > rows) {
         return Err(fault);
     }
     if rows == 0 {
-        let reason = "found no rows below the names".into();
+        let reason = "found no rows, expected rows below the names".into();
         return Err(LogError::Unusable { path, reason });
     }
     warnings.extend(remarks.into_warnings());

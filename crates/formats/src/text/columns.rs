@@ -1,4 +1,4 @@
-//! A mapping's columns in one file: where they stand, and what a row says in hovernav's units.
+//! The columns of a mapping in one file, and the values of a row in hovernav's units.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,17 @@ use super::mapping::{Axes, TableMapping, TimeColumn, Triad};
 use hovernav::time::Time;
 use hovernav_log::LogError;
 
-/// A file of rows, read forward once, by its mapping.
+/// A file of rows, read forward once with its mapping.
 pub(crate) struct Source {
     lines: Lines,
     table: TableMapping,
     /// The names, or the columns' numbers from 1.
     names: Vec<String>,
-    /// How many rows came before, for files without a time.
+    /// Number of rows read, for files without a time column.
     rows: u64,
 }
 
-/// Where the fields of one row stand in its line.
+/// The fields of one row.
 pub(crate) struct Fields<'a> {
     pub line: u64,
     path: &'a Path,
@@ -29,10 +29,10 @@ pub(crate) struct Fields<'a> {
 }
 
 impl Source {
-    /// Opens the file of `table`, which `directory` leads to.
+    /// Opens the file of `table`, whose path is relative to `directory`.
     ///
     /// # Errors
-    /// [`LogError`] where it cannot be read or has no line of names where one should be.
+    /// [`LogError`] where the file cannot be read or ends before the line of names.
     pub fn open(directory: &Path, table: &TableMapping) -> Result<Self, LogError> {
         let path: PathBuf = directory.join(&table.file);
         let mut lines = Lines::open(&path)?;
@@ -40,7 +40,10 @@ impl Source {
         while lines.number() < table.header_line {
             let is_header = lines.number() + 1 == table.header_line;
             let Some(line) = lines.next()? else {
-                let reason = format!("ends before line {}, its names", table.header_line);
+                let reason = format!(
+                    "ends before line {}, expected the column names there",
+                    table.header_line
+                );
                 return Err(LogError::Unusable { path, reason });
             };
             if is_header {
@@ -56,10 +59,10 @@ impl Source {
         self.lines.path()
     }
 
-    /// The place of the column `name`, which is its number where the file has no names.
+    /// The index of the column `name`; `name` is the column's number, from 1, in a file without names.
     ///
     /// # Errors
-    /// [`LogError::Columns`] where there is none.
+    /// [`LogError::Columns`] where the column is missing.
     pub fn find(&self, name: &str) -> Result<usize, LogError> {
         let found = if self.table.header_line == 0 {
             name.parse().ok().and_then(|number: usize| number.checked_sub(1))
@@ -74,20 +77,20 @@ impl Source {
         })
     }
 
-    /// The place of the column `name`; none where the mapping names none.
+    /// The index of the column `name`; `None` where `name` is empty.
     pub fn find_optional(&self, name: &str) -> Result<Option<usize>, LogError> {
         if name.is_empty() { Ok(None) } else { self.find(name).map(Some) }
     }
 
-    /// The places of a triad's columns.
+    /// The indices of a triad's columns.
     pub fn find_triad<U>(&self, triad: &Triad<U>) -> Result<[usize; 3], LogError> {
         let [x, y, z] = &triad.columns;
         Ok([self.find(x)?, self.find(y)?, self.find(z)?])
     }
 
-    /// The next row that is no remark; `None` at the end.
+    /// The next row that is not a comment; `None` at the end.
     pub fn next(&mut self) -> Result<Option<Fields<'_>>, LogError> {
-        // Found first by number and then split: the borrow of a line cannot cross the loop.
+        // The line is split after the loop because its borrow cannot cross an iteration.
         loop {
             let Some(line) = self.lines.next()? else { return Ok(None) };
             if !super::layout::is_comment(line) && !line.trim_ascii().is_empty() {
@@ -109,27 +112,27 @@ impl Source {
 }
 
 impl Fields<'_> {
-    /// The number in `column`; NaN where it is empty or not there.
+    /// The number in `column`; NaN where the field is empty or missing.
     ///
     /// # Errors
-    /// [`LogError::Field`] for what is no number.
+    /// [`LogError::Field`] for text that is not a number.
     pub fn number(&self, column: usize) -> Result<f64, LogError> {
         let Some(field) = self.fields.get(column) else { return Ok(f64::NAN) };
         decimal::number(field, self.decimal_comma)
             .ok_or_else(|| self.unexpected(column, "a number"))
     }
 
-    /// The number in `column` if there is one.
+    /// The number in `column`, if it is finite.
     pub fn known(&self, column: Option<usize>) -> Result<Option<f64>, LogError> {
         let Some(column) = column else { return Ok(None) };
         Ok(Some(self.number(column)?).filter(|number| number.is_finite()))
     }
 
-    /// −1 where `column` has the letter `minus`, 1 where it has `plus`, nothing where it is empty; capitals or
-    /// not.
+    /// 1 where `column` contains the letter `plus`, −1 where it contains `minus`, `None` where it is empty; in
+    /// either case of letter.
     ///
     /// # Errors
-    /// [`LogError::Field`] for any other text, which is not what was `expected`.
+    /// [`LogError::Field`] for any other text, with `expected` in the message.
     pub fn sign(
         &self,
         column: usize,
@@ -144,7 +147,7 @@ impl Fields<'_> {
         }
     }
 
-    /// The numbers in `columns` if all are known.
+    /// The numbers in `columns`, if all are finite.
     pub fn known_all<const N: usize>(
         &self,
         columns: [usize; N],
@@ -156,7 +159,7 @@ impl Fields<'_> {
         Ok(numbers.iter().all(|number| number.is_finite()).then_some(numbers))
     }
 
-    /// The vector in body axes that `columns` hold, each multiplied by `factor`.
+    /// The vector in `columns`, multiplied by `factor` and converted to body axes.
     pub fn triad(
         &self,
         columns: [usize; 3],
@@ -167,7 +170,7 @@ impl Fields<'_> {
         Ok(values.map(|values| axes.turned(values).map(|value| value * factor)))
     }
 
-    /// When the row was, by `column` or by its number, as the file counts.
+    /// The time of the row on the file's own scale, from `column` or from the row number and the rate.
     pub fn time(&self, column: Option<usize>, time: &TimeColumn) -> Result<Option<Time>, LogError> {
         match (column, time.rate_hz) {
             (Some(column), _) => {
@@ -183,7 +186,7 @@ impl Fields<'_> {
     /// The midnight at which the date in `column` began.
     ///
     /// # Errors
-    /// [`LogError::Field`] for what is no date.
+    /// [`LogError::Field`] for text that is not a date.
     pub fn midnight(&self, column: usize) -> Result<Option<Time>, LogError> {
         let field = self.fields.get(column).copied().unwrap_or_default();
         decimal::midnight(field).ok_or_else(|| self.unexpected(column, "a date"))

@@ -1,10 +1,10 @@
-//! Numbers and times as text files spell them.
+//! Numbers, times and dates in text files.
 
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
-/// The number that `field` spells, with a decimal comma if `comma`; NaN for an empty field or an
-/// unknown value, `None` for what is not a number.
+/// The number in `field`, with a decimal comma if `comma`. NaN for an empty field or an unknown value, `None` for
+/// other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
     let field = field.trim_ascii();
     if field.is_empty() || matches!(field, b"-" | b"null" | b"NULL" | b"None" | b"NA" | b"N/A") {
@@ -45,7 +45,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Nanoseconds in one; 1 s of what is no number.
+    /// Nanoseconds per unit; those of a second for clock times.
     const fn nanoseconds(self) -> i64 {
         match self {
             Self::Nanoseconds => 1,
@@ -55,7 +55,7 @@ impl TimeUnit {
         }
     }
 
-    /// Seconds in one.
+    /// Seconds per unit.
     pub(crate) fn seconds(self) -> f64 {
         self.nanoseconds() as f64 * 1e-9
     }
@@ -72,14 +72,14 @@ impl TimeUnit {
         }
     }
 
-    /// Whether it tells the time of day, perhaps with a date.
+    /// Whether it is a time of day, possibly with a date.
     pub(crate) const fn is_of_day(self) -> bool {
         matches!(self, Self::Clock | Self::HoursMinutesSeconds)
     }
 }
 
-/// The time that `field` spells in `unit`: `Some(None)` for an empty field or a moment that no clock
-/// shows, `None` for what is no time.
+/// The time in `field` in `unit`: `Some(None)` for an empty field or an unknown time, `None` for text that is not a
+/// time.
 pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<Time>> {
     let field = field.trim_ascii();
     if unit == TimeUnit::Clock {
@@ -97,14 +97,14 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     number(field, comma).map(|value| Time::from_seconds(value * unit.seconds()))
 }
 
-/// A plain decimal times `per_unit`, to the nearest nanosecond, without the loss of floating point.
+/// A decimal number times `per_unit`, rounded to the nearest nanosecond, without floating-point error.
 fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
     let (negative, digits) = match field {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),
         _ => (false, field),
     };
-    // 25 digits times 1e9 stay below the 1.7e38 of the sum.
+    // 25 digits times 1e9 stay below the limit of an i128, 1.7e38.
     if digits.is_empty() || digits.len() > 26 {
         return None;
     }
@@ -135,8 +135,8 @@ fn clock_time(field: &[u8]) -> Option<Time> {
         return at.timestamp_nanos_opt().map(Time::from_nanoseconds);
     }
     let text = text.trim_end_matches('Z');
-    // Days before months only where points part them, months before days only where the hours are halved:
-    // elsewhere nobody can tell.
+    // The day precedes the month only with points as separators; the month precedes the day only with a.m. or p.m.
+    // Other orders are ambiguous.
     let formats = [
         "%Y-%m-%dT%H:%M:%S%.f",
         "%Y-%m-%d %H:%M:%S%.f",
@@ -155,20 +155,20 @@ fn clock_time(field: &[u8]) -> Option<Time> {
     Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
 }
 
-/// The time of day of hhmmss.sss in units of 1e-9; `None` where no clock shows it.
+/// The time of day of hhmmss.sss in units of 1e-9; `None` for an impossible time of day.
 fn time_of_day(hhmmss: i64) -> Option<Time> {
     const SECOND: i64 = 1_000_000_000;
     let whole = hhmmss.div_euclid(SECOND);
     let (hours, minutes, seconds) = (whole / 10_000, whole / 100 % 100, whole % 100);
-    // 60 in a leap second.
+    // Second 60 is a leap second.
     (hhmmss >= 0 && hours < 24 && minutes < 60 && seconds <= 60).then(|| {
         let seconds = 3600 * hours + 60 * minutes + seconds;
         Time::from_nanoseconds(seconds * SECOND + hhmmss.rem_euclid(SECOND))
     })
 }
 
-/// The midnight, UTC, at which the date that `field` spells began: ddmmyy as in NMEA 0183, yyyymmdd, or with signs
-/// between. `Some(None)` for an empty field, `None` for what is no date.
+/// The UTC midnight at which the date in `field` began: ddmmyy as in NMEA 0183, yyyymmdd, or with separators.
+/// `Some(None)` for an empty field, `None` for text that is not a date.
 pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
     let text = std::str::from_utf8(field.trim_ascii()).ok()?;
     if text.is_empty() {
@@ -178,7 +178,7 @@ pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
         Ok(date) if text.len() == 8 => {
             NaiveDate::from_ymd_opt((date / 10_000) as i32, date / 100 % 100, date % 100)
         }
-        // The zero of the first nine days may be lost.
+        // The leading zero of the first nine days may be missing.
         Ok(date) if matches!(text.len(), 5 | 6) => {
             NaiveDate::from_ymd_opt(2000 + (date % 100) as i32, date / 100 % 100, date / 10_000)
         }
@@ -190,7 +190,7 @@ pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
     began.timestamp_nanos_opt().map(|nanoseconds| Some(Time::from_nanoseconds(nanoseconds)))
 }
 
-/// Midnights between times of day: a flight that goes on past one goes on.
+/// Counts the midnights that times of day pass, so that time increases across midnight.
 #[derive(Debug, Default)]
 pub(crate) struct Midnights {
     last: Option<Time>,
@@ -198,7 +198,7 @@ pub(crate) struct Midnights {
 }
 
 impl Midnights {
-    /// A time of day counted on from the day of the first; a date stays what it is.
+    /// A time of day plus the days since the first one; a time with a date is unchanged.
     pub(crate) fn passed(&mut self, time: Time) -> Time {
         const DAY_S: f64 = 86_400.0;
         if !(0.0..DAY_S).contains(&time.seconds()) {
@@ -263,9 +263,9 @@ mod tests {
     }
 
     #[test]
-    fn dates_are_days_first_without_signs() {
+    fn dates_without_separators_begin_with_the_day() {
         for text in ["020170", "20170", "19700102", "1970-01-02", "1970/01/02", "02.01.1970"] {
-            // Two digits of a year are of this century.
+            // Two-digit years are in this century.
             let days = if text.len() < 8 { 36_526.0 } else { 1.0 };
             let began = midnight(text.as_bytes()).flatten().unwrap().seconds();
             assert_eq!(began, 86_400.0 * days, "{text}");

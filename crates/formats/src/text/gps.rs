@@ -9,12 +9,12 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_log::{LogError, Remarks, no_place, plausible_fix};
 
-/// Where a receiver's columns stand.
+/// The column indices of a receiver.
 pub(crate) struct GpsPlaces {
     mapping: GpsColumns,
     latency_s: f64,
     place: [usize; 3],
-    /// Columns of the letters that are the signs of latitude and longitude.
+    /// Columns of the letters that give the signs of latitude and longitude.
     sides: [Option<usize>; 2],
     /// North and east, or speed and course.
     horizontal: Option<[usize; 2]>,
@@ -26,7 +26,7 @@ pub(crate) struct GpsPlaces {
     sigma_vertical_speed: Option<usize>,
     fix_type: Option<usize>,
     satellites: Option<usize>,
-    /// What the fix before said.
+    /// Values of the previous fix.
     last: Option<[f64; 6]>,
 }
 
@@ -74,7 +74,7 @@ impl GpsPlaces {
         })
     }
 
-    /// The fix in a row that arrived at `time`; none where there is none, or the same again.
+    /// The fix in a row that arrived at `time`; `None` where the row has no fix, or repeats the previous one.
     pub fn fix(
         &mut self,
         time: Time,
@@ -161,7 +161,7 @@ impl GpsPlaces {
         Ok([0, 1].map(|k| [position, velocity][k].map(|sigma| Vector::from(sigma) * to[k])))
     }
 
-    /// Latitude and longitude with the signs that letters beside them say; none where a letter is missing.
+    /// Latitude and longitude with the signs given by their letters; `None` where a letter is missing.
     fn signed(&self, fields: &Fields<'_>, place: [f64; 2]) -> Result<Option<[f64; 2]>, LogError> {
         const LETTERS: [([u8; 2], &str); 2] = [([b'N', b'S'], "N or S"), ([b'E', b'W'], "E or W")];
         let mut signed = place;

@@ -1,4 +1,4 @@
-//! How a text file is laid out: what parts the fields, where names and rows begin.
+//! Layout of a text file: delimiter, line of the names, first row.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::decimal::{TimeUnit, number, time};
 use super::lines::Lines;
 use hovernav_log::LogError;
 
-/// What parts the fields of a row.
+/// Separator of the fields of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Delimiter {
@@ -34,8 +34,7 @@ impl Delimiter {
         }
     }
 
-    /// The fields of `line`, blanks and quotes around each taken off; fields in quotes may hold the
-    /// delimiter.
+    /// Splits `line` into fields, without surrounding blanks and quotes. A quoted field may contain the delimiter.
     pub(crate) fn split<'a>(self, line: &'a [u8], fields: &mut Vec<&'a [u8]>) {
         fields.clear();
         let byte = match self {
@@ -65,29 +64,29 @@ fn unquoted(field: &[u8]) -> &[u8] {
     inside.map_or(field, <[u8]>::trim_ascii)
 }
 
-/// How a text file is laid out.
+/// The layout of a text file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     pub delimiter: Delimiter,
     pub decimal_comma: bool,
-    /// Line of the names, from 1; 0 where there are none.
+    /// Line number of the names, from 1; 0 in a file without names.
     pub header_line: u64,
     /// The names, or the columns' numbers from 1.
     pub names: Vec<String>,
-    /// What stands in each column between the names and the first row, such as units.
+    /// Text in each column between the names and the first row, such as units.
     pub below_names: Vec<String>,
 }
 
-/// Lines that a file's layout is judged by.
+/// Number of lines that determine a file's layout.
 const LINES_LOOKED_AT: usize = 400;
 
-/// Whether `line` is a remark and no row.
+/// Whether `line` is a comment.
 pub(crate) fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
     matches!(line.first(), Some(b'#' | b'%' | b'!')) || line.starts_with(b"//")
 }
 
-/// `line` without the signs that make it a remark.
+/// `line` without its comment marks.
 pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
     let text = line.trim_ascii_start();
     let marks = text.iter().take_while(|byte| matches!(byte, b'#' | b'%' | b'!' | b'/'));
@@ -95,23 +94,23 @@ pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
     text[marks..].trim_ascii_start()
 }
 
-/// Whether `field` is one of a row: a number, a time or empty.
+/// Whether `field` can be part of a row: a number, a time or empty.
 fn is_value(field: &[u8], comma: bool) -> bool {
     number(field, comma).is_some()
         || field.first().is_some_and(u8::is_ascii_digit)
             && time(field, TimeUnit::Clock, false).is_some()
 }
 
-/// Whether `field` is the letter of a hemisphere, as beside a latitude without a sign.
+/// Whether `field` is the letter of a hemisphere.
 fn is_hemisphere(field: &[u8]) -> bool {
     matches!(field, [b'N' | b'S' | b'E' | b'W'])
 }
 
 impl Layout {
-    /// The layout of `path` by its first lines.
+    /// Determines the layout of `path` from its first lines.
     ///
     /// # Errors
-    /// [`LogError`] where the file cannot be read or holds no columns of numbers.
+    /// [`LogError`] where the file cannot be read or contains no columns of numbers.
     pub fn of(path: &Path) -> Result<Self, LogError> {
         let mut lines = Lines::open(path)?;
         let mut head: Vec<Vec<u8>> = Vec::new();
@@ -126,7 +125,7 @@ impl Layout {
             (Delimiter::Tab, true),
             (Delimiter::Tab, false),
             (Delimiter::Comma, false),
-            // Numbers in quotes, as their own commas would part them.
+            // Only for numbers in quotes; otherwise a decimal comma would separate fields.
             (Delimiter::Comma, true),
             (Delimiter::Spaces, true),
             (Delimiter::Spaces, false),
@@ -141,22 +140,22 @@ impl Layout {
         }
         best.map(|(_, layout)| layout).ok_or_else(|| LogError::Unusable {
             path: path.to_path_buf(),
-            reason: "found no two columns of numbers in its first lines, expected rows parted by \
-                     commas, semicolons, tabs or blanks"
+            reason: "found fewer than two columns of numbers in the first lines, expected rows \
+                     separated by commas, semicolons, tabs or blanks"
                 .into(),
         })
     }
 
-    /// The layout if `delimiter` parts the fields, and how many fields that explains.
+    /// The layout with `delimiter`, and the number of fields that it explains.
     fn tried(head: &[Vec<u8>], delimiter: Delimiter, comma: bool) -> Option<(usize, Self)> {
         let mut fields = Vec::new();
-        // Fields of each row of values alone, with its index.
+        // Index and number of fields of each row of values.
         let mut rows: Vec<(usize, usize)> = Vec::new();
         for (index, line) in head.iter().enumerate() {
             delimiter.split(line, &mut fields);
             let filled = fields.iter().filter(|field| !field.is_empty()).count();
             let values = fields.iter().filter(|field| is_value(field, comma)).count();
-            // Letters of hemispheres are values beside numbers; alone they may be names.
+            // Letters of hemispheres count as values in a row that also has numbers; alone they may be names.
             let letters = fields.iter().filter(|field| is_hemisphere(field)).count();
             let is_row = !is_comment(line)
                 && filled >= 2
@@ -183,13 +182,14 @@ impl Layout {
         (!comma || commas > 0).then_some((score, layout))
     }
 
-    /// Looks for names above the rows: the first line of as many fields that is no row, remark or not.
+    /// Looks for names above the rows: the first line with the same number of fields that is not a row. It may be a
+    /// comment.
     fn find_names(&mut self, above: &[Vec<u8>], width: usize) {
         let mut fields = Vec::new();
         for (index, line) in above.iter().enumerate() {
             let text = if is_comment(line) { without_comment(line) } else { line };
             self.delimiter.split(text, &mut fields);
-            // A trailing delimiter leaves an empty name more.
+            // A trailing delimiter adds an empty name.
             if fields.len() == width + 1 && fields.last().is_some_and(|last| last.is_empty()) {
                 fields.pop();
             }
@@ -208,7 +208,7 @@ impl Layout {
     }
 }
 
-/// The value that comes up most often, the larger of two that come up as often.
+/// The most frequent value; the larger of two equally frequent ones.
 fn most_common(values: impl Iterator<Item = usize>) -> Option<usize> {
     let mut counts = std::collections::BTreeMap::new();
     values.for_each(|value| *counts.entry(value).or_insert(0usize) += 1);
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn every_usual_layout_is_told_from_the_others() {
+    fn every_usual_layout_is_recognised() {
         for (text, delimiter, comma, header_line, names) in [
             ("t,x\n0.1,2\n0.2,3\n", Delimiter::Comma, false, 1, ["t", "x"]),
             ("t;x\n0,1;2,5\n0,2;3,5\n", Delimiter::Semicolon, true, 1, ["t", "x"]),

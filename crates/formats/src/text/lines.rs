@@ -1,4 +1,4 @@
-//! Lines of a text file, one at a time, however long the file is.
+//! Reads a text file line by line, with the memory of one line.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use hovernav_log::LogError;
 
-/// The longest line that is a row of numbers, bytes.
+/// The longest line that is accepted, bytes.
 const LONGEST_LINE: u64 = 65_536;
 
-/// A text file, read forward once with the memory of one line.
+/// A text file, read forward once.
 pub(crate) struct Lines {
     path: PathBuf,
     reader: BufReader<File>,
@@ -18,25 +18,24 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Opens `path`, a file that has an end: a pipe could keep its reader waiting, a device feed it
-    /// for ever.
+    /// Opens `path`, which must be an ordinary file: a pipe may block the reader, a device may never end.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Unusable`] for what is no ordinary file.
+    /// [`LogError::Io`]; [`LogError::Unusable`] for a pipe, device or directory.
     pub fn open(path: &Path) -> Result<Self, LogError> {
         let io = |source| LogError::Io { path: path.to_path_buf(), source };
         if !std::fs::metadata(path).map_err(io)?.is_file() {
-            let reason = "not an ordinary file, expected a text file with rows".into();
+            let reason = "found a pipe, device or directory, expected a text file with rows".into();
             return Err(LogError::Unusable { path: path.to_path_buf(), reason });
         }
         let reader = BufReader::with_capacity(1 << 16, File::open(path).map_err(io)?);
         Ok(Self { path: path.to_path_buf(), reader, line: Vec::new(), number: 0 })
     }
 
-    /// The next line without its end, past a byte order mark; `None` at the end of the file.
+    /// The next line without its line end and without a byte order mark; `None` at the end of the file.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Unusable`] for a line that is too long to be one.
+    /// [`LogError::Io`]; [`LogError::Unusable`] for a line that is too long.
     pub fn next(&mut self) -> Result<Option<&[u8]>, LogError> {
         self.line.clear();
         let read = (&mut self.reader).take(LONGEST_LINE).read_until(b'\n', &mut self.line);

@@ -1,4 +1,4 @@
-//! `mapping.toml`: what the columns of foreign text files are.
+//! `mapping.toml`: the columns of foreign text files.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +14,10 @@ use super::units::{
 use hovernav_log::LogError;
 use hovernav_toml::TomlError;
 
-/// The file of a mapping in its directory.
+/// File name of a mapping.
 pub const MAPPING_FILE: &str = "mapping.toml";
 
-/// `mapping.toml`: where in which files the sensors' values stand, in what units and axes.
+/// `mapping.toml`: files, columns, units and axes of the sensors.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct Mapping {
@@ -29,15 +29,15 @@ pub struct Mapping {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct TableMapping {
-    /// The file, from the directory of the mapping.
+    /// Path of the file, relative to the directory of the mapping.
     pub file: PathBuf,
-    /// What parts the fields: `comma`, `semicolon`, `tab` or `spaces`.
+    /// Separator of the fields: `comma`, `semicolon`, `tab` or `spaces`.
     pub delimiter: Delimiter,
     /// Whether numbers have a decimal comma.
     pub decimal_comma: bool,
-    /// Line of the names, from 1; 0 where there are none and columns go by their numbers from 1.
+    /// Line number of the names, from 1. 0 for a file without names, whose columns are numbered from 1.
     pub header_line: u64,
-    /// When each row was.
+    /// Time of each row.
     pub time: TimeColumn,
     /// Angular rates, or increments of angle since the row before.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -48,10 +48,10 @@ pub struct TableMapping {
     /// Magnetic field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mag: Option<Triad<MagneticUnit>>,
-    /// Attitude, of the unit itself or of an estimator on board.
+    /// Attitude of the IMU itself or of an onboard estimator.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attitude: Option<AttitudeColumns>,
-    /// Fixes.
+    /// Fixes of a receiver.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gps: Option<GpsColumns>,
     /// Barometer.
@@ -66,25 +66,25 @@ pub struct TableMapping {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct TimeColumn {
-    /// Its column; without one, rows follow each other at `rate_hz`.
+    /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Its unit: `s`, `ms`, `us`, `ns`, `clock` for dates and times of day, or `hhmmss` for times of day as one
-    /// number, as NMEA 0183 writes them.
+    /// Unit of the time: `s`, `ms`, `us`, `ns`, `clock` for dates and times of day, or `hhmmss` for times of day as
+    /// one number, as in NMEA 0183.
     pub unit: TimeUnit,
-    /// Column of the date, ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025, which the time of day is of.
+    /// Column of the date of the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub date: String,
-    /// Column of the GPS week, counted from 6 January 1980, which the time is of; with `scale = "gps"`.
+    /// Column of the GPS week of the time, counted from 6 January 1980; with `scale = "gps"`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub week: String,
-    /// What it counts: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January
-    /// 1980, which is brought to UTC since 1970 with the leap seconds of its day.
+    /// Time scale: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January 1980. GPS time
+    /// is converted to UTC since 1970 with the leap seconds of its date.
     #[serde(skip_serializing_if = "TimeScale::is_own")]
     pub scale: TimeScale,
-    /// Added to it, s: what brings several files to one clock.
+    /// Offset added to the time, s, to bring several files to one clock.
     #[serde(skip_serializing_if = "is_zero")]
     pub offset_s: f64,
-    /// Rows a second where there is no column, Hz.
+    /// Rate of the rows in a file without a time column, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }
@@ -92,12 +92,12 @@ pub struct TimeColumn {
 /// Three columns along axes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Triad<U> {
-    /// The columns of the sensor's own x, y and z.
+    /// The columns of the sensor's x, y and z axes.
     pub columns: [String; 3],
-    /// Their unit.
+    /// Unit of the values.
     pub unit: U,
-    /// Which of its axes point forward, right and down: `x`, `y` or `z`, with `-` where the axis
-    /// points the other way.
+    /// Sensor axes that point forward, right and down: `x`, `y` or `z`, with `-` where the axis points the opposite
+    /// way.
     #[serde(default)]
     pub axes: Axes,
     /// Whether rows repeat the last value until there is a new one.
@@ -109,22 +109,21 @@ pub struct Triad<U> {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct AttitudeColumns {
-    /// Roll, pitch, yaw; empty of a quaternion.
+    /// Columns of roll, pitch and yaw; empty for a quaternion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<String>,
-    /// Their unit: `deg` or `rad`.
+    /// Unit of the angles: `deg` or `rad`.
     pub unit: AngleUnit,
-    /// What each is multiplied by: 1 or −1.
+    /// Factor of each column: 1 or −1.
     pub signs: [f64; 3],
-    /// Added to yaw after its sign, °.
+    /// Offset added to yaw after its sign is applied, °.
     pub yaw_offset_deg: f64,
-    /// Scalar first, then x, y, z: from the axes of the vehicle to those of the world.
+    /// Columns of the quaternion from vehicle axes to navigation axes: scalar first, then x, y, z.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub quaternion: Vec<String>,
-    /// The axes of the world of a quaternion: `ned` (the vehicle's are forward-right-down) or `enu`
-    /// (forward-left-up).
+    /// Navigation axes of a quaternion: `ned` (vehicle axes forward-right-down) or `enu` (forward-left-up).
     pub world: World,
-    /// Whose it is: `unit` is used as a measurement, `onboard` only compared with.
+    /// Source of the attitude: `unit` is the IMU's and is used as a measurement, `onboard` is only compared.
     pub role: AttitudeRole,
 }
 
@@ -136,8 +135,8 @@ pub struct GpsColumns {
     pub latitude: String,
     /// Column of the longitude, east positive.
     pub longitude: String,
-    /// Their unit: `deg`, `rad`, `deg1e7`, or `ddmm` for degrees and minutes as NMEA 0183 writes them,
-    /// 4807.038 being 48° 7.038′.
+    /// Unit of latitude and longitude: `deg`, `rad`, `deg1e7`, or `ddmm` for degrees and minutes as in NMEA 0183
+    /// (4807.038 is 48° 7.038′).
     pub unit: PlaceUnit,
     /// Column of the letters N and S, where the latitude has no sign.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -147,11 +146,11 @@ pub struct GpsColumns {
     pub east_west: String,
     /// Column of the height.
     pub height: String,
-    /// Its unit: `m`, `cm`, `mm` or `ft`.
+    /// Unit of the height: `m`, `cm`, `mm` or `ft`.
     pub height_unit: LengthUnit,
-    /// What it is measured from: `ellipsoid` or `sea`.
+    /// Reference of the height: `ellipsoid` or `sea`.
     pub height_above: HeightAbove,
-    /// The geoid's height above the ellipsoid, m, which is added to a height above the sea.
+    /// Height of the geoid above the ellipsoid, m, added to a height above sea level.
     pub geoid_separation_m: f64,
     /// Columns of the velocity north, east and down.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -162,26 +161,26 @@ pub struct GpsColumns {
     /// See `north`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub down: String,
-    /// Column of the velocity upwards, in place of `down`.
+    /// Column of the upward velocity, instead of `down`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub up: String,
-    /// Column of the speed over ground, in place of `north` and `east`.
+    /// Column of the speed over ground, instead of `north` and `east`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub speed: String,
     /// Column of the course, clockwise from north, with `speed`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub course: String,
-    /// Its unit: `deg`, `rad`, `cdeg` or `deg1e5`.
+    /// Unit of the course: `deg`, `rad`, `cdeg` or `deg1e5`.
     pub course_unit: CourseUnit,
     /// Unit of the velocities: `m/s`, `cm/s`, `mm/s`, `km/h`, `kn` or `mph`.
     pub speed_unit: SpeedUnit,
-    /// Columns of the one-sigma of horizontal and vertical position, m.
+    /// Columns of the one-sigma of horizontal and vertical position.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_horizontal: String,
     /// See `sigma_horizontal`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_vertical: String,
-    /// Columns of the one-sigma of the position north, east and down, in place of `sigma_horizontal` and
+    /// Columns of the one-sigma of the position north, east and down, instead of `sigma_horizontal` and
     /// `sigma_vertical`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_north: String,
@@ -191,13 +190,13 @@ pub struct GpsColumns {
     /// See `sigma_north`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_down: String,
-    /// Column of the one-sigma of velocity on any axis.
+    /// Column of the one-sigma of velocity, the same on every axis.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_speed: String,
-    /// Column of the one-sigma of vertical velocity, where it differs.
+    /// Column of the one-sigma of vertical velocity, if it differs.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_vertical_speed: String,
-    /// Columns of the one-sigma of the velocity north, east and down, in place of `sigma_speed` and
+    /// Columns of the one-sigma of the velocity north, east and down, instead of `sigma_speed` and
     /// `sigma_vertical_speed`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_velocity_north: String,
@@ -207,12 +206,12 @@ pub struct GpsColumns {
     /// See `sigma_velocity_north`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_velocity_down: String,
-    /// Unit of the sigmas of position.
+    /// Unit of the one-sigmas of position.
     pub sigma_unit: LengthUnit,
-    /// Unit of the sigmas of velocity, where it is not `speed_unit`.
+    /// Unit of the one-sigmas of velocity, if it differs from `speed_unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_speed_unit: Option<SpeedUnit>,
-    /// Column that is 0 where there is no fix.
+    /// Column of the fix type; 0 means no fix.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fix_type: String,
     /// Column of the number of satellites used.
@@ -226,9 +225,9 @@ pub struct GpsColumns {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct BaroColumn {
-    /// Its column.
+    /// Column of the height or pressure.
     pub column: String,
-    /// Its unit: `m` or `ft` of a height, `Pa`, `hPa` or `kPa` of a pressure.
+    /// Its unit: `m` or `ft` for a height, `Pa`, `hPa` or `kPa` for a pressure.
     pub unit: BaroUnit,
     /// Whether rows repeat the last value until there is a new one.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -241,19 +240,19 @@ pub struct BaroColumn {
 pub struct StickColumns {
     /// Columns of lateral, longitudinal, collective and pedal.
     pub columns: [String; 4],
-    /// Their unit: `fraction` (−1 to 1) or `percent`.
+    /// Unit of the stick positions: `fraction` (−1 to 1) or `percent`.
     pub unit: StickUnit,
-    /// What each is multiplied by: 1 or −1.
+    /// Factor of each column: 1 or −1.
     pub signs: [f64; 4],
 }
 
-/// Which axis of a sensor, 0 to 2, and with which sign, points forward, right and down.
+/// For forward, right and down: the index of the sensor axis, 0 to 2, and its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(try_from = "[String; 3]", into = "[String; 3]")]
 pub struct Axes(pub [(usize, f64); 3]);
 
 impl Axes {
-    /// Forward, right, down as they are.
+    /// The sensor's axes are forward, right and down.
     pub const FORWARD_RIGHT_DOWN: Self = Self([(0, 1.0), (1, 1.0), (2, 1.0)]);
     /// The sensor's axes are forward, left and up.
     pub const FORWARD_LEFT_UP: Self = Self([(0, 1.0), (1, -1.0), (2, -1.0)]);
@@ -264,7 +263,7 @@ impl Axes {
         self.0.map(|(axis, sign)| sign * values[axis])
     }
 
-    /// The same axes, every sign reversed: of a sensor that counts against its axes.
+    /// The same axes with every sign reversed.
     #[must_use]
     pub fn reversed(self) -> Self {
         Self(self.0.map(|(axis, sign)| (axis, -sign)))
@@ -314,10 +313,10 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Mapping {
-    /// Reads a mapping and lists the keys it does not know.
+    /// Reads a mapping; the second value has one warning per unknown key.
     ///
     /// # Errors
-    /// [`LogError::Toml`] where it cannot be read, is no TOML, or a value is not of its key's kind.
+    /// [`LogError::Toml`] where the file cannot be read, is not TOML, or has a value of the wrong type.
     pub fn read(path: &Path) -> Result<(Self, Vec<String>), LogError> {
         let (mapping, unknown): (Self, _) = hovernav_toml::read(path)?;
         if mapping.table.is_empty() {

@@ -1,4 +1,4 @@
-//! Text in columns: CSV by a mapping, KF-GINS, NaveGo.
+//! Text in columns, read with a mapping: CSV, KF-GINS, NaveGo.
 
 mod apply;
 mod columns;
@@ -32,43 +32,43 @@ pub(crate) use units::{
     MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,
 };
 
-/// Reads the files that the mapping `path` names, or that the one in the directory `path` does.
+/// Reads the files listed in the mapping `path`, or in the mapping of the directory `path`.
 ///
 /// # Errors
-/// [`LogError`]; of text that no mapping tells apart, one that names `hovernav init`.
+/// [`LogError`]; for text without a mapping, an error that points to `hovernav init`.
 pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
     if path.is_file() && !is_mapping(path)? {
         let directory = directory_of(path);
         if directory.join("dataset.toml").is_file() {
             let reason = format!(
-                "found one file of the dataset that dataset.toml beside it describes, expected its directory, {}",
+                "found one file of a dataset, expected its directory, {}",
                 directory.display()
             );
             return Err(LogError::Unusable { path: path.to_path_buf(), reason });
         }
         let reason = format!(
-            "text in columns that nothing says the meaning of: `hovernav init {}` proposes it",
+            "found text with unknown columns. Run `hovernav init {}` to map them",
             path.display()
         );
         return Err(LogError::Unusable { path: path.to_path_buf(), reason });
     }
     let (file, mapping, manifest, warnings) = mapped(path)?;
     let (mut dataset, onboard) = dataset(directory_of(&file), &mapping, manifest, warnings)?;
-    // What the mapping leaves, a unit that stands askew, the manifest tells.
+    // The manifest contains the mounting angles of the IMU, which a mapping does not.
     dataset.normalise_imu();
     Ok(Log { format: Format::Text, dataset, record: None, onboard })
 }
 
-/// Reads the files that a mapping names as a trajectory, in time order; what they do not tell is NaN.
+/// Reads the files listed in a mapping as a trajectory, in time order; missing values are NaN.
 ///
 /// # Errors
-/// [`LogError`] where the mapping or a file cannot be read, or there is neither a place nor an attitude.
+/// [`LogError`] where the mapping or a file cannot be read, or the files contain neither position nor attitude.
 pub fn trajectory(path: &Path) -> Result<Trajectory, LogError> {
     let (file, mapping, manifest, warnings) = mapped(path)?;
     apply::trajectory(directory_of(&file), &mapping, &manifest, warnings)
 }
 
-/// The mapping `path`, or that in the directory `path`, its file, what stands beside it, and warnings.
+/// The mapping at `path` or in the directory `path`: its file, the mapping, the manifest next to it, and warnings.
 fn mapped(path: &Path) -> Result<(PathBuf, Mapping, Manifest, Vec<String>), LogError> {
     let file = if path.is_dir() { path.join(MAPPING_FILE) } else { path.to_path_buf() };
     let (mapping, mut warnings) = mapping::Mapping::read(&file)?;
@@ -76,12 +76,12 @@ fn mapped(path: &Path) -> Result<(PathBuf, Mapping, Manifest, Vec<String>), LogE
     Ok((file, mapping, manifest, warnings))
 }
 
-/// Where a mapping's files are looked for.
+/// The directory to which a mapping's file paths are relative.
 fn directory_of(mapping: &Path) -> &Path {
     mapping.parent().unwrap_or(Path::new("."))
 }
 
-/// The `dataset.toml` beside a mapping.
+/// The `dataset.toml` in the directory of a mapping.
 fn manifest(directory: &Path, warnings: &mut Vec<String>) -> Result<Manifest, LogError> {
     let path = directory.join("dataset.toml");
     let mut manifest = Manifest::default();
@@ -90,7 +90,7 @@ fn manifest(directory: &Path, warnings: &mut Vec<String>) -> Result<Manifest, Lo
         warnings.extend(unknown);
         manifest = read;
     } else {
-        warnings.push("dataset.toml: no such file, so defaults for every key".into());
+        warnings.push("dataset.toml: not found, every key has its default".into());
     }
     if manifest.name.is_empty() {
         let name = directory.canonicalize().unwrap_or_else(|_| directory.to_path_buf());
@@ -99,9 +99,9 @@ fn manifest(directory: &Path, warnings: &mut Vec<String>) -> Result<Manifest, Lo
     Ok(manifest)
 }
 
-/// Whether a text file is a mapping: tables stand in it, and no rows before them.
+/// Whether a text file is a mapping: one of its first 200 lines is `[[table]]`.
 fn is_mapping(path: &Path) -> Result<bool, LogError> {
-    /// A mapping begins with some lines of remarks at most.
+    /// A mapping begins with at most this many lines of comments.
     const LINES: u64 = 200;
     let mut lines = Lines::open(path)?;
     while lines.number() < LINES

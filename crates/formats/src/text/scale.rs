@@ -1,17 +1,17 @@
-//! Scales of time: what seconds that count from afar count.
+//! Time scales and leap seconds.
 
 use serde::{Deserialize, Serialize};
 
 use hovernav::time::Time;
 
-/// What the times of a file count.
+/// Time scale of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TimeScale {
-    /// What the clock of the logger counts, or UTC since 1970.
+    /// The logger's own clock, or UTC since 1970.
     #[default]
     Own,
-    /// GPS time: since 6 January 1980, without leap seconds. Brought to UTC since 1970.
+    /// GPS time since 6 January 1980, without leap seconds. It is converted to UTC since 1970.
     Gps,
 }
 
@@ -21,8 +21,8 @@ const GPS_EPOCH_S: i64 = 315_964_800;
 /// A week of GPS time, s.
 pub(crate) const WEEK_S: i64 = 604_800;
 
-/// When a leap second has passed, s since 1970: from each of these on GPS time is a second further ahead
-/// of UTC, eighteen since 2017.
+/// UTC, s since 1970, at which each leap second has passed. From each of these on, GPS time is another second ahead
+/// of UTC; 18 s since 2017.
 ///
 /// # Source
 /// IERS Bulletin C; the list in `leap-seconds.list` of the time zone database.
@@ -48,19 +48,19 @@ const LEAPS_S: [i64; 18] = [
 ];
 
 impl TimeScale {
-    /// Whether this is the scale that needs no word.
+    /// Whether this is the default scale, which a mapping does not list.
     pub fn is_own(&self) -> bool {
         *self == Self::Own
     }
 
-    /// `time` of this scale on that of the other files.
+    /// Converts `time` from this scale to UTC; [`Own`](Self::Own) is unchanged.
     pub fn to_utc(self, time: Time) -> Time {
         const SECOND_NS: i64 = 1_000_000_000;
         if self == Self::Own {
             return time;
         }
         let ahead_ns = time.nanoseconds().saturating_add(GPS_EPOCH_S * SECOND_NS);
-        // Each leap second is passed when as many as came before it are taken off.
+        // The earlier leap seconds are subtracted before the comparison with each leap second.
         let passed = LEAPS_S.iter().zip(0..).filter(|&(&leap_s, before): &(&i64, i64)| {
             ahead_ns.div_euclid(SECOND_NS) - before > leap_s
         });

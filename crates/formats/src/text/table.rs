@@ -1,4 +1,4 @@
-//! What one file's columns say of each sensor, row by row.
+//! Reads the sensors of one file, row by row.
 
 use super::columns::{Fields, Source};
 use super::decimal::Midnights;
@@ -13,9 +13,9 @@ use hovernav::imu::Motion;
 use hovernav::time::Time;
 use hovernav_log::{LogError, Remarks, field_fault, pressure_altitude_m};
 
-/// Weeks since 1980 that a receiver may count; later ones nanoseconds since 1970 cannot tell.
+/// Valid GPS weeks; an i64 of nanoseconds since 1970 cannot represent much later ones.
 const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
-/// Heights beyond this are a garbled value, m.
+/// Largest magnitude of a valid height, m.
 const GREATEST_HEIGHT_M: f64 = 1e5;
 
 /// The columns of one file.
@@ -32,13 +32,13 @@ pub(crate) struct TableColumns {
     gps: Option<GpsPlaces>,
     baro: Option<usize>,
     controls: Option<[usize; 4]>,
-    /// What a sensor that is held said last.
+    /// Last values of sensors that repeat theirs on several rows.
     last_field: Option<[f64; 3]>,
     last_height: Option<f64>,
     last_motion: Option<[f64; 3]>,
 }
 
-/// What a row says of motion.
+/// The inertial values of a row.
 pub(crate) enum Motions {
     Both(Motion),
     Rates([f64; 3]),
@@ -46,16 +46,16 @@ pub(crate) enum Motions {
     Neither,
 }
 
-/// What a row says of the magnetic field.
+/// The magnetic field of a row.
 #[derive(Default)]
 pub(crate) struct Magnetic {
-    /// As part of the inertial sample.
+    /// Part of the inertial sample.
     pub of_unit: Option<Vector<Body>>,
-    /// As a sample of its own.
+    /// A separate sample.
     pub apart: Option<Vector<Body>>,
 }
 
-/// What a row says of attitude.
+/// The attitudes of a row.
 #[derive(Default)]
 pub(crate) struct Attitudes {
     pub unit: Option<Rotation<Body, Ned>>,
@@ -92,18 +92,24 @@ impl TableColumns {
         }
     }
 
-    /// What the mapping says of this file that cannot be.
+    /// A contradiction in the mapping of this file, if any.
     fn contradiction(&self) -> Option<String> {
         let rates = self.mapping.gyro.as_ref().map(|gyro| gyro.unit.is_increment());
         let forces = self.mapping.accel.as_ref().map(|accel| accel.unit.is_increment());
         let rate_hz = self.mapping.time.rate_hz;
         if self.time.is_none() && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
-            return Some("found neither [table.time] column nor a rate_hz above 0".into());
+            return Some(
+                "found no time, expected `column` or a positive `rate_hz` under \
+                         [table.time]"
+                    .into(),
+            );
         }
         match (rates, forces) {
-            (Some(rates), Some(forces)) if rates != forces => {
-                Some("found increments of one and rates of the other of gyro and accel".into())
-            }
+            (Some(rates), Some(forces)) if rates != forces => Some(
+                "found increments for one of gyro and accel and rates for the other, expected \
+                      the same for both"
+                    .into(),
+            ),
             (Some(true), None) | (None, Some(true)) => {
                 Some("found increments, expected gyro and accel in one file".into())
             }
@@ -240,7 +246,7 @@ impl TableColumns {
             false => Some(value).filter(|height_m| height_m.abs() <= GREATEST_HEIGHT_M),
         };
         if height_m.is_none() {
-            remarks.count("with a barometric value out of range: left out", fields.line);
+            remarks.count("left out: the barometric value is out of range", fields.line);
         }
         Ok(height_m)
     }
@@ -260,14 +266,14 @@ impl TableColumns {
             values[stick] * factor * sign
         });
         if sticks.iter().any(|stick: &f64| stick.abs() > 2.0) {
-            remarks.count("with a stick beyond ±2 of its stroke: left out", fields.line);
+            remarks.count("left out: a stick is beyond ±2 of its full stroke", fields.line);
             return Ok(None);
         }
         Ok(Some(sticks))
     }
 }
 
-/// The time so many nanoseconds after `time`.
+/// `time` plus `nanoseconds`.
 fn later(time: Time, nanoseconds: i64) -> Time {
     Time::from_nanoseconds(time.nanoseconds().saturating_add(nanoseconds))
 }
@@ -300,7 +306,7 @@ fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usi
     names.iter().map(|name| source.find(name)).collect()
 }
 
-/// Roll, pitch and yaw in hovernav's sense; `None` of angles that cannot be.
+/// Roll, pitch and yaw with hovernav's signs; `None` for impossible angles.
 fn euler(columns: &AttitudeColumns, angles: [f64; 3]) -> Option<EulerAngles> {
     let [roll_rad, pitch_rad, yaw_rad] = std::array::from_fn(|axis| {
         let sign = if columns.signs[axis] < 0.0 { -1.0 } else { 1.0 };

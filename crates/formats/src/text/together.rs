@@ -1,4 +1,4 @@
-//! What was read from several files, put together on one clock.
+//! Combines the values of several files into one dataset.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, Join, LogError, Manifest, Remarks, Rows, motion_fault};
 
-/// What has been read so far, each sensor in the order found.
+/// The values read so far, per sensor in file order.
 #[derive(Default)]
 pub(crate) struct Gathered {
     pub imu: Rows<ImuSample>,
@@ -18,7 +18,7 @@ pub(crate) struct Gathered {
     pub rates: Rows<(Time, [f64; 3])>,
     /// Specific force, m/s², from a file without angular rates.
     pub forces: Rows<(Time, [f64; 3])>,
-    /// The unit's attitude from a file without angular rates.
+    /// The IMU's attitude from a file without angular rates.
     pub attitudes: Rows<(Time, EulerAngles)>,
     pub fixes: Rows<Fix>,
     pub baro: Rows<(Time, f64)>,
@@ -27,7 +27,7 @@ pub(crate) struct Gathered {
     pub onboard: Rows<OnboardMoment>,
 }
 
-/// The dataset of what was `gathered` from the files of `mapping`, which stands in `directory`.
+/// The dataset of the values `gathered` from the files of `mapping`, which is in `directory`.
 pub(crate) fn dataset(
     directory: &Path,
     mapping: &Mapping,
@@ -77,14 +77,14 @@ pub(crate) fn dataset(
     Ok((dataset, onboard))
 }
 
-/// Rows to be put in order, of a sensor in a file.
+/// Sorts the rows of one sensor, with its file and remarks.
 struct Ordering {
     path: PathBuf,
     remarks: Remarks,
 }
 
 impl Ordering {
-    /// With the rows of one time put together.
+    /// Combines rows of equal time, then sorts.
     fn joined<T: Join>(
         mut self,
         rows: Rows<T>,
@@ -106,13 +106,13 @@ impl Ordering {
     }
 }
 
-/// Inertial samples at the times of `rates`, with the specific force between the two samples around.
+/// Inertial samples at the times of `rates`; the specific force is interpolated between its neighbours.
 fn joined(
     rates: &[(Time, [f64; 3])],
     forces: &[(Time, [f64; 3])],
     warnings: &mut Vec<String>,
 ) -> Vec<ImuSample> {
-    /// Forces further apart than this are not interpolated, s.
+    /// Longest interval over which specific force is interpolated, s.
     const LONGEST_S: f64 = 0.2;
     let mut samples = Vec::with_capacity(rates.len());
     let mut without = 0usize;
@@ -139,17 +139,22 @@ fn joined(
         }
     }
     if !samples.is_empty() {
-        warnings.push("accel: interpolated to the times of gyro, as they come in two files".into());
+        warnings.push(
+            "accel: interpolated to the times of the gyro, because they are in two files".into(),
+        );
     }
     if without > 0 && !forces.is_empty() {
-        warnings.push(format!("gyro: {without} rows left out: no specific force around them"));
+        warnings.push(format!(
+            "gyro: {without} rows left out: no valid specific force at their \
+                               time"
+        ));
     }
     samples
 }
 
-/// Gives each attitude to the inertial sample next to it.
+/// Assigns each attitude to the nearest inertial sample.
 fn attach(imu: &mut [ImuSample], attitudes: &[(Time, EulerAngles)]) {
-    /// No attitude is given to a sample further away than this, s.
+    /// Largest time from an attitude to its sample, s.
     const FARTHEST_S: f64 = 0.02;
     for &(time, attitude) in attitudes {
         let after = imu.partition_point(|sample| sample.time < time);

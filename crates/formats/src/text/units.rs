@@ -1,4 +1,4 @@
-//! Units that foreign files are in, each with the factor to hovernav's own.
+//! Units of foreign files, each with its factor to hovernav's unit.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ macro_rules! units {
         }
 
         impl $unit {
-            /// What a number in this unit is multiplied by.
+            /// Factor from this unit to hovernav's unit.
             #[must_use]
             pub fn factor(self) -> f64 {
                 match self {
@@ -35,14 +35,14 @@ macro_rules! units {
 }
 
 units! {
-    /// Of gyros, to rad/s; the increments of angle to rad.
+    /// Units of gyros, converted to rad/s; angle increments to rad.
     RateUnit {
-        /// Radians a second.
+        /// Radians per second.
         #[default]
         RadiansPerSecond = "rad/s", 1.0;
-        /// Degrees a second.
+        /// Degrees per second.
         DegreesPerSecond = "deg/s", PI / 180.0;
-        /// Milliradians a second.
+        /// Milliradians per second.
         MilliradiansPerSecond = "mrad/s", 1e-3;
         /// Radians turned since the row before.
         Radians = "rad", 1.0;
@@ -52,22 +52,22 @@ units! {
 }
 
 units! {
-    /// Of accelerometers, to m/s²; the increments of velocity to m/s.
+    /// Units of accelerometers, converted to m/s²; velocity increments to m/s.
     ForceUnit {
-        /// Metres a second squared.
+        /// Metres per second squared.
         #[default]
         MetresPerSecondSquared = "m/s2", 1.0;
         /// Standard gravity.
         Gravity = "g", STANDARD_GRAVITY_MPS2;
         /// Thousandths of standard gravity.
         Milligravity = "mg", STANDARD_GRAVITY_MPS2 * 1e-3;
-        /// Metres a second gained since the row before.
+        /// Velocity gained since the row before, metres per second.
         MetresPerSecond = "m/s", 1.0;
     }
 }
 
 units! {
-    /// Of magnetometers, to gauss.
+    /// Units of magnetometers, converted to gauss.
     MagneticUnit {
         /// Gauss.
         #[default]
@@ -84,7 +84,7 @@ units! {
 }
 
 units! {
-    /// Of attitude, to radians.
+    /// Units of attitude, converted to radians.
     AngleUnit {
         /// Degrees.
         #[default]
@@ -95,7 +95,7 @@ units! {
 }
 
 units! {
-    /// Of latitude and longitude, to degrees.
+    /// Units of latitude and longitude, converted to degrees.
     PlaceUnit {
         /// Degrees.
         #[default]
@@ -124,7 +124,7 @@ impl PlaceUnit {
 }
 
 units! {
-    /// Of lengths, to metres.
+    /// Units of length, converted to metres.
     LengthUnit {
         /// Metres.
         #[default]
@@ -139,26 +139,26 @@ units! {
 }
 
 units! {
-    /// Of speeds, to m/s.
+    /// Units of speed, converted to m/s.
     SpeedUnit {
-        /// Metres a second.
+        /// Metres per second.
         #[default]
         MetresPerSecond = "m/s", 1.0;
-        /// Centimetres a second.
+        /// Centimetres per second.
         CentimetresPerSecond = "cm/s", 1e-2;
-        /// Millimetres a second.
+        /// Millimetres per second.
         MillimetresPerSecond = "mm/s", 1e-3;
-        /// Kilometres an hour.
+        /// Kilometres per hour.
         KilometresPerHour = "km/h", 1.0 / 3.6;
         /// Knots.
         Knots = "kn", 1852.0 / 3600.0;
-        /// Miles an hour.
+        /// Miles per hour.
         MilesPerHour = "mph", 1609.344 / 3600.0;
     }
 }
 
 units! {
-    /// Of courses, to radians.
+    /// Units of course, converted to radians.
     CourseUnit {
         /// Degrees.
         #[default]
@@ -173,7 +173,7 @@ units! {
 }
 
 units! {
-    /// Of barometers: heights to metres, pressures to pascals.
+    /// Units of barometers: heights are converted to metres, pressures to pascals.
     BaroUnit {
         /// Metres.
         #[default]
@@ -190,7 +190,7 @@ units! {
 }
 
 units! {
-    /// Of sticks, to fractions of a full stroke about trim.
+    /// Units of stick positions, converted to fractions of a full stroke about trim.
     StickUnit {
         /// −1 to 1.
         #[default]
@@ -209,7 +209,7 @@ impl RateUnit {
 }
 
 impl ForceUnit {
-    /// Whether rows hold what was gained since the row before.
+    /// Whether rows contain increments since the row before.
     #[must_use]
     pub const fn is_increment(self) -> bool {
         matches!(self, Self::MetresPerSecond)
@@ -217,14 +217,14 @@ impl ForceUnit {
 }
 
 impl BaroUnit {
-    /// Whether it is one of pressure.
+    /// Whether it is a unit of pressure.
     #[must_use]
     pub const fn is_pressure(self) -> bool {
         matches!(self, Self::Pascals | Self::Hectopascals | Self::Kilopascals)
     }
 }
 
-/// What a height is measured from.
+/// Reference surface of a height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HeightAbove {
@@ -235,7 +235,7 @@ pub enum HeightAbove {
     Sea,
 }
 
-/// The axes of the world that an attitude leads to.
+/// The navigation axes of an attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum World {
@@ -246,14 +246,14 @@ pub enum World {
     Enu,
 }
 
-/// Whose attitude it is.
+/// Source of an attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AttitudeRole {
-    /// The inertial unit's own, which the filter may use.
+    /// The IMU, whose attitude the filter may use.
     #[default]
     Unit,
-    /// An estimator's that flew along, to compare with.
+    /// An estimator that ran during the flight, for comparison only.
     Onboard,
 }
 

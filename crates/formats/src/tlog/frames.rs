@@ -1,45 +1,45 @@
-//! The frames of a telemetry log, each behind the time at which it came.
+//! The frames of a telemetry log, each after its arrival time.
 
 use std::io;
 
 use super::message::Message;
 use crate::window::Window;
 
-/// A frame with a message that is read.
+/// A frame whose message is read.
 pub(super) struct Frame {
     pub message: Message,
-    /// Who sent it: system and component.
+    /// System and component of the sender.
     pub sender: (u8, u8),
-    /// Byte at which its time begins.
+    /// Byte offset of its time.
     pub place: u64,
-    /// When it came, s since 1970 by the computer that logged it.
+    /// Arrival time on the clock of the logging computer, s since 1970.
     pub stamp_s: f64,
     pub row: [f64; Message::WIDTH],
 }
 
-/// What is wrong with a log.
+/// Damage in a log.
 #[derive(Debug, Default)]
 pub(super) struct Damages {
-    /// Frames with a wrong checksum, and the first one's byte.
+    /// Number of frames with a wrong checksum, and the byte offset of the first.
     pub wrong_checksums: usize,
     pub first_wrong: Option<u64>,
-    /// Bytes that belong to no frame, and the first one.
+    /// Number of bytes outside frames, and the offset of the first.
     pub passed_over: u64,
     pub first_passed: Option<u64>,
-    /// Where the file ends within a frame.
+    /// Byte offset of a frame that the end of the file cuts off.
     pub cut_off: Option<u64>,
 }
 
-/// Bytes of a time.
+/// Length of a time, bytes.
 const STAMP: usize = 8;
 const MAVLINK_1: u8 = 0xFE;
 const MAVLINK_2: u8 = 0xFD;
-/// The longest time and frame: a payload of 255 bytes, signed.
+/// Largest length of time and frame, bytes: a signed frame with a payload of 255 bytes.
 const LONGEST: usize = STAMP + 10 + 255 + 2 + 13;
 
 const CRC: crc::Crc<u16> = crc::Crc::<u16>::new(&crc::CRC_16_MCRF4XX);
 
-/// Gives each frame of the log in `window` that is read to `take`.
+/// Passes each frame of the log whose message is read to `take`.
 pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(&Frame)) -> io::Result<Damages> {
     let mut damages = Damages::default();
     loop {
@@ -83,18 +83,18 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(&Frame)) -> io::
     }
 }
 
-/// Where the parts of a time and a frame stand.
+/// Offsets of the parts of a time and a frame.
 struct Layout {
     number: u32,
     sender: (u8, u8),
-    /// Where the payload begins and ends.
+    /// Start and end of the payload.
     payload: (usize, usize),
-    /// Bytes of time and frame.
+    /// Length of time and frame, bytes.
     length: usize,
 }
 
 impl Layout {
-    /// Of the frame that `bytes` begin with; it may end after them.
+    /// The layout of the frame at the start of `bytes`, which may be shorter than the frame.
     fn of(bytes: &[u8]) -> Option<Self> {
         let frame = bytes.get(STAMP..)?;
         match *frame {

@@ -1,7 +1,7 @@
-//! The messages of MAVLink's common set that are read: numbers, checksums' seeds, and fields.
+//! The messages of MAVLink's common set that are read: numbers, checksum seeds and fields.
 //!
 //! # Source
-//! MAVLink, `common.xml`; fields stand in the order of their size, as MAVLink sends them.
+//! MAVLink, `common.xml`; fields are ordered by size, as MAVLink sends them.
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
@@ -40,14 +40,14 @@ pub(super) enum Kind {
 
 use Kind::{F32, I16, I32, U8, U16, U32, U64};
 
-/// Standard gravity in thousandths of its unit, m/s².
+/// A thousandth of standard gravity, m/s².
 const MILLI_G: f64 = 1e-3 * STANDARD_GRAVITY_MPS2;
 const MILLI: f64 = 1e-3;
 const CENTI: f64 = 1e-2;
 const MICRO: f64 = 1e-6;
 
 impl Message {
-    /// Fields of the longest message.
+    /// Number of fields of the longest message.
     pub const WIDTH: usize = 13;
 
     const ALL: [Self; 16] = [
@@ -69,7 +69,7 @@ impl Message {
         Self::Rangefinder,
     ];
 
-    /// The message of this number, if it is read.
+    /// The message with this number, if it is read.
     pub fn numbered(number: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|message| message.number() == number)
     }
@@ -95,7 +95,7 @@ impl Message {
         }
     }
 
-    /// What its checksum ends with.
+    /// The seed byte that ends the checksum.
     pub const fn seed(self) -> u8 {
         match self {
             Self::SystemTime => 137,
@@ -139,8 +139,8 @@ impl Message {
         }
     }
 
-    /// Where each field that is read stands, of what type, and what makes it seconds, metres, degrees
-    /// of latitude and longitude, radians, gauss or pascals. First the time.
+    /// Offset, type and factor of each field that is read. The factor converts to seconds, metres, degrees of
+    /// latitude and longitude, radians, gauss or pascals. The first field is the time.
     const fn fields(self) -> &'static [(usize, Kind, f64)] {
         match self {
             Self::SystemTime => &[(8, U32, MILLI), (0, U64, MICRO)],
@@ -239,7 +239,7 @@ impl Message {
                 (13, U8, 1.0),
                 (38, U8, CENTI),
             ],
-            // It has no time of its own.
+            // This message has no time.
             Self::Rangefinder => &[(8, F32, 1.0), (0, F32, 1.0)],
             Self::RcChannels => {
                 &[(0, U32, MILLI), (4, U16, 1.0), (6, U16, 1.0), (8, U16, 1.0), (10, U16, 1.0)]
@@ -247,8 +247,8 @@ impl Message {
         }
     }
 
-    /// The fields in `payload`, which MAVLink 2 sends without the zeros it ends with.
-    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
+    /// The fields in `payload`. MAVLink 2 omits trailing zeros.
+    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     pub fn row(self, payload: &[u8]) -> [f64; Self::WIDTH] {
         let mut whole = [0; 255];
         let length = payload.len().min(whole.len());
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_that_were_not_sent_are_zeros() {
+    fn omitted_trailing_zeros_are_zeros() {
         let row = Message::Attitude.row(&[0xE8, 3, 0, 0, 0, 0, 0x80, 0x3F]);
         assert_eq!(row[..4], [1.0, 1.0, 0.0, 0.0]);
     }

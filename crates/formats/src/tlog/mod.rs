@@ -1,7 +1,7 @@
 //! MAVLink telemetry logs, as ground stations write them.
 //!
-//! The log is gone through twice: a survey counts who sent what, and once it is chosen which of several
-//! sensors to read, their messages are taken apart. Memory holds the samples and a window of the file.
+//! The log is read twice: a survey counts the messages per sender, then the messages of the chosen sensors are
+//! decoded. Memory holds the samples and a window of the file.
 
 mod frames;
 mod message;
@@ -22,16 +22,16 @@ use hovernav_log::{LogError, Manifest};
 use message::Message;
 use rows::Rows;
 
-/// What a log holds: messages by sender, and the autopilot's clock against the calendar.
+/// Messages per sender, and the offset of the autopilot's clock from UTC.
 #[derive(Debug, Default)]
 struct Survey {
     counts: BTreeMap<((u8, u8), Message), usize>,
-    /// By the autopilot's own word, or by the stamps: the time since 1970 of its clock's zero, s.
+    /// UTC of the zero of the autopilot's clock, s since 1970, from SYSTEM_TIME.
     boot_s: Option<f64>,
     first_stamp_s: Option<f64>,
 }
 
-/// Senders that are told apart; a vehicle has a dozen.
+/// Largest number of pairs of sender and message that are counted; a vehicle has dozens.
 const MOST_SENDERS: usize = 4096;
 
 /// Reads a telemetry log.
@@ -54,14 +54,14 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     each(&mut |frame| rows.take(frame, &mut assembly))?;
     if rows.without_ellipsoid > 0 {
         assembly.say(
-            "GPS: heights are above mean sea level, and taken as heights above the ellipsoid, up to \
-             100 m off by the geoid",
+            "GPS: heights are above mean sea level and are used as heights above the ellipsoid; \
+             the error is up to 100 m",
         );
     }
     if rows.imu == Some(Message::RawImu) {
         assembly.say(
-            "inertial unit: RAW_IMU states no units: thousandths of g, rad/s and gauss are taken, as \
-             ArduPilot sends them",
+            "inertial unit: RAW_IMU states no units; thousandths of g, rad/s and gauss are \
+             assumed, as ArduPilot sends them",
         );
     }
     let mut manifest = Manifest {
@@ -80,18 +80,18 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
 fn remark_damages(damages: &Damages, to: &mut Assembly) {
     if let Some(first) = damages.first_wrong {
         to.say(format!(
-            "at byte {first}: a frame with a wrong checksum: left out, {} in all",
+            "at byte {first}: a frame with a wrong checksum; {} such frames left out",
             damages.wrong_checksums
         ));
     }
     if let Some(first) = damages.first_passed {
         to.say(format!(
-            "at byte {first}: found no MAVLink frame: {} bytes passed over in all",
+            "at byte {first}: found no MAVLink frame; {} such bytes skipped",
             damages.passed_over
         ));
     }
     if let Some(place) = damages.cut_off {
-        to.say(format!("at byte {place}: the file ends within a frame: cut off"));
+        to.say(format!("at byte {place}: the file ends within a frame, which is ignored"));
     }
 }
 
@@ -107,7 +107,7 @@ impl Survey {
         }
     }
 
-    /// What is read; a reason where there is no such instance.
+    /// The sensors to read; an error message where the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut by_sender: BTreeMap<(u8, u8), usize> = BTreeMap::new();
         for (&(sender, _), count) in &self.counts {
@@ -117,7 +117,8 @@ impl Survey {
         let sender = most.map_or((1, 1), |(&sender, _)| sender);
         if by_sender.len() > 1 {
             to.note(format!(
-                "system {} component {} is read, which sent most; {} others sent as well",
+                "system {} component {} is read because it sent most messages; {} other senders \
+                 are ignored",
                 sender.0,
                 sender.1,
                 by_sender.len() - 1
@@ -149,8 +150,8 @@ impl Survey {
         let rangefinder = chosen("rangefinder", &rangefinder, None)?;
         if gps.is_some() {
             to.note(format!(
-                "GPS: the log does not say how late fixes are: {USUAL_LATENCY_S} s taken, as of u-blox \
-                 receivers; [gps] latency_s sets another"
+                "GPS: the log does not state the latency of fixes; {USUAL_LATENCY_S} s is assumed, \
+                 as for u-blox receivers. Set [gps] latency_s to change it"
             ));
         }
         let latency_s = USUAL_LATENCY_S;

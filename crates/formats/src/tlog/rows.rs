@@ -1,4 +1,4 @@
-//! From the messages to samples, fixes and moments.
+//! Converts messages to samples, fixes and moments.
 
 use super::frames::Frame;
 use super::message::Message;
@@ -13,37 +13,37 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
 
-/// What is chosen, and what is remembered from message to message.
+/// The chosen sensors, and the state kept between messages.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    /// Whose messages are read: system and component.
+    /// System and component whose messages are read.
     pub sender: (u8, u8),
     pub imu: Option<Message>,
     pub gps: Option<Message>,
     pub rangefinder: Option<Message>,
-    /// How much earlier than its message a fix is valid, s.
+    /// Latency from a fix to its message, s.
     pub latency_s: f64,
-    /// Fixes with heights above mean sea level only.
+    /// Number of fixes whose only height is above mean sea level.
     pub without_ellipsoid: usize,
-    /// The time since 1970 at which the autopilot's clock was at zero, s.
+    /// UTC of the zero of the autopilot's clock, s since 1970.
     pub boot_s: Option<f64>,
     /// The clock at the first message, s.
     pub start_s: Option<f64>,
-    /// Height of mean sea level above the ellipsoid, by the last fix, m.
+    /// Height of mean sea level above the ellipsoid, from the last fix, m.
     pub undulation_m: f64,
     pub last_fix: Option<Time>,
 }
 
-/// Clocks beyond this count from 1970, s; no autopilot was on for 30 years.
+/// Clock value above which the clock counts from 1970, s: no autopilot runs for 30 years.
 const SINCE_1970_S: f64 = 1e9;
-/// What receivers call fixes, from this on: a height is measured from three.
+/// Smallest fix types of a fix without and with a measured height.
 const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
-/// MAVLink's mark of a number that is not known.
+/// MAVLink's value for an unknown speed, 65535 cm/s.
 const UNKNOWN_SPEED_MPS: f64 = 655.35;
 
 impl Rows {
-    /// Takes in a frame.
+    /// Reads a frame.
     pub fn take(&mut self, frame: &Frame, to: &mut Assembly) {
         let Frame { message, sender, place, stamp_s, ref row } = *frame;
         if sender != self.sender {
@@ -67,7 +67,7 @@ impl Rows {
                 }
             }
             Message::GpsRaw | Message::Gps2Raw => {
-                // The same fix may be sent again and again.
+                // The same fix may be sent repeatedly.
                 if self.gps == Some(message) && self.last_fix != Some(time) {
                     self.last_fix = Some(time);
                     self.gps(row, time, place, to);
@@ -113,8 +113,8 @@ impl Rows {
         }
     }
 
-    /// The time of a message by the autopilot's clock; of one that counts from 1970, by how that clock
-    /// stood to it.
+    /// The time of a message since the first message, on the autopilot's clock. Times since 1970 are converted with
+    /// the offset of that clock.
     fn time(&mut self, message: Message, clock_s: f64, stamp_s: f64) -> Option<Time> {
         let boot_s = *self.boot_s.get_or_insert(match message {
             Message::GpsRaw | Message::Gps2Raw | Message::HighresImu | Message::RawImu
@@ -137,7 +137,7 @@ impl Rows {
         let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, yaw_deg, ..] = more else {
             return;
         };
-        // Zero where there is none; true north is 360.
+        // Zero is an unknown yaw; north is 360.
         if yaw_deg > 0.0 && yaw_deg <= 360.0 {
             let time = time.offset_by(-self.latency_s);
             to.heading(place, AntennaHeading::new(time, yaw_deg.to_radians(), None));
@@ -145,11 +145,11 @@ impl Rows {
         if fix_type < TWO_DIMENSIONS {
             return to.fix_left_out(place, "left out: no fix");
         }
-        // What MAVLink 1 does not send is zero.
+        // Fields that MAVLink 1 does not send are zero.
         let has_ellipsoid = ellipsoid_m != 0.0;
         let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };
         let Some(position) = Geodetic::from_degrees(lat, lon, height_m) else {
-            return to.fix_left_out(place, "left out: no place on Earth");
+            return to.fix_left_out(place, "left out: not a position on Earth");
         };
         if has_ellipsoid {
             self.undulation_m = ellipsoid_m - msl_m;
@@ -174,10 +174,10 @@ impl Rows {
     }
 }
 
-/// What MAVLink calls a sensor that looks down, and a variance that is not known, cm².
+/// MAVLink's orientation of a downward sensor, and its value for an unknown variance, cm².
 const DOWNWARD: f64 = 25.0;
 const UNKNOWN_VARIANCE: f64 = 255.0;
-/// The quality of a reading that is not valid; 0 is not known.
+/// Quality of an invalid reading; 0 is an unknown quality.
 const INVALID: f64 = 0.01;
 
 fn distance(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
@@ -205,7 +205,7 @@ fn imu(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly)
         angular_rate_radps: Vector::new(p, q, r),
         specific_force_mps2: Vector::new(x, y, z),
     };
-    // Of the one message that says which of its fields are new: the magnetometer's and the barometer's.
+    // HIGHRES_IMU has a bit mask of updated fields; 0x1C0 is the magnetometer, 0x200 the barometer.
     let updated = if message == Message::HighresImu { updated as u16 } else { u16::MAX };
     let field = [mx, my, mz];
     let is_field = updated & 0x1C0 != 0 && field.iter().any(|&component| component != 0.0);

@@ -1,4 +1,4 @@
-//! Which of several sensors of a ULog file is read.
+//! Chooses the sensors of a ULog file that are read.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::choice::Counts;
 use crate::log::Options;
 use hovernav_log::LogError;
 
-/// One topic of one instance for each sensor; none where the log has none.
+/// One topic and instance for each sensor; `None` for a missing sensor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Choice {
     pub imu: Option<(Topic, u8)>,
@@ -19,9 +19,8 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    /// What is read of the log surveyed, and a sentence about each sensor with a choice. What PX4 made
-    /// of several sensors comes first; an instance that `options` name is looked for first in the topic
-    /// of the sensors themselves.
+    /// The sensors to read, and one sentence for each sensor with alternatives. PX4's combined topics are
+    /// preferred. An instance in `options` is first looked up in the topics of single sensors.
     ///
     /// # Errors
     /// [`LogError::Unusable`] where the log has no such instance.
@@ -57,7 +56,7 @@ impl Choice {
             chosen("inertial unit", &[Topic::SensorCombined, Topic::VehicleImu], options.imu)?;
         let gps = chosen("GPS", &[Topic::VehicleGps, Topic::SensorGps], options.gps)?;
         let baro = chosen("barometer", &[Topic::AirData, Topic::SensorBaro], options.baro)?;
-        // What single magnetometers measure is not in body axes.
+        // The topics of single magnetometers are not in body axes.
         let magnetometer = chosen("magnetometer", &[Topic::Magnetometer], options.magnetometer)?;
         let rangefinder = chosen("rangefinder", &[Topic::Distance], None)?;
         Ok((Self { imu, gps, magnetometer, baro, rangefinder }, sentences))

@@ -1,15 +1,15 @@
-//! What the messages of a ULog file are made of: fields by name, with type and place.
+//! Definitions of the messages of a ULog file: fields with name, type and offset.
 
 use std::collections::HashMap;
 
-/// A number within a message.
+/// Offset and type of a number within a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
     offset: usize,
     kind: Primitive,
 }
 
-/// A type that is no message.
+/// A primitive type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Primitive {
     I8,
@@ -52,8 +52,8 @@ impl Primitive {
 }
 
 impl Cell {
-    /// The number in `body`; NaN where it ends before.
-    #[allow(clippy::cast_lossless, reason = "one way for all types, of which some lose")]
+    /// The number in `body`; NaN where `body` is too short.
+    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     pub fn number(self, body: &[u8]) -> f64 {
         let bytes = body.get(self.offset..).unwrap_or_default();
         macro_rules! number {
@@ -76,8 +76,7 @@ impl Cell {
         number.unwrap_or(f64::NAN)
     }
 
-    /// The number that `bytes`, the value of a parameter or a piece of information, spell in the type
-    /// that `key`, a type and a name, gives; and the name.
+    /// The name in `key`, which is a type and a name, and the number in `bytes`. For parameters and information.
     pub fn keyed<'a>(key: &'a str, bytes: &[u8]) -> Option<(&'a str, f64)> {
         let (kind, name) = key.split_once(' ')?;
         let kind = Primitive::named(kind)?;
@@ -86,23 +85,23 @@ impl Cell {
     }
 }
 
-/// Messages by name, as the file defines them.
+/// The message definitions of the file, by name.
 #[derive(Debug, Default)]
 pub(super) struct Definitions {
-    /// Fields as the file spells them: `type name;type[count] name;…`.
+    /// Fields in the file's notation: `type name;type[count] name;…`.
     fields: HashMap<String, String>,
     bytes: usize,
 }
 
-/// No set of definitions is longer, bytes: PX4 has some 60 kB of them.
+/// Largest total length of definitions, bytes; PX4 has about 60 kB.
 const LONGEST: usize = 8 << 20;
-/// Messages within messages, at most.
+/// Largest depth of nested messages.
 const DEEPEST: usize = 8;
-/// No message is longer, by the size in its head.
+/// Largest length of a message, bytes: its size field has 16 bits.
 const LONGEST_MESSAGE: usize = 65_535;
 
 impl Definitions {
-    /// Takes in `name:fields`; whether it is a definition, and room for it.
+    /// Adds the definition `name:fields`; false if it is invalid or exceeds [`LONGEST`].
     pub fn add(&mut self, body: &[u8]) -> bool {
         let Some((name, fields)) =
             std::str::from_utf8(body).ok().and_then(|text| text.split_once(':'))
@@ -117,8 +116,8 @@ impl Definitions {
         true
     }
 
-    /// Where each of `wanted` stands in a message `name`, an element of an array as `field[2]`, and
-    /// none where it has no such field. `None` where the message is not defined.
+    /// Offset and type of each `wanted` field of the message `name`; an element of an array is written `field[2]`.
+    /// The inner value is `None` for a missing field, the outer for an undefined message.
     pub fn cells(&self, name: &str, wanted: &[&str]) -> Option<Vec<Option<Cell>>> {
         let mut cells = vec![None; wanted.len()];
         let mut offset = 0;
@@ -143,7 +142,7 @@ impl Definitions {
         Some(cells)
     }
 
-    /// Bytes of a message, those of messages in it down to `depth`.
+    /// Length of a message, bytes, with nested messages down to `depth`.
     fn size(&self, name: &str, depth: usize) -> Option<usize> {
         let mut total = 0_usize;
         for (type_name, count, _) in fields(self.fields.get(name)?) {
@@ -172,7 +171,7 @@ fn fields(text: &str) -> impl Iterator<Item = (&str, usize, &str)> {
     })
 }
 
-/// Which element of `field` is `wanted`, if any.
+/// The index of the element of `field` that `wanted` denotes, if any.
 fn element(wanted: &str, field: &str) -> Option<usize> {
     let rest = wanted.strip_prefix(field)?;
     if rest.is_empty() {
@@ -186,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_field_is_found_behind_arrays_and_messages() {
+    fn a_field_is_found_after_arrays_and_nested_messages() {
         let mut definitions = Definitions::default();
         assert!(definitions.add(b"inner:uint8_t a;uint16_t[2] b;"));
         assert!(definitions.add(b"outer:uint64_t timestamp;inner[2] i;float[3] q;int8_t s;"));
@@ -203,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn definitions_that_hold_themselves_end() {
+    fn recursive_definitions_are_rejected() {
         let mut definitions = Definitions::default();
         definitions.add(b"loop:loop[2] again;float x;");
         definitions.add(b"wide:float[99999999999] x;");

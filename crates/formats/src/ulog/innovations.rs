@@ -1,8 +1,8 @@
-//! Innovations of PX4's estimator, which come with their variances or before them.
+//! Innovations of PX4's estimator, logged with or before their variances.
 //!
 //! # Source
-//! PX4, `msg/EstimatorInnovations.msg` and `ekf2_innovations.msg`; EKF2 takes an innovation as what it
-//! expected less what was measured, heights as positions downwards.
+//! PX4, `msg/EstimatorInnovations.msg` and `ekf2_innovations.msg`; EKF2's innovation is prediction minus
+//! measurement; heights are positions downwards.
 
 use crate::assembly::Assembly;
 use crate::onboard::OnboardInnovation;
@@ -21,21 +21,21 @@ const CHANNELS: [Channel; 8] = [
     Channel::Yaw,
 ];
 
-/// Variances belong to innovations no further from them than this, s.
+/// Largest time between innovations and their variances, s.
 const TOGETHER_S: f64 = 0.05;
 
-/// Innovations that wait for their variances.
+/// Innovations whose variances have not arrived yet.
 #[derive(Debug, Default)]
 pub(super) struct Innovations(Option<(Time, [f64; 8])>);
 
 impl Innovations {
-    /// Takes in innovations in the order of [`CHANNELS`].
+    /// Reads innovations in the order of [`CHANNELS`].
     pub fn take(&mut self, time: Time, sizes: &[f64], to: &mut Assembly) {
         self.flush(to);
         self.0 = sizes.first_chunk().map(|sizes| (time, *sizes));
     }
 
-    /// Takes in the variances of what was taken in before.
+    /// Reads the variances of the pending innovations.
     pub fn variances(&mut self, time: Time, variances: &[f64], to: &mut Assembly) {
         match self.0.take() {
             Some((of, sizes)) if (time - of).abs() <= TOGETHER_S => say(of, &sizes, variances, to),
@@ -43,7 +43,7 @@ impl Innovations {
         }
     }
 
-    /// Takes in a row of both, of logs without a barometer's own.
+    /// Reads a row with both, from old logs, which have no barometer innovation.
     pub fn old(time: Time, row: &[f64], to: &mut Assembly) {
         let Some((sizes, variances)) = row.split_at_checked(7) else { return };
         let with_baro = |row: &[f64]| -> Vec<f64> {
@@ -55,7 +55,7 @@ impl Innovations {
         }
     }
 
-    /// Hands on what still waits.
+    /// Adds the pending innovations without variances to `to`.
     pub fn flush(&mut self, to: &mut Assembly) {
         if let Some((time, sizes)) = self.0.take() {
             say(time, &sizes, &[f64::NAN; 8], to);
@@ -65,7 +65,7 @@ impl Innovations {
 
 fn say(time: Time, sizes: &[f64], variances: &[f64], to: &mut Assembly) {
     for ((channel, size), variance) in CHANNELS.into_iter().zip(sizes).zip(variances) {
-        // Expectation less measurement downwards is measurement less expectation upwards.
+        // Prediction minus measurement downwards is measurement minus prediction upwards.
         let innovation = if channel == Channel::BaroHeight { *size } else { -size };
         let sigma = Some(variance.sqrt());
         to.innovation(OnboardInnovation { time, channel, innovation, sigma });

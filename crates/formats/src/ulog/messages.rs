@@ -1,4 +1,4 @@
-//! The messages of a ULog file one after another, and where it is damaged.
+//! Reads the messages of a ULog file and records its damage.
 //!
 //! # Source
 //! PX4 developer guide, *ULog file format*: header, flag bits, message header.
@@ -8,39 +8,39 @@ use std::io;
 use crate::damages::Damages;
 use crate::window::Window;
 
-/// A message: its kind, where it begins, and what it holds.
+/// A message: its type, offset and body.
 pub(super) struct Message<'a> {
     pub kind: u8,
     pub offset: u64,
     pub body: &'a [u8],
 }
 
-/// Reads the messages of a file, whole or not.
+/// Reads the messages of a file, also of a damaged one.
 pub(super) struct Messages<'w> {
     window: Window<'w>,
-    /// Where data that were appended later begin, ascending.
+    /// Offsets of appended data, ascending.
     appended: Vec<u64>,
-    /// Bytes of the message handed out last, still to be passed.
+    /// Length of the last returned message, which is consumed next.
     handed_out: usize,
-    /// The clock at the file's start, µs.
+    /// Clock at the start of the file, µs.
     pub start_us: u64,
-    /// Where the file is damaged, and how.
+    /// Damage of the file.
     pub damages: Damages,
 }
 
-/// Magic, version, and the clock.
+/// Length of the file header, bytes: magic, version and clock.
 const HEADER: usize = 16;
-/// Size and kind.
+/// Length of a message header, bytes: size and type.
 const HEAD: usize = 3;
-/// Kinds of messages.
+/// Types of messages.
 const KINDS: &[u8] = b"BFIMPQARDLCSO";
-/// After damage, so many messages in a row are believed.
+/// Number of consecutive valid messages that end a search after damage.
 const CHAIN: usize = 4;
-/// Room for such a row, but for messages that are never so large.
+/// Bytes searched at a time after damage, enough for that number of ordinary messages.
 const LOOKAHEAD: usize = 1 << 16;
 
 impl<'w> Messages<'w> {
-    /// Those of `window`, which stands at the start of the file. `None` where its header is cut off.
+    /// The messages of `window`, which is at the start of the file. `None` where the file header is incomplete.
     pub fn new(mut window: Window<'w>) -> io::Result<Option<Self>> {
         let header = window.peek(HEADER)?;
         let Some(clock) = header.get(8..HEADER).and_then(|clock| clock.first_chunk()) else {
@@ -66,18 +66,22 @@ impl<'w> Messages<'w> {
             let bytes = self.window.peek(HEAD)?;
             let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {
                 if !bytes.is_empty() {
-                    self.damages.add(offset, "the file ends within the head of a message: cut off");
+                    self.damages.add(
+                        offset,
+                        "the file ends within the header of a message, which \
+                                              is ignored",
+                    );
                 }
                 return Ok(None);
             };
             let length = HEAD + usize::from(u16::from_le_bytes([low, high]));
             if let Some(part) = next_part.filter(|&part| offset + length as u64 > part) {
-                self.damages.add(offset, "a message cut off where data were appended");
+                self.damages.add(offset, "appended data cut off a message, which is ignored");
                 self.window.seek(part)?;
                 continue;
             }
             if length == HEAD || !KINDS.contains(&kind) {
-                let reason = format!("found no message, of kind {kind:#04x}: passed over");
+                let reason = format!("found no message, but type {kind:#04x}; skipped");
                 self.damages.add(offset, reason);
                 if !self.resynchronise()? {
                     return Ok(None);
@@ -85,7 +89,7 @@ impl<'w> Messages<'w> {
                 continue;
             }
             if self.window.peek(length)?.len() < length {
-                self.damages.add(offset, "the file ends within a message: cut off");
+                self.damages.add(offset, "the file ends within a message, which is ignored");
                 return Ok(None);
             }
             self.handed_out = length;
@@ -97,7 +101,7 @@ impl<'w> Messages<'w> {
         }
     }
 
-    /// Takes in where data were appended.
+    /// Reads the offsets of appended data from a flag message.
     fn flags(&mut self, length: usize) -> io::Result<()> {
         // Eight bytes of compatible flags, eight of incompatible ones, three offsets.
         let offset = self.window.offset();
@@ -115,7 +119,7 @@ impl<'w> Messages<'w> {
         Ok(())
     }
 
-    /// Moves on to where messages follow each other again; whether there is such a place.
+    /// Moves to the next sequence of valid messages; false if there is no such sequence.
     fn resynchronise(&mut self) -> io::Result<bool> {
         loop {
             self.window.consume(1);
@@ -134,7 +138,7 @@ impl<'w> Messages<'w> {
     }
 }
 
-/// Whether `bytes` begin with messages in a row; `is_whole` where the file ends with them.
+/// Whether `bytes` begin with a sequence of valid messages; `is_whole` where they reach the end of the file.
 fn is_chain(mut bytes: &[u8], is_whole: bool) -> bool {
     for _ in 0..CHAIN {
         let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {

@@ -1,8 +1,7 @@
-//! PX4's ULog.
+//! Reads PX4's ULog.
 //!
-//! The file is gone through twice: a survey counts what it holds, and once it is chosen which of
-//! several sensors to read, their messages are taken apart. Memory holds the samples and a window of
-//! the file.
+//! The file is read twice: a survey counts the messages, then the messages of the chosen sensors are decoded.
+//! Memory holds the samples and a window of the file.
 
 mod choice;
 mod definitions;
@@ -35,7 +34,13 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     let path = input.path;
     let messages = || {
         Messages::new(input.window()?).map_err(LogError::io(path))?.ok_or_else(|| {
-            LogError::bytes(path, 0, "a PX4 ULog cut off within its header of 16 bytes".to_owned())
+            LogError::bytes(
+                path,
+                0,
+                "found the start of a PX4 ULog, expected its header of 16 \
+                                      bytes"
+                    .to_owned(),
+            )
         })
     };
     let mut surveyed = messages()?;
@@ -83,7 +88,8 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     Ok(log)
 }
 
-/// Whether messages of this topic and instance are read: the sensors chosen, and what there is one of.
+/// Whether messages of this topic and instance are read: those of the chosen sensors, and the first instance of
+/// other topics.
 fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
     let found = Some((topic, instance));
     match topic {
@@ -102,13 +108,13 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
     }
 }
 
-/// Says what is wrong with the file.
+/// Adds warnings about the file.
 fn remark_file(messages: &Messages<'_>, survey: &Survey, to: &mut Assembly) {
     for (offset, reason) in messages.damages.iter() {
         to.say(format!("at byte {offset}: {reason}"));
     }
     if let Some(offset) = survey.senseless {
-        to.say(format!("at byte {offset}: a message that makes no sense: passed over"));
+        to.say(format!("at byte {offset}: found an invalid message; skipped"));
     }
     if !survey.dropouts_ms.is_empty() {
         let total_ms: f64 = survey.dropouts_ms.iter().map(|&length| f64::from(length)).sum();
@@ -118,36 +124,36 @@ fn remark_file(messages: &Messages<'_>, survey: &Survey, to: &mut Assembly) {
             count => format!("{count} times"),
         };
         to.say(format!(
-            "the logger could not keep up {times}, {:.3} s in all, {:.3} s the longest",
+            "the logger dropped data {times}, {:.3} s in all, at most {:.3} s at once",
             total_ms / 1e3,
             f64::from(longest_ms) / 1e3
         ));
     }
 }
 
-/// Says what the rows were like.
+/// Adds warnings and notes about the rows.
 fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
     for (sensors, clipping) in
         [("accelerometers", &rows.accel_clipping), ("gyros", &rows.gyro_clipping)]
     {
         if let Clipping { samples: [x, y, z], span: Some((first, last)) } = clipping {
             to.say(format!(
-                "{sensors} at their full scale between {first} and {last}, by the log's own marks: \
-                 {x} samples in x, {y} in y, {z} in z; what lies beyond full scale is lost"
+                "{sensors} at full scale between {first} and {last}, as marked in the log: {x} \
+                 samples in x, {y} in y, {z} in z; motion beyond full scale is lost"
             ));
         }
     }
     if let Some(share) = rows.integrals.share().filter(|_| !rows.integrals.are_whole()) {
         let percent = 100.0 * share;
         to.say(format!(
-            "inertial samples integrate over {percent:.0} % of the time between them: logged more \
-             rarely than measured, so that vibration aliases into them"
+            "inertial samples integrate over {percent:.0} % of their interval: they are logged \
+             less often than measured, so vibration aliases"
         ));
     }
     if rows.without_ellipsoid > 0 {
         to.say(format!(
-            "GPS: {} fixes give heights above mean sea level only; they are taken as heights above the \
-             ellipsoid, up to 100 m off by the geoid",
+            "GPS: {} fixes have only a height above mean sea level, which is used as height above \
+             the ellipsoid; the error is up to 100 m",
             rows.without_ellipsoid
         ));
     }
@@ -155,13 +161,13 @@ fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
         |(name, &value): (&String, &f64)| name.starts_with("SENS_BOARD_") && value != 0.0;
     if survey.parameters.iter().any(is_turned) {
         to.note(
-            "SENS_BOARD_ROT or an offset beside it is set: PX4 has turned the samples into body axes \
-             with it, nothing is left to do",
+            "SENS_BOARD_ROT or one of its offsets is set: PX4 has already converted the samples to \
+             body axes",
         );
     }
 }
 
-/// What the log tells of the vehicle.
+/// The manifest, from the information and parameters of the log.
 fn manifest(survey: &Survey, rows: &Rows) -> Manifest {
     let information = |name: &str| survey.information.get(name).map_or("", String::as_str);
     let arm = |prefix: &str| {

@@ -1,4 +1,4 @@
-//! From the rows of each topic to samples, fixes and moments.
+//! Converts the rows of each topic to samples, fixes and moments.
 
 use super::innovations::Innovations;
 use super::topics::Topic;
@@ -14,36 +14,36 @@ use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::pressure_altitude_m;
 
-/// What is remembered from row to row.
+/// The state kept between rows.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    /// The clock at which the log begins, µs.
+    /// Clock at the start of the log, µs.
     pub start_us: f64,
-    /// How much earlier than its arrival a fix is valid, s.
+    /// Latency from a fix to its message, s.
     pub latency_s: f64,
-    /// Whether the log has its own topics of magnetometer and barometer.
+    /// Whether the log has separate topics for magnetometer and barometer.
     pub has_magnetometer: bool,
     pub has_baro: bool,
-    /// Whether onboard positions come as latitudes and longitudes.
+    /// Whether the log has onboard positions as latitude and longitude.
     pub has_global_position: bool,
-    /// Innovations that wait for their variances.
+    /// Innovations whose variances have not arrived yet.
     pub innovations: Innovations,
-    /// What the samples integrate over.
+    /// Share of the time that the samples integrate over.
     pub integrals: Integrals,
-    /// Samples in which an accelerometer or a gyro clipped, with the first and the last.
+    /// Samples in which an accelerometer or a gyro clipped.
     pub accel_clipping: Clipping,
     pub gyro_clipping: Clipping,
-    /// Fixes with heights above mean sea level only.
+    /// Number of fixes whose only height is above mean sea level.
     pub without_ellipsoid: usize,
-    /// UTC of the log's zero by the first fix that has it, ns since 1970.
+    /// UTC of the start of the log, from the first fix with UTC, ns since 1970.
     pub utc_at_zero_ns: Option<i64>,
-    /// Height of mean sea level above the ellipsoid, by the last fix, m.
+    /// Height of mean sea level above the ellipsoid, from the last fix, m.
     undulation_m: f64,
     last_magnetometer: Option<Time>,
     last_baro: Option<Time>,
 }
 
-/// When sensors were at their full scale.
+/// Samples at full scale: number per axis, first and last time.
 #[derive(Debug, Default)]
 pub(super) struct Clipping {
     pub samples: [usize; 3],
@@ -51,7 +51,7 @@ pub(super) struct Clipping {
 }
 
 impl Clipping {
-    /// Counts a sample by its bits, one an axis; NaN where the log has none.
+    /// Counts a sample from its bits, one per axis; NaN in logs without them.
     fn count(&mut self, bits: f64, time: Time) {
         let bits = bits as u8;
         for (axis, count) in self.samples.iter_mut().enumerate() {
@@ -63,25 +63,25 @@ impl Clipping {
     }
 }
 
-/// The marks in a sample's bits, one an axis; NaN where the log has none.
+/// The clipped axes from a sample's bits, one per axis; NaN in logs without them.
 fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
     let axes = |bits: f64| [0, 1, 2].map(|axis| bits as u8 >> axis & 1 != 0);
     ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
-/// PX4's mark of a time, and of values, that are not known, µs; some logs have its negative.
+/// PX4's relative time of missing values, µs; some logs have its negative.
 const UNKNOWN_RELATIVE_US: f64 = i32::MAX as f64;
-/// Pressures below this are hPa, as PX4 wrote them before it wrote Pa.
+/// Smallest value that is in Pa; smaller ones are in hPa, as in older PX4 logs.
 const LEAST_PA: f64 = 2_000.0;
-/// What receivers call fixes, from this on: a height is measured from three.
+/// Smallest fix types of a fix without and with a measured height.
 const TWO_DIMENSIONS: f64 = 2.0;
 const THREE_DIMENSIONS: f64 = 3.0;
 
-/// What PX4 calls a sensor that looks down.
+/// PX4's orientation of a downward sensor.
 const DOWNWARD: f64 = 25.0;
 
 impl Rows {
-    /// Takes in a row of `topic`, found at byte `place`.
+    /// Reads a row of `topic` at byte offset `place`.
     pub fn take(&mut self, topic: Topic, row: &[f64; Topic::WIDTH], place: u64, to: &mut Assembly) {
         match topic {
             Topic::SensorCombined => self.sensor_combined(row, place, to),
@@ -135,13 +135,13 @@ impl Rows {
         }
     }
 
-    /// The time of a clock that reads `clock_us`.
+    /// The time since the start of the log, from the clock value.
     fn time(&self, clock_us: f64) -> Option<Time> {
-        // Whole microseconds: a nanosecond is beyond what they hold.
+        // The clock counts whole microseconds; an f64 of seconds resolves them.
         Time::from_seconds((clock_us - self.start_us) / 1e6)
     }
 
-    /// The time of the sample where the log has it, else that of the message.
+    /// The time of the sample if the log has it, else of the message.
     fn sampled(&self, message_us: f64, sample_us: f64) -> Option<Time> {
         self.time(if sample_us > 0.0 { sample_us } else { message_us })
     }
@@ -163,9 +163,9 @@ impl Rows {
             );
         }
         if accel_relative.abs() >= UNKNOWN_RELATIVE_US {
-            return to.imu_left_out(place, "left out: without an acceleration");
+            return to.imu_left_out(place, "left out: the specific force is missing");
         }
-        // Microseconds, or seconds in logs from before 2017.
+        // Microseconds; seconds in logs from before 2017.
         self.integrals.sample(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
@@ -179,8 +179,8 @@ impl Rows {
         );
     }
 
-    /// Magnetometer and barometer within `sensor_combined`, as older logs have them: repeated until
-    /// there is a new one.
+    /// Magnetometer and barometer within `sensor_combined` of older logs, where values repeat until the next
+    /// measurement.
     fn combined_others(
         &mut self,
         t: f64,
@@ -213,12 +213,12 @@ impl Rows {
         };
         let Some(time) = self.sampled(t, sample) else { return };
         if !(angle_dt > 0.0 && velocity_dt > 0.0) {
-            return to.imu_left_out(place, "left out: an increment over no time");
+            return to.imu_left_out(place, "left out: the time of an increment is zero or missing");
         }
         self.integrals.sample(time, angle_dt / 1e6);
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
-        // As means: gyro and accelerometer may integrate over times that differ.
+        // Converted to mean rates, because gyro and accelerometer may integrate over different times.
         let motion = Motion::Rates {
             angular_rate_radps: Vector::new(p, q, r) * (1e6 / angle_dt),
             specific_force_mps2: Vector::new(x, y, z) * (1e6 / velocity_dt),
@@ -239,7 +239,7 @@ impl Rows {
         let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ref antennas @ ..] = rest else {
             return;
         };
-        // Of the vehicle: PX4 has taken off how the antennas stand to it.
+        // Heading of the vehicle: PX4 has already subtracted the direction of the antenna baseline.
         if let (Some(time), &[heading_rad, sigma_rad, ..]) = (self.time(t), antennas)
             && heading_rad.is_finite()
         {
@@ -249,7 +249,7 @@ impl Rows {
         if fix_type < TWO_DIMENSIONS {
             return to.fix_left_out(place, "left out: no fix");
         }
-        // Degrees and metres, or before 2024 their integers: 1e-7° and mm.
+        // Degrees and metres; before 2024, integers of 1e-7° and mm.
         let or = |new: f64, old: f64, unit: f64| if new.is_nan() { old * unit } else { new };
         let (latitude, longitude) = (or(latitude, lat, 1e-7), or(longitude, lon, 1e-7));
         let (msl_m, ellipsoid_m) = (or(msl, alt, 1e-3), or(ellipsoid, alt_ellipsoid, 1e-3));
@@ -258,7 +258,7 @@ impl Rows {
         let time = self.time(t).map(|time| time.offset_by(-self.latency_s));
         let place_on_earth = Geodetic::from_degrees(latitude, longitude, height_m);
         let Some((time, position)) = time.zip(place_on_earth) else {
-            return to.fix_left_out(place, "left out: no place on Earth");
+            return to.fix_left_out(place, "left out: not a position on Earth");
         };
         if has_ellipsoid {
             self.undulation_m = ellipsoid_m - msl_m;
@@ -290,7 +290,7 @@ impl Rows {
             return;
         };
         let Some(time) = self.time(t).filter(|_| orientation == DOWNWARD) else { return };
-        // A quality of −1 is not known. Outside its own limits the sensor measures nothing.
+        // A quality of −1 is unknown. Readings outside the sensor's own limits have quality 0.
         let within = !(range_m < least_m || range_m > most_m);
         let quality = if within { Some(percent / 100.0) } else { Some(0.0) };
         to.range(place, RangeReading { time, range_m, sigma_m: Some(variance.sqrt()), quality });
@@ -299,8 +299,7 @@ impl Rows {
     fn sticks(&self, row: &[f64], place: u64, to: &mut Assembly) {
         let &[t, roll, pitch, throttle, yaw, y, x, z, r, ..] = row else { return };
         let Some(time) = self.time(t) else { return };
-        // Forward stick is positive `x` in old logs, and positive `pitch` in new ones; old throttle
-        // runs from 0 to 1.
+        // Forward stick is positive `x` in old logs and positive `pitch` in new ones; old throttle is 0 to 1.
         let or = |new: f64, old: f64| if new.is_nan() { old } else { new };
         let throttle = or(throttle, 2.0 * z - 1.0);
         to.controls(place, time, [or(roll, y), or(pitch, x), throttle, or(yaw, r)]);

@@ -1,4 +1,4 @@
-//! What a ULog file holds: a first pass, before it is chosen what to read.
+//! First pass over a ULog file: counts messages and reads parameters.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io;
@@ -7,26 +7,26 @@ use super::definitions::{Cell, Definitions};
 use super::messages::Messages;
 use super::topics::Topic;
 
-/// What a ULog file holds.
+/// Contents of a ULog file.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
-    /// Messages of each topic that is read, by instance.
+    /// Number of messages of each topic and instance that is read.
     pub counts: BTreeMap<(Topic, u8), usize>,
-    /// Numbers that parameters had when logging ended.
+    /// Last values of numeric parameters.
     pub parameters: HashMap<String, f64>,
-    /// Text that the log tells of the vehicle, such as `ver_hw`.
+    /// Information about the vehicle, such as `ver_hw`.
     pub information: HashMap<String, String>,
-    /// Spans in which the logger could not keep up, ms.
+    /// Durations of the logger's dropouts, ms.
     pub dropouts_ms: Vec<u16>,
-    /// Definitions and subscriptions that make no sense, the first one's place.
+    /// Byte offset of the first invalid definition, subscription or value.
     pub senseless: Option<u64>,
 }
 
-/// Parameters that are read: what else there is would only take memory.
+/// Parts of the names of parameters that are kept; others would only take memory.
 const PARAMETERS: [&str; 3] = ["EKF2_GPS_", "EKF2_IMU_POS_", "SENS_BOARD_"];
-/// The same for information.
+/// Names of the information that is kept.
 const INFORMATION: [&str; 4] = ["sys_name", "ver_hw", "ver_sw", "ver_sw_branch"];
-/// Dropouts remembered; there are a handful.
+/// Largest number of dropouts that are kept; a log has a handful.
 const DROPOUTS: usize = 100_000;
 
 impl Survey {
@@ -83,24 +83,24 @@ impl Survey {
     }
 }
 
-/// A key, a type and a name, behind its length; and what follows it.
+/// The length-prefixed key, a type and a name, and the value after it.
 fn keyed(body: &[u8]) -> Option<(&str, &[u8])> {
     let (&length, rest) = body.split_first()?;
     let (key, value) = rest.split_at_checked(usize::from(length))?;
     Some((std::str::from_utf8(key).ok()?, value))
 }
 
-/// What the data messages of one number are.
+/// Topic and layout of the data messages of one number.
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub topic: Topic,
     pub instance: u8,
-    /// Where each of the topic's columns stands.
+    /// Offset and type of each of the topic's columns.
     cells: Vec<Option<Cell>>,
 }
 
 impl Subscription {
-    /// The topic's columns in `body`, NaN where it has none.
+    /// The topic's columns in `body`; NaN for missing ones.
     pub fn row(&self, body: &[u8]) -> [f64; Topic::WIDTH] {
         let mut row = [f64::NAN; Topic::WIDTH];
         let body = body.get(2..).unwrap_or_default();
@@ -113,7 +113,7 @@ impl Subscription {
     }
 }
 
-/// The topics that are read, by the number that the file gives each.
+/// The topics that are read, by their number in the file.
 #[derive(Debug, Default)]
 pub(super) struct Subscriptions {
     definitions: Definitions,
@@ -121,7 +121,7 @@ pub(super) struct Subscriptions {
 }
 
 impl Subscriptions {
-    /// Takes in a definition (`F`) or a subscription (`A`); whether it makes sense.
+    /// Reads a definition (`F`) or a subscription (`A`); false if it is invalid.
     pub fn define(&mut self, kind: u8, body: &[u8]) -> bool {
         match kind {
             b'F' => self.definitions.add(body),
@@ -147,7 +147,7 @@ impl Subscriptions {
         Some(())
     }
 
-    /// What the data message `body` is, if it is read.
+    /// The subscription of the data message `body`, if it is read.
     pub fn of(&self, body: &[u8]) -> Option<&Subscription> {
         let number = u16::from_le_bytes(*body.first_chunk()?);
         self.by_number.get(usize::from(number))?.as_ref()

@@ -17,12 +17,12 @@ pub(super) enum Topic {
     GlobalPosition,
     Innovations,
     InnovationVariances,
-    /// Both, in logs from before 2020.
+    /// Innovations and variances, in logs from before 2020.
     OldInnovations,
 }
 
 impl Topic {
-    /// Columns of the widest topic, at least.
+    /// Number of columns, at least those of the widest topic.
     pub const WIDTH: usize = 22;
 
     const ALL: [Self; 15] = [
@@ -43,7 +43,7 @@ impl Topic {
         Self::OldInnovations,
     ];
 
-    /// The topic that PX4 calls `name`, if it is read.
+    /// The topic with PX4's `name`, if it is read.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
@@ -69,7 +69,7 @@ impl Topic {
         }
     }
 
-    /// The fields that are read, in the order in which [`super::rows`] takes them apart.
+    /// The fields that are read, in the order that [`super::rows`] expects.
     pub const fn columns(self) -> &'static [&'static str] {
         match self {
             Self::SensorCombined => &[

@@ -1,7 +1,6 @@
-//! The page and the schemas of every key of `dataset.toml`, `fly.toml` and `mapping.toml` are those of the
-//! types that read them.
+//! The page and the schemas of `dataset.toml`, `fly.toml` and `mapping.toml` match the types that read these files.
 //!
-//! With `HOVERNAV_WRITE_CONFIGURATION` set the files are written anew instead of compared.
+//! With `HOVERNAV_WRITE_CONFIGURATION` set, the files are written instead of compared.
 
 mod source;
 mod walk;
@@ -18,30 +17,30 @@ use walk::{Defaults, Key, Walk};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// A file, its type, and what it is.
+/// Name, type and description of each file.
 const FILES: [(&str, &str, &str); 3] = [
     (
         "dataset.toml",
         "Manifest",
-        "What a vehicle is, how its sensors are mounted and how good they are, and the settings of the \
-         filter: beside the data, or given to `hovernav estimate --config`. Every key has a default; \
-         where none is shown, the key is not set. A key that is not known is named and has no effect; in \
-         `[alignment]`, `[aiding]` and `[filter]` it is an error.",
+        "The vehicle, the mounting and quality of its sensors, and the settings of the filter. The \
+         file is in the dataset directory, or is given to `hovernav estimate --config`. Every key \
+         has a default; a key without a shown default is not set. An unknown key has no effect and \
+         causes a warning; in `[alignment]`, `[aiding]` and `[filter]` it is an error.",
     ),
     (
         "fly.toml",
         "FlyConfig",
-        "Which devices are on which lines, and how the vehicle is built: for `hovernav fly --config`, \
-         whatever the file is called (`play.toml` is one for played sensors). A key that is not known \
-         is an error. Its section `[navigation]` has the keys of `dataset.toml`, which are not \
-         repeated.",
+        "Devices, their serial lines, and the setup of the vehicle, for `hovernav fly --config`. \
+         The file may have any name (`play.toml` is an example for played sensors). An unknown key \
+         is an error. The section `[navigation]` has the keys of `dataset.toml`, which are not \
+         repeated here.",
     ),
     (
         "mapping.toml",
         "Mapping",
-        "What the columns of foreign text files are: written by `hovernav init`, read by every command \
-         that takes a log. `[[table]]` begins one for each file; the sensors that it has follow, as in \
-         `[table.gyro]`.",
+        "The columns of foreign text files, written by `hovernav init` and read by every command \
+         that takes a log. There is one `[[table]]` per file, followed by the sections of its \
+         sensors, such as `[table.gyro]`.",
     ),
 ];
 
@@ -49,7 +48,7 @@ fn toml_of(value: &impl Serialize) -> toml::Value {
     toml::to_string(value).unwrap().parse::<toml::Table>().map(toml::Value::Table).unwrap()
 }
 
-/// What the types are worth by default.
+/// Default values of the types.
 fn defaults() -> Defaults {
     use hovernav::ekf::{
         Aiding, AntennaHeadingModel, AttitudeModel, BaroModel, GateConfig, GpsModel, ImuModel,
@@ -101,7 +100,7 @@ fn defaults() -> Defaults {
     defaults
 }
 
-/// The keys of a file, and its schema.
+/// The keys of a file and its schema.
 fn keys_of(name: &str) -> (Vec<Key>, Json) {
     let (types, defaults) = (source::types(), defaults());
     let mut walk = Walk { types: &types, defaults: &defaults, keys: Vec::new() };
@@ -165,7 +164,7 @@ fn schema(file: &str, name: &str, about: &str) -> String {
 }
 
 #[test]
-fn the_page_and_the_schemas_are_those_of_the_types() {
+fn the_page_and_the_schemas_match_the_types() {
     let page = page();
     let mut files = vec![
         ("docs/configuration.md".to_owned(), page.clone()),
@@ -186,14 +185,14 @@ fn the_page_and_the_schemas_are_those_of_the_types() {
         let differs = found.lines().zip(text.lines()).position(|(a, b)| a != b);
         assert!(
             found == text,
-            "{file} is not what the types say, from line {:?} on: set HOVERNAV_WRITE_CONFIGURATION=1 and \
+            "{file} differs from the types from line {:?} on: set HOVERNAV_WRITE_CONFIGURATION=1 and \
              run this test to write it anew",
             differs.map(|line| line + 1)
         );
     }
 }
 
-/// The keys that serde writes of `value`, with their sections.
+/// The keys that serde writes for `value`, with their sections.
 fn written(value: &toml::Value, prefix: &str, keys: &mut BTreeSet<String>) {
     match value {
         toml::Value::Table(table) => {
@@ -217,7 +216,7 @@ fn no_key_that_is_read_is_missing_from_the_page() {
         for key in keys {
             let parts = key.split('.').map(|p| if channels.contains(&p) { "‹channel›" } else { p });
             let general = parts.collect::<Vec<_>>().join(".");
-            // A channel's name is also that of a control.
+            // Names of channels are also names of controls.
             let is_listed = listed.contains(&key)
                 || listed.contains(&general)
                 || listed.iter().any(|known| general.starts_with(&format!("{known}.")))
@@ -231,7 +230,7 @@ fn no_key_that_is_read_is_missing_from_the_page() {
 }
 
 #[test]
-fn every_key_says_what_it_is() {
+fn every_key_has_a_description() {
     for (_, name, _) in FILES {
         let (keys, _) = keys_of(name);
         assert!(keys.len() > 30, "{name}: {}", keys.len());

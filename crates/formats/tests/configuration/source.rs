@@ -1,4 +1,4 @@
-//! The types that settings are read into, as their source spells them.
+//! Parses the source of the types that settings are read into.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +19,7 @@ pub struct Value {
     pub is_default: bool,
 }
 
-/// What a name stands for.
+/// A parsed type.
 #[derive(Clone, Debug)]
 pub enum Type {
     Structure(Vec<Field>),
@@ -29,7 +29,7 @@ pub enum Type {
 /// Types by name.
 pub type Types = BTreeMap<String, Type>;
 
-/// Where they stand; of two types of one name the first counts.
+/// Source files of the types; of two types with the same name, the first is used.
 const PLACES: &[&str] = &[
     "crates/log/src/manifest.rs",
     "crates/log/src/setup",
@@ -65,7 +65,7 @@ pub fn types() -> Types {
     types
 }
 
-/// What stands above an item: its documentation and its attributes.
+/// Documentation and attributes above an item.
 #[derive(Default)]
 struct Above {
     doc: String,
@@ -73,12 +73,12 @@ struct Above {
 }
 
 impl Above {
-    /// Takes in a line that belongs above an item.
+    /// Reads a line above an item.
     fn takes(&mut self, line: &str) -> bool {
         if let Some(doc) = line.strip_prefix("///") {
-            // Examples and sources are for programmers.
+            // Examples and sources are for programmers; the page omits them.
             if !doc.trim().is_empty() {
-                // A link to another item leads nowhere on the page.
+                // Links to other items do not work on the page.
                 let doc = doc.trim().replace("[`", "`").replace("`]", "`");
                 self.doc = format!("{} {doc}", self.doc).trim().to_owned();
             }
@@ -111,7 +111,7 @@ fn read(text: &str, types: &mut Types) {
                 "struct" => Type::Structure(fields(&body)),
                 _ => Type::Enumeration(values(&body, &above.attributes)),
             };
-            // Types written by a macro have its own marks for names.
+            // Types defined by a macro have the macro's placeholders as names.
             if !name.starts_with('$') {
                 types.entry(name).or_insert(found);
             }

@@ -1,4 +1,4 @@
-//! From a file's type to its keys.
+//! Lists the keys of a file's type.
 
 use std::collections::BTreeMap;
 
@@ -9,16 +9,16 @@ use super::source::{Field, Type, Types};
 /// One key of a file.
 #[derive(Clone, Debug)]
 pub struct Key {
-    /// With its sections, as in `imu.lever_arm_m`.
+    /// Name with its sections, as in `imu.lever_arm_m`.
     pub path: String,
-    /// What a value of it is, in words.
+    /// Description of the type of its value.
     pub kind: String,
-    /// As TOML spells it; empty where there is none.
+    /// Default in TOML; empty without a default.
     pub default: String,
     pub doc: String,
 }
 
-/// Types that stand for keys elsewhere: what a table of any keys holds, and what needs no page.
+/// Types without keys of their own on the page.
 const TABLES: &[(&str, &str)] = &[
     ("Manifest.alignment", "AlignmentConfig"),
     ("Manifest.aiding", "Aiding"),
@@ -26,7 +26,7 @@ const TABLES: &[(&str, &str)] = &[
 ];
 const LEFT_OUT: &[&str] = &["AutopilotSection.flown"];
 
-/// What types are worth by default, by their names.
+/// Default values of types, by name.
 pub type Defaults = BTreeMap<&'static str, toml::Value>;
 
 pub struct Walk<'a> {
@@ -36,7 +36,7 @@ pub struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Takes in the keys of the structure `name` below `prefix`; its schema.
+    /// Adds the keys of the structure `name` below `prefix` and returns its schema.
     pub fn structure(&mut self, name: &str, prefix: &str, parameter: &str) -> Json {
         let Some(Type::Structure(fields)) = self.types.get(name) else {
             panic!("no structure {name}");
@@ -97,7 +97,7 @@ impl Walk<'_> {
         }
     }
 
-    /// One of something for each channel.
+    /// One value per channel.
     fn channels(&mut self, of: &str, path: &str, owner: &str, field: &Field) -> Json {
         let inner = Field { kind: of.to_owned(), ..field.clone() };
         let path = format!("{path}.‹channel›");
@@ -109,7 +109,7 @@ impl Walk<'_> {
             "properties": properties})
     }
 
-    /// The pilot's pulses: one of two sections.
+    /// The pilot's pulses: one of two alternative sections.
     fn capture(&mut self, path: &str, field: &Field) -> Json {
         let serial = self.structure("LineSection", &format!("{path}.serial."), "");
         let chip = Field {
@@ -137,7 +137,7 @@ impl Walk<'_> {
     }
 }
 
-/// A type without what may be left out or repeated.
+/// A type without `Option` or `Vec` around it.
 fn stripped(kind: &str) -> &str {
     for wrapper in ["Option<", "Vec<"] {
         if let Some(inner) = kind.strip_prefix(wrapper) {
@@ -150,7 +150,7 @@ fn stripped(kind: &str) -> &str {
     }
 }
 
-/// How many a type has, where it has several.
+/// Number of elements of an array type.
 fn count(kind: &str) -> Option<&str> {
     if kind.starts_with("Vec<") {
         return Some("");
@@ -184,7 +184,7 @@ fn listed(kind: &str, item: Json, doc: &str) -> Json {
 
 fn primitive(name: &str, path: &str) -> (&'static str, Json) {
     match name {
-        // The core's settings are of any numbers `T`, and of `f64` where a file is read.
+        // The core's settings are generic over the number type `T`, which is `f64` for files.
         "f64" | "T" => ("number", json!({"type": "number"})),
         "u8" | "u16" | "u32" | "u64" => ("whole number", json!({"type": "integer", "minimum": 0})),
         "bool" => ("`true` or `false`", json!({"type": "boolean"})),

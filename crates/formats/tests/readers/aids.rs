@@ -1,4 +1,4 @@
-//! Rangefinders and second antennas in the logs of other autopilots.
+//! Rangefinders and second antennas in logs of other autopilots.
 
 use std::fs;
 
@@ -47,7 +47,7 @@ fn dataflash_gives_distances_downwards_and_yaws_of_the_receiver() {
     assert_eq!(heading.time, dataset.fixes[5].time);
 }
 
-/// A MAVLink 2 frame behind its time, µs.
+/// A MAVLink 2 frame after its time, µs.
 fn frame(time_us: u64, sequence: u8, message: u32, seed: u8, payload: &[u8]) -> Vec<u8> {
     let id = message.to_le_bytes();
     let mut body = vec![payload.len() as u8, 0, 0, sequence, 1, 1, id[0], id[1], id[2]];
@@ -85,7 +85,7 @@ fn gps_raw(ms: u32, yaw: u16) -> Vec<u8> {
     payload
 }
 
-/// Down, 20 cm to 40 m, one-sigma 5 cm.
+/// Downward, 20 cm to 40 m, one-sigma 5 cm.
 fn distance(ms: u32, centimetres: u16, quality: u8) -> Vec<u8> {
     let mut payload = vec![0; 39];
     payload[..4].copy_from_slice(&ms.to_le_bytes());
@@ -139,7 +139,7 @@ fn the_rangefinder_of_a_telemetry_log_without_distance_sensor_is_read() {
 }
 
 #[test]
-fn real_logs_have_the_distances_that_they_have() {
+fn distances_of_real_logs_are_read() {
     for name in
         ["px4-quad-vibration-2025.ulg", "sample_log_small.ulg", "px4-quad-motor-failure.ulg"]
     {

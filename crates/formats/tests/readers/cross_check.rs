@@ -1,7 +1,7 @@
-//! What the readers read is what the reference readers in Python read, number for number.
+//! The readers return the same numbers as the reference readers in Python.
 //!
-//! The reference readers come from the Python package index. Where they cannot be had, or the logs are not there, a
-//! test says so and is skipped.
+//! The reference readers come from the Python package index. Without them, or without the logs, a test prints a
+//! message and is skipped.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use hovernav_testing::{python, shared};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
-/// The interpreter of an environment with the reference readers.
+/// The Python interpreter of an environment with the reference readers.
 fn reference_readers() -> Option<PathBuf> {
     python(&["pyulog", "pymavlink"])
 }
@@ -22,7 +22,7 @@ fn reference_readers() -> Option<PathBuf> {
 /// Samples of each kind: a time and numbers.
 type Samples = BTreeMap<String, Vec<Vec<f64>>>;
 
-/// What the script `oracle` says of `log`; times of a kind made to increase as the readers do.
+/// The samples that the script `oracle` reads from `log`. Times are made increasing, as the readers do.
 fn expected(python: &Path, oracle: &str, log: &Path) -> Samples {
     let script = Path::new(HERE).join("tests/oracles").join(oracle);
     let output = Command::new(python).arg(script).arg(log).output().unwrap();
@@ -106,7 +106,7 @@ fn found(log: &Log) -> Samples {
     samples
 }
 
-/// Asserts that the readers found what was expected, of every kind that was.
+/// Asserts that the readers found the expected samples of every kind.
 fn compare(name: &str, expected: &Samples, found: &Samples) {
     let mut compared = 0;
     for (kind, expected) in expected {
@@ -115,7 +115,7 @@ fn compare(name: &str, expected: &Samples, found: &Samples) {
         for (found, expected) in found.iter().zip(expected) {
             assert_eq!(found.len(), expected.len(), "{name}: numbers of {kind}");
             for (place, (found, expected)) in found.iter().zip(expected).enumerate() {
-                // Angles may differ by a turn.
+                // Angles may differ by a full turn.
                 let difference = if kind == "euler" && place > 0 {
                     hovernav::frames::wrap_angle(found - expected)
                 } else {
@@ -159,7 +159,7 @@ fn dataflash_logs_hold_what_pymavlink_reads() {
 }
 
 #[test]
-fn a_dataflash_log_in_text_holds_what_it_holds_in_bytes() {
+fn a_text_dataflash_log_equals_its_binary_original() {
     let Some(path) = shared("logs/ardupilot-short.bin") else { return };
     let Some(python) = reference_readers() else { return };
     let script = "import sys\nfrom pymavlink import DFReader\nlog = DFReader.DFReader_binary(sys.argv[1])\n\

@@ -1,7 +1,7 @@
-//! Damaged, cut off and foreign files: what was readable is used, or the file is refused; nothing
-//! panics, hangs or takes memory without end.
+//! Damaged, truncated and foreign files: the readable part is used, or the file is rejected. No reader panics,
+//! hangs or allocates without limit.
 //!
-//! `HOVERNAV_MUTATIONS` sets how many damaged files each reader is given, 300 unless it is set.
+//! `HOVERNAV_MUTATIONS` is the number of damaged files per reader, 300 by default.
 
 use std::path::Path;
 
@@ -64,7 +64,7 @@ fn a_telemetry_log_is_read() {
 }
 
 #[test]
-fn a_log_cut_off_anywhere_gives_what_is_whole_or_says_what_is_missing() {
+fn a_truncated_log_gives_its_complete_messages_or_an_error() {
     for name in ["px4-quad-vibration-2025.ulg", "ardupilot-short.bin"] {
         let Some(bytes) = shared_log(name) else { continue };
         let whole = read(&bytes).unwrap().dataset.imu.len();
@@ -77,7 +77,7 @@ fn a_log_cut_off_anywhere_gives_what_is_whole_or_says_what_is_missing() {
                     assert!(found >= last && found <= whole);
                     last = found;
                     let says = |warning: &String| {
-                        warning.starts_with("at byte ") && warning.ends_with("cut off")
+                        warning.starts_with("at byte ") && warning.ends_with(", which is ignored")
                     };
                     assert!(log.dataset.warnings.iter().any(says), "{:?}", log.dataset.warnings);
                 }
@@ -110,17 +110,20 @@ fn a_stretch_of_garbage_costs_only_what_it_covers() {
 }
 
 #[test]
-fn foreign_files_are_named() {
+fn errors_name_the_type_of_foreign_files() {
     let error = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
     assert!(error(b"\x1f\x8b\x08\0").starts_with("log: at byte 0: found a gzip file"));
     assert!(error(b"").starts_with("log: at byte 0: found an empty file"));
-    assert!(error(b"ULog\x01\x12\x35\x01").contains("cut off within its header of 16 bytes"));
+    assert!(error(b"ULog\x01\x12\x35\x01").contains(
+        "found the start of a PX4 ULog, expected its \
+                                                     header of 16 bytes"
+    ));
     let missing = open(Path::new("no such log"), &Options::default()).unwrap_err();
     assert!(matches!(missing, LogError::Io { .. }));
     #[cfg(unix)]
     {
         let device = open(Path::new("/dev/zero"), &Options::default()).unwrap_err().to_string();
-        assert_eq!(device, "/dev/zero: a pipe or a device, expected a file or a directory");
+        assert_eq!(device, "/dev/zero: found a pipe or a device, expected a file or a directory");
     }
 }
 
@@ -173,7 +176,7 @@ fn damaged_logs_neither_panic_nor_hang() {
     let mut seeds: Vec<(&str, Vec<u8>)> =
         vec![("telemetry", telemetry()), ("DataFlash as text", text.to_vec())];
     for (kind, name, starts) in [
-        // From where the interesting parts are: definitions, and the first data behind them.
+        // Damage is concentrated in the definitions and the first data after them.
         ("ULog", "sample_log_small.ulg", 90_000),
         ("ULog, old", "sample_appended_multiple.ulg", 60_000),
         ("DataFlash", "ardupilot-short.bin", 65_536),

@@ -1,7 +1,7 @@
-//! Damaged captures, MCAP files, text and mappings: read or refused, never a panic, and never more
-//! memory than the file asks for.
+//! Damaged captures, MCAP files, text and mappings are read or rejected, without panics and without excessive
+//! memory.
 //!
-//! `HOVERNAV_MUTATIONS` sets how many damaged files each reader is given, 300 unless it is set.
+//! `HOVERNAV_MUTATIONS` is the number of damaged files per reader, 300 by default.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn below(random: &mut ChaCha8Rng, limit: usize) -> usize {
     random.next_u64() as usize % limit.max(1)
 }
 
-/// `seed` with some bytes changed, lost, put in or repeated.
+/// `seed` with some bytes changed, removed, inserted or repeated.
 fn damaged(seed: &[u8], alphabet: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..=below(random, 6) {
@@ -58,7 +58,7 @@ fn damaged(seed: &[u8], alphabet: &[u8], random: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// An MCAP file with two inertial units and a receiver.
+/// An MCAP file with two IMUs and a receiver.
 fn mcap_file() -> Vec<u8> {
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut writer = mcap::WriteOptions::new()
@@ -126,8 +126,8 @@ fn damaged_bytes_neither_panic_nor_hang() {
 }
 
 #[test]
-fn an_attachment_shorter_than_its_own_head_is_no_end() {
-    // 32 bytes are enough for the attachment's head and not for its checksum.
+fn an_attachment_shorter_than_its_header_does_not_end_the_reading() {
+    // 32 bytes are enough for the attachment's header but not for its checksum.
     let attachment: Vec<u8> = [&[9_u8][..], &32_u64.to_le_bytes(), &[0; 32]].concat();
     let seed = mcap_file();
     let whole = open_bytes(&seed, Path::new("log"), &Options::default()).unwrap();

@@ -1,4 +1,4 @@
-//! Real logs of other autopilots: read or refused, and estimated without going astray.
+//! Real logs of other autopilots: read or rejected, and estimated without divergence.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn says(log: &Log, words: &str) -> bool {
 }
 
 #[test]
-fn each_log_is_what_it_is_said_to_be() {
+fn each_log_has_the_expected_contents() {
     for (name, format, samples, fixes) in [
         ("px4-quad-vibration-2025.ulg", Format::Ulog, 15_843, 397),
         ("px4-quad-motor-failure.ulg", Format::Ulog, 341, 179),
@@ -45,9 +45,9 @@ fn each_log_is_what_it_is_said_to_be() {
 }
 
 #[test]
-fn remarks_say_what_a_log_lacks() {
+fn warnings_describe_the_deficiencies_of_a_log() {
     if let Some(log) = read("px4-quad-vibration-2025.ulg") {
-        assert!(says(&log, "accelerometers at their full scale between 25.0"));
+        assert!(says(&log, "accelerometers at full scale between 25.0"));
         assert!(says(&log, "vehicle_gps_position 0 (397 messages) is read"));
         let marked = log.dataset.imu.iter().filter(|sample| sample.clipped.accel[2]).count();
         assert_eq!(marked, 146);
@@ -68,7 +68,7 @@ fn remarks_say_what_a_log_lacks() {
 }
 
 #[test]
-fn an_instance_is_read_by_its_number_or_refused() {
+fn an_instance_is_read_by_its_number_or_rejected() {
     let Some(path) = shared("logs/ardupilot-short.bin") else { return };
     let mut options = Options::default();
     options.imu = Some(1);
@@ -81,9 +81,9 @@ fn an_instance_is_read_by_its_number_or_refused() {
     assert!(error.contains("found no instance 7; the log has IMU 0 (45 messages)"), "{error}");
 }
 
-/// Heavy vibration with accelerometers clipping from 25 s on, and a vehicle that rolls over at 68 s.
+/// Heavy vibration: the accelerometers clip from 25 s on, and the vehicle rolls over at 68 s.
 #[test]
-fn clipping_and_a_roll_over_do_not_lead_the_filter_astray() {
+fn clipping_and_a_roll_over_do_not_make_the_filter_diverge() {
     let Some(mut log) = read("px4-quad-vibration-2025.ulg") else { return };
     let config = log.dataset.settings().unwrap();
     let run = log.dataset.estimate(&config, |_| {});

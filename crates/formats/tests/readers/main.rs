@@ -1,4 +1,4 @@
-//! Logs and tables of others, read number for number, damaged, and never taken for what they are not.
+//! Foreign logs and tables: correct numbers, damaged files, and no wrong recognition.
 
 mod aids;
 mod cross_check;

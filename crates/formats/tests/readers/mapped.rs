@@ -1,11 +1,11 @@
-//! Foreign files from a first look to the dataset that they give.
+//! Maps foreign files and reads the resulting dataset.
 
 use std::fs;
 
 use hovernav_formats::{Options, Proposal, open};
 use hovernav_log::Dataset;
 
-/// What `init` says of `files`, the mapping that it writes, and the dataset which that gives.
+/// The report of `init` on `files`, the mapping that it writes, and the resulting dataset.
 pub fn mapped(files: &[(&str, String)]) -> (String, String, Dataset) {
     let place = tempfile::tempdir().unwrap();
     let paths = files.iter().map(|(name, text)| {

@@ -1,4 +1,4 @@
-//! Foreign text files, from a first look to the solution that the original gives.
+//! Foreign text files, mapped and estimated, give the solution of the original.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,7 +11,7 @@ use hovernav_log::Dataset;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
 
-/// How a foreign logger might have written the same flight.
+/// A foreign logger's format for the same flight.
 #[derive(Clone, Copy)]
 struct Foreign {
     delimiter: &'static str,
@@ -23,7 +23,7 @@ struct Foreign {
     attitude_enu: bool,
     header: bool,
     remarks: bool,
-    /// A file a sensor instead of one.
+    /// One file per sensor instead of one file.
     apart: bool,
 }
 
@@ -44,7 +44,7 @@ fn rows(file: &str) -> Vec<Vec<f64>> {
 }
 
 impl Foreign {
-    /// Writes the flight to `directory`; its files.
+    /// Writes the flight to `directory` and returns its files.
     fn write(&self, directory: &Path) -> Vec<PathBuf> {
         let flip = if self.forward_left_up { -1.0 } else { 1.0 };
         let (rate, force, field) = if self.other_units {
@@ -120,7 +120,7 @@ fn solutions(mut dataset: Dataset) -> Vec<Solution> {
     dataset.estimate(&config, |_| {}).solutions
 }
 
-/// The dataset that a first look at `foreign` leads to, with the original's manifest.
+/// The dataset from a proposed mapping of `foreign`, with the original's manifest.
 fn mapped(foreign: Foreign) -> (Dataset, String) {
     let place = tempfile::tempdir().unwrap();
     let files = foreign.write(place.path());
@@ -133,7 +133,7 @@ fn mapped(foreign: Foreign) -> (Dataset, String) {
 }
 
 #[test]
-fn whatever_the_logger_the_solution_is_that_of_the_original() {
+fn every_foreign_format_gives_the_solution_of_the_original() {
     let original = solutions(Dataset::open(ORIGINAL.as_ref()).unwrap());
     for (what, foreign) in [
         ("degrees, g, milliseconds, forward-left-up", PLAIN),
@@ -165,7 +165,7 @@ fn whatever_the_logger_the_solution_is_that_of_the_original() {
 }
 
 #[test]
-fn a_manifest_beside_a_mapping_turns_a_unit_that_stands_askew() {
+fn a_manifest_next_to_a_mapping_corrects_a_tilted_imu() {
     let manifest = "[imu]\naxes = \"flu\"\nmounting_deg = [2.0, 12.5, -30.0]\n";
     let place = tempfile::tempdir().unwrap();
     for file in ["imu.csv", "gps.csv"] {
@@ -185,7 +185,7 @@ fn a_manifest_beside_a_mapping_turns_a_unit_that_stands_askew() {
         let force = (a.specific_force_mps2 - b.specific_force_mps2).norm();
         assert!(turn < 1e-9 && force < 1e-9, "{turn} {force}");
     }
-    // What is written of it is as it should be, and is not turned again.
+    // The written dataset is already in body axes and is not converted again.
     let written = place.path().join("written");
     fs::create_dir(&written).unwrap();
     found.write(&written, &[]).unwrap();
@@ -195,8 +195,8 @@ fn a_manifest_beside_a_mapping_turns_a_unit_that_stands_askew() {
 }
 
 #[test]
-fn accelerometers_that_count_against_their_axes_are_found_by_the_fixes() {
-    // Forward-right-down, with gravity positive: at rest the same as forward-left-up.
+fn the_fixes_reveal_accelerometers_with_the_opposite_sign() {
+    // Forward-right-down with positive gravity; at rest this equals forward-left-up.
     let place = tempfile::tempdir().unwrap();
     let files = Foreign { apart: true, forward_left_up: false, ..PLAIN }.write(place.path());
     let text = fs::read_to_string(&files[0]).unwrap();
@@ -219,7 +219,7 @@ fn accelerometers_that_count_against_their_axes_are_found_by_the_fixes() {
 }
 
 #[test]
-fn a_mapping_beside_a_foreign_file_of_our_own_name_counts() {
+fn a_mapping_applies_to_a_foreign_imu_csv() {
     let place = tempfile::tempdir().unwrap();
     let files = Foreign { apart: true, ..PLAIN }.write(place.path());
     Proposal::of(&files).unwrap().write(place.path(), false).unwrap();
@@ -238,7 +238,7 @@ fn a_latitude_beyond_any_latitude_is_a_longitude() {
     let text = fs::read_to_string(&files[1]).unwrap();
     fs::write(&files[1], text.replacen("lat,lon", "lon,lat", 1)).unwrap();
     let proposal = Proposal::of(&files).unwrap();
-    let told = "check: gps: lat reaches 103.8, beyond any latitude, and lon does not";
+    let told = "check: gps: lat reaches 103.8°, more than any latitude, and lon does not";
     assert!(proposal.to_string().contains(told), "{proposal}");
     let out = place.path().join("mapped");
     proposal.write(&out, false).unwrap();
@@ -248,12 +248,12 @@ fn a_latitude_beyond_any_latitude_is_a_longitude() {
 }
 
 #[test]
-fn numbers_in_quotes_may_have_the_commas_that_part_them() {
+fn numbers_in_quotes_may_have_decimal_commas() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("log.csv");
     let mut text = String::from("\"clock\",\"gx\",\"gy\",\"gz\",\"ax\",\"ay\",\"az\"\n");
     for k in 0..200 {
-        // A second past midnight in the middle.
+        // Midnight passes in the middle.
         let (of_day, hundredths) = ((86_399 + k / 100) % 86_400, k % 100);
         let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
         let _ = write!(text, "\"{hour:02}:{minute:02}:{second:02},{hundredths:02}\",");
@@ -270,7 +270,7 @@ fn numbers_in_quotes_may_have_the_commas_that_part_them() {
 }
 
 #[test]
-fn a_mapping_that_is_there_is_not_overwritten_unasked() {
+fn an_existing_mapping_is_not_overwritten_without_force() {
     let place = tempfile::tempdir().unwrap();
     let files = Foreign { apart: true, ..PLAIN }.write(place.path());
     let proposal = Proposal::of(&files).unwrap();
@@ -284,22 +284,18 @@ fn a_mapping_that_is_there_is_not_overwritten_unasked() {
 }
 
 #[test]
-fn what_cannot_be_mapped_says_why_and_where() {
+fn errors_of_unmappable_files_have_a_reason_and_a_line() {
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("log.csv");
     let refused = |text: &str| {
         fs::write(&file, text).unwrap();
         Proposal::of(std::slice::from_ref(&file)).unwrap_err().to_string()
     };
-    assert!(refused("").contains("no two columns"));
-    assert!(refused("hello\nworld\n").contains("no two columns"));
-    assert!(
-        refused("t,foo\n1,2\n2,3\n").contains("neither gyro"),
-        "{}",
-        refused("t,foo\n1,2\n2,3\n")
-    );
+    assert!(refused("").contains("fewer than two columns"));
+    assert!(refused("hello\nworld\n").contains("fewer than two columns"));
+    assert!(refused("t,foo\n1,2\n2,3\n").contains("no gyro"), "{}", refused("t,foo\n1,2\n2,3\n"));
     let still = refused("ax,ay,az,gx,gy,gz\n1,1,9,0,0,0\n1,1,9,0,0,0\n");
-    assert!(still.contains("rises like a time"), "{still}");
+    assert!(still.contains("increases like a time"), "{still}");
     assert!(refused(&"1".repeat(100_000)).contains("longer than"));
     assert!(
         refused("FMT, 128, 89, FMT, BBnNZ, Type\n").contains("DataFlash log, text, which needs no")
@@ -308,7 +304,7 @@ fn what_cannot_be_mapped_says_why_and_where() {
     let wide = Proposal::of(std::slice::from_ref(&file)).unwrap_err().to_string();
     assert!(wide.contains("found text in UTF-16: save it as UTF-8 first"), "{wide}");
 
-    // A second recording behind the first: the file and the line are told.
+    // A second recording after the first: the error names the file and the line.
     let rows = |from: u32| -> String {
         (from..from + 50).map(|k| format!("{k},0,0,0,0,0,-9.8\n")).collect()
     };
@@ -335,9 +331,9 @@ fn what_cannot_be_mapped_says_why_and_where() {
     assert!(opened(no_file).contains("none.csv"));
 }
 
-/// Columns without names, as KF-GINS and NaveGo take them.
+/// Columns without names, as in KF-GINS and NaveGo.
 #[test]
-fn files_without_names_are_told_by_their_numbers() {
+fn files_without_names_are_mapped_by_their_values() {
     let original = solutions(Dataset::open(ORIGINAL.as_ref()).unwrap());
     let (imu, gps) = (rows("imu.csv"), rows("gps.csv"));
     let text = |rows: Vec<Vec<f64>>| -> String {
@@ -378,7 +374,7 @@ fn files_without_names_are_told_by_their_numbers() {
             "{what}\n{proposal}"
         );
         let found = solutions(dataset);
-        // Without the unit's attitude the heading is found in flight; from then on they are alike.
+        // Without the IMU's attitude the heading is found in flight; from then on the solutions agree.
         let (Some(a), Some(b)) = (found.last(), original.last()) else { panic!("{what}") };
         let apart_m = a.position.displacement_from(&b.position).norm();
         let turn = (a.body_to_ned.inverse() * b.body_to_ned).rotation_vector().norm();

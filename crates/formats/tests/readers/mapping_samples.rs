@@ -1,11 +1,11 @@
-//! Inertial samples of foreign text: increments by their names, fields that cannot be.
+//! Inertial samples of foreign text: named increments, impossible fields.
 
 use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
 
 use crate::mapped::mapped;
 
-/// Twenty seconds at rest, a hundred rows a second: the time, then what `row` says of the row.
+/// Twenty seconds at rest at 100 Hz: the time, then the text of `row`.
 fn at_rest(names: &str, row: impl Fn(u32) -> String) -> String {
     let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(k)));
     format!("t_s,{names}\n{}", rows.collect::<String>())
@@ -27,7 +27,7 @@ fn columns_called_dth_and_dv_are_increments() {
 }
 
 #[test]
-fn a_field_that_cannot_be_is_left_out_with_its_count_and_its_first_line() {
+fn an_impossible_field_is_left_out_with_count_and_first_line() {
     let names = "gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2,\
                  mag_x_gauss,mag_y_gauss,mag_z_gauss";
     let text = at_rest(names, |k| {

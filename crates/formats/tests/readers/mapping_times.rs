@@ -1,4 +1,4 @@
-//! Clocks of foreign loggers: times that repeat, that are out of order, of days and of weeks.
+//! Clocks of foreign loggers: repeated times, times out of order, times of day and of week.
 
 use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
@@ -7,7 +7,7 @@ use crate::mapped::mapped;
 
 const NAMES: &str = "gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
 
-/// The samples of a unit at rest, no two alike, behind what `time` makes of their number.
+/// Different samples of an IMU at rest; `time` gives the time fields for the sample number.
 fn unit(name: &str, time: impl Fn(u32) -> String) -> String {
     let rows = (0..6000).map(|k| {
         let noise = f64::from(k * 37 % 101) * 1e-3;
@@ -22,7 +22,7 @@ fn unit(name: &str, time: impl Fn(u32) -> String) -> String {
     format!("{name},{NAMES}\n{}", rows.collect::<String>())
 }
 
-/// Fixes four times a second along a meridian, behind what `time` makes of their number.
+/// Fixes at 4 Hz along a meridian; `time` gives the time fields for the fix number.
 fn receiver(names: &str, time: impl Fn(u32) -> String) -> String {
     let rows = (0..240).map(|k| {
         let latitude_deg = 47.0 + 1e-5 * f64::from(k);
@@ -36,7 +36,7 @@ fn of_unit(text: String) -> (String, Dataset) {
     (report, dataset)
 }
 
-/// hh, mm and ss of a moment after 23:58:30.5, with a sign between, and its thousandths.
+/// hh, mm and ss of a moment after 23:58:30.5, with a separator, and its milliseconds.
 fn of_day(milliseconds: u32, sign: &str) -> (String, u32) {
     let after = 86_310_500 + milliseconds;
     let (second, thousandths) = (after / 1000 % 86_400, after % 1000);
@@ -50,7 +50,7 @@ fn hhmmss(milliseconds: u32) -> String {
 }
 
 #[test]
-fn times_that_repeat_are_times_and_said() {
+fn repeated_times_are_read_and_reported() {
     let second = |k: u32| f64::from(k) * 0.01;
     for (what, text, samples, rows) in [
         ("every row twice", unit("time_s", |k| format!("{:.2}", second(k))), 6000, 2),
@@ -71,24 +71,24 @@ fn times_that_repeat_are_times_and_said() {
         assert_eq!(dataset.imu.len(), samples, "{what}\n{report}");
         let span_s = dataset.imu[samples - 1].time - dataset.imu[0].time;
         assert!((59.8..60.0).contains(&span_s), "{what}: {span_s} s\n{report}");
-        assert!(report.contains(&format!("repeats, mostly on {rows} rows")), "{what}\n{report}");
+        assert!(report.contains(&format!("repeats, typically on {rows} rows")), "{what}\n{report}");
     }
 }
 
 #[test]
-fn a_clock_of_whole_seconds_is_one_and_too_coarse() {
+fn a_clock_of_whole_seconds_is_read_but_too_coarse() {
     let (report, _, dataset) = mapped(&[
         ("imu.csv", unit("time", |k| of_day(10 * k, ":").0)),
         ("gps.csv", receiver("time", |k| of_day(250 * k, ":").0)),
     ]);
     assert_eq!(dataset.imu.len(), 61, "{report}");
-    assert!(report.contains("repeats, mostly on 100 rows"), "{report}");
-    assert!(report.contains("1.0 inertial samples a second are too few"), "{report}");
+    assert!(report.contains("repeats, typically on 100 rows"), "{report}");
+    assert!(report.contains("inertial samples: found 1.0 Hz, expected at least"), "{report}");
 }
 
 #[test]
-fn rows_out_of_order_are_said() {
-    // Two rows of four change places.
+fn rows_out_of_order_are_reported() {
+    // Two of every four rows are exchanged.
     let swapped = |k: u32| if k % 4 < 2 { k ^ 1 } else { k };
     let text = unit("time_s", |k| format!("{:.2}", f64::from(swapped(k)) * 0.01));
     let (report, dataset) = of_unit(text);
@@ -97,7 +97,7 @@ fn rows_out_of_order_are_said() {
 }
 
 #[test]
-fn times_of_day_as_one_number_go_on_past_minutes_and_midnight() {
+fn times_of_day_as_one_number_continue_past_minutes_and_midnight() {
     let (report, mapping, dataset) = mapped(&[
         ("imu.csv", unit("utc", |k| hhmmss(10 * k))),
         ("gps.csv", receiver("time_s", |k| hhmmss(250 * k))),
@@ -113,7 +113,7 @@ fn times_of_day_as_one_number_go_on_past_minutes_and_midnight() {
 }
 
 #[test]
-fn a_column_of_dates_may_tell_the_time_as_well() {
+fn a_column_of_dates_can_be_the_time() {
     let dated = |k: u32| {
         let (time, thousandths) = of_day(10 * k, ":");
         format!("2025-07-08 {time}.{thousandths:03}")
@@ -123,15 +123,15 @@ fn a_column_of_dates_may_tell_the_time_as_well() {
 }
 
 #[test]
-fn seconds_that_pass_hundreds_are_no_times_of_day() {
+fn seconds_beyond_hundreds_are_not_times_of_day() {
     let (_, mapping, _) =
         mapped(&[("imu.csv", unit("utc", |k| format!("{:.2}", f64::from(k) * 0.01)))]);
     assert!(mapping.contains("unit = \"s\""), "{mapping}");
 }
 
 #[test]
-fn dates_and_weeks_bring_a_receiver_to_the_clock_of_the_unit() {
-    // 2025-07-08T23:58:30.5Z, and the same in GPS time, 18 s further.
+fn dates_and_weeks_match_a_receiver_to_the_clock_of_the_imu() {
+    // 2025-07-08T23:58:30.5Z, and the same in GPS time, 18 s ahead.
     let unix_ms = 1_752_019_110_500_u64;
     let gps_ms = unix_ms - 315_964_800_000 + 18_000;
     let week = |k: u32| gps_ms + 250 * u64::from(k);
@@ -157,12 +157,12 @@ fn dates_and_weeks_bring_a_receiver_to_the_clock_of_the_unit() {
             let apart_s = fix.time - dataset.imu[at].time;
             assert!(apart_s.abs() < 1e-6, "{what}: {apart_s} s apart\n{report}");
         }
-        assert!(!report.contains("are not of one time"), "{what}\n{report}");
+        assert!(!report.contains("do not overlap in time"), "{what}\n{report}");
     }
 }
 
 #[test]
-fn a_date_that_only_one_file_has_does_not_part_the_two() {
+fn a_date_in_only_one_file_does_not_separate_the_files() {
     let shown = |milliseconds: u32| {
         let (time, thousandths) = of_day(milliseconds, ":");
         format!("{time}.{thousandths:03}")
@@ -183,7 +183,7 @@ fn a_date_that_only_one_file_has_does_not_part_the_two() {
         let (report, _, dataset) = mapped(&[("imu.csv", imu), ("gps.csv", gps)]);
         let apart_s = dataset.fixes[0].time - dataset.imu[0].time;
         assert!(apart_s.abs() < 1e-6, "{what}: {apart_s}\n{report}");
-        let told = format!("the files are of one time if {what} is left out");
+        let told = format!("the files overlap in time only without {what}, which is ignored");
         assert!(report.contains(&told), "{report}");
     }
 }

@@ -1,4 +1,4 @@
-//! Units, signs and clocks of foreign receivers, from a first look to the fixes that the original gives.
+//! Units, signs and clocks of foreign receivers: the mapped fixes equal the original ones.
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -9,18 +9,18 @@ use hovernav_testing::shared;
 
 use crate::mapped::mapped;
 
-/// A moment of a drive along a winding road, west of Greenwich and south of the equator.
+/// One moment of a drive along a winding road, west of Greenwich and south of the equator.
 #[derive(Clone, Copy)]
 struct Moment {
     time_s: f64,
     latitude_deg: f64,
     longitude_deg: f64,
     speed_mps: f64,
-    /// Clockwise from north, 0 to 2π.
+    /// Course, clockwise from north, 0 to 2π.
     course_rad: f64,
 }
 
-/// Two minutes of driving, four fixes a second.
+/// Two minutes of driving with fixes at 4 Hz.
 fn drive() -> Vec<Moment> {
     const INTERVAL_S: f64 = 0.25;
     let (mut latitude_deg, mut longitude_deg) = (-40.0_f64, -105.15);
@@ -38,19 +38,19 @@ fn drive() -> Vec<Moment> {
         .collect()
 }
 
-/// The drive as `names` and the fields of each moment, behind its time in seconds.
+/// The drive as a table: the time in seconds, then the columns `names` with the fields of each moment.
 fn table(names: &str, row: impl Fn(&Moment) -> String) -> String {
     let rows = drive().into_iter().map(|m| format!("{:.3},{}\n", m.time_s, row(&m)));
     format!("time_s,{names}\n{}", rows.collect::<String>())
 }
 
-/// The fixes of a receiver alone, and what `init` says of it.
+/// The report of `init` on a receiver alone, and its fixes.
 fn fixes(text: String) -> (String, Vec<Fix>) {
     let (report, _, dataset) = mapped(&[("gps.csv", text)]);
     (report, dataset.fixes)
 }
 
-/// Holds places against the drive's.
+/// Asserts that positions equal the drive's.
 fn assert_places(fixes: &[Fix], report: &str) {
     let drive = drive();
     assert_eq!(fixes.len(), drive.len(), "{report}");
@@ -61,7 +61,7 @@ fn assert_places(fixes: &[Fix], report: &str) {
     }
 }
 
-/// Holds velocities over ground against the drive's.
+/// Asserts that velocities over ground equal the drive's.
 fn assert_velocities(fixes: &[Fix], report: &str) {
     for (fix, moment) in fixes.iter().zip(drive()) {
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
@@ -71,12 +71,12 @@ fn assert_velocities(fixes: &[Fix], report: &str) {
     }
 }
 
-/// A height that rises and falls by 2 m/s at most, m, and the velocity downwards, m/s.
+/// A height, m, that rises and falls by at most 2 m/s, and the velocity downwards, m/s.
 fn climb(time_s: f64) -> (f64, f64) {
     (500.0 + 40.0 * (0.05 * time_s).sin(), -2.0 * (0.05 * time_s).cos())
 }
 
-/// Degrees and minutes in one number, without a sign.
+/// Unsigned degrees and minutes in one number.
 fn ddmm(angle_deg: f64, width: usize) -> String {
     let angle_deg = angle_deg.abs();
     let whole = angle_deg.trunc();
@@ -84,7 +84,7 @@ fn ddmm(angle_deg: f64, width: usize) -> String {
 }
 
 #[test]
-fn degrees_and_minutes_with_letters_are_places() {
+fn degrees_and_minutes_with_letters_are_positions() {
     let lettered = |m: &Moment| {
         let (lat, lon) = (ddmm(m.latitude_deg, 2), ddmm(m.longitude_deg, 3));
         let (speed_kn, course_deg) = (m.speed_mps * 3600.0 / 1852.0, m.course_rad.to_degrees());
@@ -106,16 +106,16 @@ fn letters_are_the_signs_of_plain_degrees() {
 }
 
 #[test]
-fn degrees_and_minutes_with_signs_are_places_and_a_doubt() {
+fn degrees_and_minutes_with_signs_are_positions_to_check() {
     let signed =
         |m: &Moment| format!("-{},-{},1601.5", ddmm(m.latitude_deg, 2), ddmm(m.longitude_deg, 3));
     let (report, fixes) = fixes(table("lat,lon,alt", signed));
     assert_places(&fixes, &report);
-    assert!(report.contains("check: gps: latitude and longitude are taken as ddmm"), "{report}");
+    assert!(report.contains("check: gps: latitude and longitude are read as ddmm"), "{report}");
 }
 
 #[test]
-fn places_of_no_known_unit_are_left_out_and_told() {
+fn positions_of_unknown_unit_are_ignored_with_a_message() {
     let grads = |m: &Moment| {
         format!("{:.5},{:.5},1601.5,0,0,0", m.latitude_deg * 1e3, m.longitude_deg * 1e3)
     };
@@ -124,7 +124,7 @@ fn places_of_no_known_unit_are_left_out_and_told() {
     fs::write(&file, table("lat,lon,alt,gyro_x,gyro_y,gyro_z", grads)).unwrap();
     let report = Proposal::of(&[file]).unwrap().to_string();
     assert!(
-        report.contains("nor degrees and minutes as ddmm.mmmm: the receiver is left out"),
+        report.contains("or degrees and minutes as ddmm.mmmm: the receiver is ignored"),
         "{report}"
     );
 }
@@ -139,7 +139,7 @@ fn plain(m: &Moment) -> String {
 }
 
 #[test]
-fn speed_and_course_are_of_the_unit_in_which_they_agree_with_the_places() {
+fn the_units_of_speed_and_course_follow_from_the_positions() {
     let written = |per_mps: f64, per_deg: f64| {
         move |m: &Moment| {
             let (speed, course) = (m.speed_mps * per_mps, m.course_rad.to_degrees() * per_deg);
@@ -155,7 +155,7 @@ fn speed_and_course_are_of_the_unit_in_which_they_agree_with_the_places() {
     ] {
         let (report, fixes) = fixes(table("lat,lon,alt,speed,bearing", written(per_mps, 1.0)));
         assert_velocities(&fixes, &report);
-        let told = "speed with bearing agrees with the distances between the fixes if it is in";
+        let told = "speed with bearing agrees with the distances between the fixes if the unit is";
         assert!(report.contains(&format!("{told} {unit}")), "{report}");
     }
     for per_deg in [100.0, 1e5, PI / 180.0] {
@@ -191,7 +191,7 @@ fn whole_numbers_of_ublox_are_millimetres() {
 }
 
 #[test]
-fn dilutions_of_mavlink_are_no_sigmas() {
+fn mavlink_dilutions_of_precision_are_not_sigmas() {
     let row = |m: &Moment| {
         let course_cdeg = m.course_rad.to_degrees() * 100.0;
         format!("3,{},80,120,{:.0},{course_cdeg:.0},15", scaled(m), m.speed_mps * 100.0)
@@ -200,16 +200,19 @@ fn dilutions_of_mavlink_are_no_sigmas() {
     let (report, fixes) = fixes(table(names, row));
     assert_velocities(&fixes, &report);
     assert!(fixes.iter().all(|fix| fix.position_sigma_m.is_none()), "{report}");
-    assert!(report.contains("eph and epv beside degrees times ten million"), "{report}");
+    assert!(report.contains("eph and epv are ignored: together with degrees × 10⁷"), "{report}");
 }
 
 #[test]
-fn a_speed_that_its_places_deny_is_a_doubt() {
+fn a_speed_that_contradicts_the_positions_is_to_check() {
     let kmh = |m: &Moment| {
         format!("{},{:.4},{:.3}", plain(m), m.speed_mps * 3.6, m.course_rad.to_degrees())
     };
     let (report, _) = fixes(table("lat,lon,alt,speed_mps,course", kmh));
-    assert!(report.contains("as m/s gives 3.59 times the distances between the fixes"), "{report}");
+    assert!(
+        report.contains("read as m/s, gives 3.59 times the distances between the fixes"),
+        "{report}"
+    );
     assert!(report.contains("as km/h they would agree"), "{report}");
 
     let reversed = |m: &Moment| {
@@ -217,12 +220,15 @@ fn a_speed_that_its_places_deny_is_a_doubt() {
         format!("{},{:.4},{:.4}", plain(m), m.speed_mps * east, m.speed_mps * north)
     };
     let (report, _) = fixes(table("lat,lon,alt,vn_mps,ve_mps", reversed));
-    assert!(report.contains("from where vn_mps with ve_mps says"), "{report}");
+    assert!(
+        report.contains("direction of motion differs from vn_mps with ve_mps by a median of"),
+        "{report}"
+    );
 
     let standing = |_: &Moment| "-40.0,-105.1,1601.5,0.02,17.5".to_owned();
     let (report, _) = fixes(table("lat,lon,alt,speed,course", standing));
     assert!(
-        report.contains("nothing says the unit of speed with course, taken as m/s"),
+        report.contains("the unit of speed with course is not stated and is assumed to be m/s"),
         "{report}"
     );
 }
@@ -236,11 +242,11 @@ fn vertical_and_horizontal_speeds_of_two_units_are_not_mixed() {
     let (report, fixes) = fixes(table("lat,lon,alt,speed_knots,course,vd_mps", row));
     assert_velocities(&fixes, &report);
     assert!(fixes.iter().all(|fix| fix.down_velocity_mps.is_none()), "{report}");
-    assert!(report.contains("vd_mps is in m/s, the speed over ground in kn"), "{report}");
+    assert!(report.contains("vd_mps is in m/s, but the speed over ground is in kn"), "{report}");
 }
 
 #[test]
-fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
+fn a_height_without_a_position_is_barometric_or_to_check() {
     let height = |m: &Moment| format!("{:.3}", 100.0 + 0.01 * m.time_s);
     let receiver = || ("gps.csv", table("lat,lon,alt", plain));
     let (report, _, dataset) = mapped(&[receiver(), ("baro.csv", table("altitude", height))]);
@@ -250,7 +256,7 @@ fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
         mapped(&[receiver(), ("log.csv", table("altitude,foo", |m| format!("{},1", height(m))))]);
     assert!(dataset.baro.is_empty(), "{report}");
     assert!(
-        report.contains("check: altitude of log.csv is left out: neither latitude"),
+        report.contains("check: altitude of log.csv is ignored: there is no latitude"),
         "{report}"
     );
 
@@ -258,11 +264,14 @@ fn heights_beside_no_place_are_a_barometers_or_a_doubt() {
     let (report, _, dataset) =
         mapped(&[receiver(), ("baro.csv", table("altitude,pressure", both))]);
     assert_eq!(dataset.baro.len(), 480, "{report}");
-    assert!(report.contains("stands without a place beside pressure"), "{report}");
+    assert!(
+        report.contains("there is no latitude and longitude with it, and pressure is used"),
+        "{report}"
+    );
 }
 
 #[test]
-fn a_vertical_velocity_that_the_heights_deny_is_a_doubt() {
+fn a_vertical_velocity_that_contradicts_the_heights_is_to_check() {
     let rising = |sign: f64| {
         move |m: &Moment| {
             let (height_m, down_mps) = climb(m.time_s);
@@ -285,7 +294,7 @@ fn a_vertical_velocity_that_the_heights_deny_is_a_doubt() {
 }
 
 #[test]
-fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
+fn a_hover_that_fits_all_axes_keeps_those_from_gravity() {
     let Some(dir) = shared("datasets/quad-hover-aided") else { return };
     let place = tempfile::tempdir().unwrap();
     let paths = [
@@ -303,7 +312,7 @@ fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
         path
     });
     let report = Proposal::of(&paths).unwrap().to_string();
-    // Of mirrored gyros the fixes of this flight say no less.
+    // The fixes of this flight fit mirrored gyros just as well.
     for sensor in ["gyro  ", "accel  "] {
         let told = report.lines().find(|line| line.contains(sensor)).unwrap();
         assert!(told.contains("forward-right-down"), "{report}");
@@ -311,7 +320,7 @@ fn a_hover_that_denies_no_axes_keeps_those_that_gravity_tells() {
 }
 
 #[test]
-fn one_sigmas_per_axis_are_taken_in_their_unit() {
+fn one_sigmas_per_axis_are_read_in_their_unit() {
     for (names, to_m, to_mps) in [
         ("std_n,std_e,std_d,std_vn,std_ve,std_vd", 1.0, 1.0),
         ("lat_std_mm,lon_std_mm,alt_std_mm,sdvn_mm_s,sdve_mm_s,sdvu_mm_s", 1e3, 1e3),
@@ -337,11 +346,11 @@ fn one_sigmas_per_axis_are_taken_in_their_unit() {
 }
 
 #[test]
-fn one_sigmas_of_position_in_degrees_are_left_out_and_told() {
+fn one_sigmas_of_position_in_degrees_are_ignored_with_a_message() {
     let text = table("lat_deg,lon_deg,height_m,std_lat_deg,std_lon_deg,std_alt_m", |m| {
         format!("{},1e-5,1e-5,2.0", plain(m))
     });
     let (report, fixes) = fixes(text);
     assert!(fixes.iter().all(|fix| fix.position_sigma_m.is_none()), "{report}");
-    assert!(report.contains("std_lat_deg is in no unit of length"), "{report}");
+    assert!(report.contains("the unit of std_lat_deg is not a length"), "{report}");
 }

@@ -1,4 +1,4 @@
-//! Innovations of the estimator on board: what of them is read, and that they are told as ours are.
+//! Innovations of the onboard estimator are read with hovernav's signs and units.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ fn of(onboard: &Onboard, channel: Channel) -> Vec<OnboardInnovation> {
     onboard.innovations.iter().filter(|one| one.channel == channel).copied().collect()
 }
 
-/// How alike their and our innovations of a channel are, 1 at most, over those within 0.15 s.
+/// Correlation of the onboard innovations of a channel with hovernav's, over pairs within 0.15 s.
 fn correlation(ours: &[Innovation], theirs: &[OnboardInnovation]) -> f64 {
     let (mut both, mut own, mut other) = (0.0, 0.0, 0.0);
     for their in theirs {
@@ -45,7 +45,7 @@ fn innovations_of_px4_have_our_sign_and_unit() {
         .flatten()
         .collect();
     let onboard = log.onboard.unwrap();
-    // Before the roll failure, after which both go their own ways.
+    // Before the roll failure; after it the two estimators differ.
     let ours: Vec<Innovation> = ours.into_iter().filter(|one| one.time.seconds() < 60.0).collect();
     for channel in [
         Channel::PositionNorth,
@@ -62,7 +62,8 @@ fn innovations_of_px4_have_our_sign_and_unit() {
         let alike = correlation(&ours, &theirs);
         println!("{}: {} of theirs, correlation {alike:.2}", channel.name(), theirs.len());
         assert!(theirs.len() > 50, "{}", channel.name());
-        // What a place is off goes into our slow errors of the fix, and leaves a tenth of theirs: alike beyond chance.
+        // Hovernav's slow-error states of the fix absorb position errors: its innovations are a tenth of the
+        // others, but correlated.
         let least = match channel {
             Channel::PositionNorth | Channel::PositionEast => 2.5 / (theirs.len() as f64).sqrt(),
             _ => 0.25,
@@ -86,8 +87,8 @@ fn innovations_of_older_logs_are_read() {
 }
 
 #[test]
-fn innovations_of_ardupilot_are_read_of_the_first_core_and_in_metres() {
-    // The text form: FMT tells names and format characters, c being hundredths.
+fn ardupilot_innovations_are_read_from_the_first_core_in_metres() {
+    // Text format: FMT has names and format characters; c means hundredths.
     let text = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
                 FMT, 1, 9, IMU, Qffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n\
                 FMT, 2, 9, XKF3, QBcccccccccc, TimeUS,C,IVN,IVE,IVD,IPN,IPE,IPD,IMX,IMY,IMZ,IYAW\n\
@@ -101,7 +102,7 @@ fn innovations_of_ardupilot_are_read_of_the_first_core_and_in_metres() {
     let sizes =
         |channel| -> Vec<f64> { of(&onboard, channel).iter().map(|one| one.innovation).collect() };
     assert_eq!(sizes(Channel::PositionNorth), [-1.5, -1.6]);
-    // What is repeated is not another measurement.
+    // A repeated value is not a new measurement.
     assert_eq!(sizes(Channel::VelocityNorth), [-0.5]);
     assert_eq!(sizes(Channel::Yaw), [-std::f64::consts::FRAC_PI_2]);
     assert!(sizes(Channel::PositionEast).is_empty());

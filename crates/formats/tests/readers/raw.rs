@@ -1,4 +1,4 @@
-//! Captures of sensors' lines, opened like any log.
+//! Captures of serial lines, opened like any log.
 
 use std::fs;
 
@@ -7,11 +7,10 @@ use hovernav_formats::{Format, Options, open};
 use hovernav_testing::shared;
 use serde_json::Value;
 
-/// The fixes that every capture of a receiver has, and its day; `None` where the receiver had no fix,
-/// or speaks of other things.
+/// Number of fixes and date of each receiver's capture; `None` without fixes.
 const FIXES: &[(&str, Option<(usize, &str)>)] = &[
     ("gpsd/GPSmap-76S.log", None),
-    // The receiver's own calendar ends with the 1024 weeks that day, and says 1999.
+    // The receiver's ten-bit week rolls over that day, and its calendar gives 1999.
     ("gpsd/april6_2019.log", Some((2, "1999-08-22"))),
     ("gpsd/foretrex-201.log", Some((7, "2010-08-26"))),
     ("gpsd/garmin48.log", Some((7, "2001-06-06"))),
@@ -53,10 +52,7 @@ fn every_capture_of_a_receiver_gives_its_fixes_and_its_day() {
         let opened = open(&captures.join(name), &Options::default());
         let Some((fixes, day)) = expected else {
             let refusal = opened.unwrap_err().to_string();
-            assert!(
-                refusal.contains("without fixes; raw bytes of a receiver"),
-                "{name}: {refusal}"
-            );
+            assert!(refusal.contains("without fixes; receiver with"), "{name}: {refusal}");
             continue;
         };
         let log = opened.unwrap();
@@ -70,7 +66,7 @@ fn every_capture_of_a_receiver_gives_its_fixes_and_its_day() {
 }
 
 #[test]
-fn a_stream_in_a_language_that_is_not_read_is_refused() {
+fn a_stream_of_an_unsupported_protocol_is_rejected() {
     let Some(folder) = shared("captures/gpsd") else { return };
     for name in ["bu303-moving", "bu303-nofix", "ublox-sirf1", "skytraq-err", "passthrough"] {
         let path = folder.join(format!("{name}.log"));
@@ -80,7 +76,7 @@ fn a_stream_in_a_language_that_is_not_read_is_refused() {
 }
 
 #[test]
-fn a_dmus_stream_gives_every_whole_packet_its_time() {
+fn every_complete_packet_of_a_dmu_stream_gets_its_time() {
     let Some(folder) = shared("captures/dmu_synthetic") else { return };
     let log = open(&folder.join("clean_330.bin"), &Options::default()).unwrap();
     assert_eq!(log.format, Format::Raw);

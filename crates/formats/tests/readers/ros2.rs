@@ -1,4 +1,4 @@
-//! MCAP with ROS 2 messages, written here byte by byte.
+//! MCAP with ROS 2 messages, written byte by byte in this test.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -48,7 +48,7 @@ impl Cdr {
     }
 }
 
-/// The hovering helicopter as ROS 2 would have recorded it: forward-left-up, east-north-up.
+/// The hovering helicopter as ROS 2 records it: forward-left-up, east-north-up.
 fn recorded(little: bool, stamped: bool) -> Vec<u8> {
     let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
     let file = tempfile::NamedTempFile::new().unwrap();
@@ -107,7 +107,7 @@ fn recorded(little: bool, stamped: bool) -> Vec<u8> {
             let [x, y, z]: [f64; 3] = Vector::<hovernav::frames::Body>::to_array(vector);
             [x, -y, -z]
         };
-        // From forward-left-up to east-north-up: yaw from east, anticlockwise, pitch the other way.
+        // From forward-left-up to east-north-up: yaw is anticlockwise from east, pitch has the opposite sign.
         let attitude = sample.attitude.unwrap();
         let (roll, pitch) = (attitude.roll_rad / 2.0, -attitude.pitch_rad / 2.0);
         let yaw = (90f64.to_radians() - attitude.yaw_rad) / 2.0;
@@ -191,17 +191,17 @@ fn a_flight_recorded_by_ros_gives_the_samples_of_the_original() {
             "REP 103",
             "/other_imu",
             "/chatter",
-            "velocity of the fixes from /vel: its frame is a receiver's",
-            "not taken for the receiver's velocity: /an_estimate (990 messages)",
+            "velocity of the fixes from /vel: its frame denotes a receiver",
+            "not used as the receiver's velocity: /an_estimate (990 messages)",
         ] {
             assert!(said.contains(sentence), "{said}");
         }
-        assert_eq!(said.contains("at which they were logged"), !stamped, "{said}");
+        assert_eq!(said.contains("log times are used instead"), !stamped, "{said}");
     }
 }
 
 #[test]
-fn a_log_cut_off_anywhere_gives_what_is_whole() {
+fn a_truncated_log_gives_its_complete_records() {
     let bytes = recorded(true, true);
     let whole = read(&bytes).dataset.imu.len();
     let mut last = 0;
@@ -219,7 +219,7 @@ fn a_log_cut_off_anywhere_gives_what_is_whole() {
 }
 
 #[test]
-fn a_damaged_chunk_costs_what_it_held_and_no_more() {
+fn a_damaged_chunk_costs_only_its_own_records() {
     let bytes = recorded(true, true);
     let whole = read(&bytes).dataset.imu.len();
     // A record is an opcode, its length and that many bytes; those of kind 6 are chunks.
@@ -230,28 +230,31 @@ fn a_damaged_chunk_costs_what_it_held_and_no_more() {
         chunks.extend((bytes[at] == 6).then_some((at, length)));
         at += 9 + length;
     }
-    // The first holds what its channels are, which the end of the file tells again.
+    // The first chunk describes the channels; the end of the file repeats this.
     for &(at, length) in [&chunks[0], &chunks[chunks.len() / 2]] {
         let mut damaged = bytes.clone();
         damaged[at + length / 2] ^= 1;
         let dataset = read(&damaged).dataset;
         let least = whole - 2 * whole / chunks.len();
         assert!((least..whole).contains(&dataset.imu.len()), "{} of {whole}", dataset.imu.len());
-        let said = format!("damaged at byte {at}: a chunk with a wrong checksum; passed over");
+        let said = format!("damaged at byte {at}: found a chunk with a wrong checksum; skipped");
         assert_eq!(dataset.warnings[0], said);
     }
-    // A length that is none leads nowhere: what stands before it is used.
+    // After an impossible length nothing can be found: only the data before it is used.
     let (at, _) = chunks[chunks.len() / 2];
     let mut damaged = bytes;
     damaged[at..at + 9].fill(0);
     let dataset = read(&damaged).dataset;
     assert!((whole / 3..whole).contains(&dataset.imu.len()), "{}", dataset.imu.len());
     let said = &dataset.warnings[0];
-    assert!(said.starts_with(&format!("damaged at byte {at}: a record of kind 0")), "{said}");
+    assert!(
+        said.starts_with(&format!("damaged at byte {at}: found an impossible record of kind 0")),
+        "{said}"
+    );
 }
 
 #[test]
-fn a_chunk_that_unpacks_to_more_messages_than_the_file_has_bytes_is_cut_short() {
+fn a_chunk_with_more_messages_than_file_bytes_is_truncated() {
     let record =
         |kind: u8, body: &[u8]| [&[kind][..], &(body.len() as u64).to_le_bytes(), body].concat();
     let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
@@ -278,14 +281,17 @@ fn a_chunk_that_unpacks_to_more_messages_than_the_file_has_bytes_is_cut_short() 
     let file = [&b"\x89MCAP0\r\n"[..], &header, &record(6, &chunk)].concat();
     assert!(file.len() < 200_000, "{}", file.len());
     let refused = open_bytes(&file, Path::new("bomb.mcap"), &Options::default()).unwrap_err();
-    let told = format!("{} messages left out: more than the file has bytes", 300_000 - file.len());
+    let told = format!(
+        "{} messages left out: the file contains more messages than bytes",
+        300_000 - file.len()
+    );
     assert!(refused.to_string().contains(&told), "{refused}");
 }
 
 #[test]
-fn a_chunk_that_promises_more_than_any_recorder_packs_is_passed_over_unread() {
+fn an_oversized_chunk_is_skipped_unread() {
     let mut bytes = recorded(true, true);
-    // Behind its kind, its length and two times the first chunk says how long it is when unpacked.
+    // The uncompressed size of the first chunk is after its kind, its length and two times.
     let mut at = 8;
     while bytes[at] != 6 {
         at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
@@ -293,14 +299,15 @@ fn a_chunk_that_promises_more_than_any_recorder_packs_is_passed_over_unread() {
     let promise: u64 = (1 << 26) + 1;
     bytes[at + 25..at + 33].copy_from_slice(&promise.to_le_bytes());
     let said = format!(
-        "damaged at byte {at}: a chunk that unpacks to {promise} bytes, expected at most {}; passed over",
+        "damaged at byte {at}: found a chunk of {promise} bytes uncompressed, expected at most {}; \
+         skipped",
         1 << 26
     );
     assert_eq!(read(&bytes).dataset.warnings[0], said);
 }
 
 #[test]
-fn messages_packed_one_by_one_are_unpacked() {
+fn individually_compressed_messages_are_decompressed() {
     let bytes = recorded(true, true);
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut writer =
@@ -329,7 +336,7 @@ fn messages_packed_one_by_one_are_unpacked() {
 }
 
 #[test]
-fn a_bag_is_its_directory() {
+fn a_bag_is_opened_by_its_directory() {
     let place = tempfile::tempdir().unwrap();
     fs::write(place.path().join("metadata.yaml"), "rosbag2_bagfile_information:\n").unwrap();
     let refusal = || open(place.path(), &Options::default()).unwrap_err().to_string();
@@ -356,7 +363,7 @@ fn an_instance_is_chosen_by_number() {
 }
 
 #[test]
-fn the_velocity_is_that_of_the_topic_asked_for_or_of_none() {
+fn the_velocity_is_from_the_requested_topic_or_absent() {
     let bytes = recorded(true, true);
     let open = |velocity: &str| {
         let mut options = Options::default();

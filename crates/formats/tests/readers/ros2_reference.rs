@@ -1,4 +1,4 @@
-//! The numbers of ROS 2 messages are those that the reference library reads.
+//! The reader returns the same numbers of ROS 2 messages as the reference library.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use hovernav_testing::python;
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
 #[test]
-fn the_reference_library_reads_the_same_numbers_however_chunks_are_packed() {
+fn the_reference_library_reads_the_same_numbers_for_every_compression() {
     let Some(python) = python(&["mcap-ros2-support", "mcap"]) else { return };
     let place = tempfile::tempdir().unwrap();
     for packing in ["none", "lz4", "zstd"] {
@@ -38,7 +38,7 @@ fn the_reference_library_reads_the_same_numbers_however_chunks_are_packed() {
             };
             assert_eq!(angular_rate_radps.to_array(), [e[1], -e[2], -e[3]]);
             assert_eq!(specific_force_mps2.to_array(), [e[4], -e[5], -e[6]]);
-            // A turn about the vertical alone: yaw from east, anticlockwise.
+            // Rotation about the vertical only: yaw is anticlockwise from east.
             let yaw = 90.0 - (2.0 * e[10].atan2(e[7])).to_degrees();
             let off = (sample.attitude.unwrap().to_degrees()[2] - yaw).rem_euclid(360.0);
             assert!(off.min(360.0 - off) < 1e-9, "{off}");

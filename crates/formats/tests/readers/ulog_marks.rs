@@ -1,14 +1,14 @@
-//! What a ULog marks as not known is not read.
+//! Values that a ULog marks as unknown are not read.
 
 use hovernav_formats::{Options, open};
 
-/// A message of a ULog: its size, its kind, and what it holds.
+/// A message of a ULog: size, type and body.
 fn message(kind: u8, content: &[u8]) -> Vec<u8> {
     let size = u16::try_from(content.len()).unwrap().to_le_bytes();
     [&size[..], &[kind], content].concat()
 }
 
-/// A second of `sensor_combined` at 50 Hz whose barometer has a time that is `relative_us` to the sample's.
+/// One second of `sensor_combined` at 50 Hz; the time of the barometer is `relative_us` after the sample's.
 fn log(relative_us: i32) -> Vec<u8> {
     let format = "sensor_combined:uint64_t timestamp;float[3] gyro_rad;uint32_t gyro_integral_dt;\
                   int32_t accelerometer_timestamp_relative;float[3] accelerometer_m_s2;\
@@ -32,7 +32,7 @@ fn log(relative_us: i32) -> Vec<u8> {
 }
 
 #[test]
-fn a_barometer_whose_times_are_marked_as_unknown_is_none() {
+fn a_barometer_with_unknown_times_is_ignored() {
     let folder = tempfile::tempdir().unwrap();
     for (relative_us, expected) in [(-5_000, 50), (i32::MAX, 0), (i32::MIN, 0)] {
         let path = folder.path().join("log.ulg");

@@ -1,4 +1,4 @@
-//! A table with far more columns than sensors, without names.
+//! A table without names and with far more columns than sensors.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
-/// Columns in all, of which ten are of use.
+/// Total number of columns; ten are used.
 const COLUMNS: usize = 200;
 
 fn rows(file: &str) -> Vec<Vec<f64>> {
@@ -19,7 +19,7 @@ fn rows(file: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn a_choice_that_a_log_does_not_leave_is_refused() {
+fn options_that_a_format_does_not_support_are_rejected() {
     let refusal = |options: &Options| open(ORIGINAL.as_ref(), options).unwrap_err().to_string();
     let mut options = Options::default();
     options.gps = Some(0);
@@ -31,8 +31,8 @@ fn a_choice_that_a_log_does_not_leave_is_refused() {
     assert!(refusal(&options).contains("found no topic of velocity"));
 }
 
-/// Time, rates and specific force, then numbers of any kind, among them the last fix and what looks a little
-/// like one: a voltage and a temperature.
+/// Time, rates and specific force, then arbitrary numbers. Among them are the last fix, and a voltage and a
+/// temperature that resemble a position.
 #[test]
 fn sensors_are_found_among_two_hundred_columns_without_names() {
     let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
