@@ -70,8 +70,11 @@ fn a_magnetometer_that_turns_otherwise_than_the_gyros_is_not_used() {
         let told = left_out(&mut dataset);
         let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
         let words = finding.to_string();
-        assert!(words.starts_with("magnetometer: not used: the field turns otherwise"), "{words}");
-        assert!(words.ends_with("with [aiding] magnetometer = true uses it nevertheless"));
+        assert!(
+            words.starts_with("magnetometer: not used: the field turns unlike the gyros"),
+            "{words}"
+        );
+        assert!(words.ends_with("; [aiding] magnetometer = true uses it nevertheless"));
         assert!(dataset.samples().all(|sample| sample.magnetic_field_gauss.is_none()));
         worst = worst.max(yaw_over_sigma(&mut dataset, &recording));
     }

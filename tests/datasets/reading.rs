@@ -183,13 +183,13 @@ fn inertial_rows_that_cannot_be_true_are_left_out_and_counted() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "imu.csv: line 2 left out: all zeros, the unit was not measuring",
+            "imu.csv: line 2 left out: all zeros, the inertial unit was not measuring",
             "imu.csv: 2 rows, the first at line 4, left out: a value is missing",
             "imu.csv: 3 rows, the first at line 6, left out: a value is beyond any vehicle's motion",
             "imu.csv: line 9 left out: no time",
             "imu.csv: line 10 left out: fewer fields than the header",
             "imu.csv: line 11 left out: more fields than the header",
-            "gps.csv: holds no usable fix",
+            "gps.csv: found no usable fix",
         ]
     );
 }

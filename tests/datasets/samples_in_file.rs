@@ -180,9 +180,7 @@ fn a_file_that_is_changed_in_use_is_told_of() {
     assert!((4_000..6_000).contains(&half), "{half}");
     let error = dataset.ensure_read().unwrap_err().to_string();
     assert!(
-        error.ends_with(
-            "imu.csv: the file was changed while it was in use, expected it to stay as it is"
-        ),
+        error.ends_with("imu.csv: found the file changed while in use, expected it unchanged"),
         "{error}"
     );
     fs::remove_file(&path).unwrap();
@@ -269,7 +267,7 @@ fn sticks_that_are_changed_in_use_are_told_of() {
     }
     fs::remove_file(&path).unwrap();
     let error = left.each_control(|_, _| ()).unwrap_err().to_string();
-    assert!(error.contains("controls.csv: the file was changed while it was in use"), "{error}");
+    assert!(error.contains("controls.csv: found the file changed while in use"), "{error}");
 }
 
 #[test]

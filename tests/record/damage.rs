@@ -116,7 +116,7 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
         assert!(lost < 100, "{byte}: {lost} of {}", whole.controls.len());
         assert!(record.is_ended);
         assert_eq!(record.controls.last(), whole.controls.last());
-        let read_on = "bytes left out, read on from the chunk at byte ";
+        let read_on = "bytes left out, reading continues at the chunk at byte ";
         let told = record.warnings.iter().find(|one| one.contains(read_on));
         let told = told.unwrap_or_else(|| panic!("{byte}: {:?}", record.warnings));
         if byte == 8 {

@@ -75,7 +75,7 @@ fn what_cannot_be_scored_is_refused_with_what_would_help() {
     assert!(refusal(&["score", text(&short), HELI]).contains("short.tum:2: column 2: found \"x\""));
     fs::write(&short, "time,lat,lon,alt\n1,2,3,4\n").expect("writable");
     let refused = refusal(&["score", text(&short), HELI]);
-    assert!(refused.contains("short.tum:1: expected names with t_s among them"), "{refused}");
+    assert!(refused.contains("short.tum:1: expected a header with t_s"), "{refused}");
     let other_clock = out.join("later.tum");
     fs::write(&other_clock, "1e6 0 0 0 0 0 0 1\n1000001 0 0 0 0 0 0 1\n").expect("writable");
     assert!(refusal(&["score", text(&other_clock), HELI, "--align"]).contains("the same clock"));

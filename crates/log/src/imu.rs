@@ -256,7 +256,7 @@ pub fn motion_fault(motion: &Motion) -> Option<&'static str> {
         return Some("left out: a value is beyond any vehicle's motion");
     }
     (gyro == [0.0; 3] && accel == [0.0; 3])
-        .then_some("left out: all zeros, the unit was not measuring")
+        .then_some("left out: all zeros, the inertial unit was not measuring")
 }
 
 fn is_within(values: [f64; 3], largest: f64) -> bool {

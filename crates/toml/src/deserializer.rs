@@ -335,7 +335,9 @@ impl<'a> Variant<'a> {
     ) -> Result<T, ValueError> {
         let Some(value) = self.content else {
             let name = self.name;
-            return Err(ValueError::custom(format_args!("{name} alone, expected a table of it")));
+            return Err(ValueError::custom(format_args!(
+                "found {name} alone, expected a table with its content"
+            )));
         };
         let path = format!("{}.{}", self.path, self.name);
         read(ValueDeserializer { value, path, unknown: self.unknown })

@@ -103,7 +103,7 @@ fn with_attitude(
             sensor: Sensor::UnitAttitude,
             is_certain: true,
             found: format!(
-                "it turns {:.0} times more slowly than the gyros, and no angle is larger than {:.1}°",
+                "it turns at 1/{:.0} of the rate of the gyros, and no angle is larger than {:.1}°",
                 3.0 / diagonal.iter().sum::<f64>(),
                 largest_rad.to_degrees()
             ),
@@ -117,7 +117,7 @@ fn with_attitude(
             sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
-                "the gyros turn {:.0} times faster than the unit's own attitude",
+                "the gyros turn {:.0} times as fast as the unit's own attitude",
                 3.0 / diagonal.iter().sum::<f64>()
             ),
             cause: "angular rates in °/s, expected rad/s".into(),

@@ -14,7 +14,7 @@ const THINNED: &str =
     "a log thinned to save space, in which rotation and vibration between the samples are lost";
 
 /// Loss of increments at low rates.
-const COARSE: &str = "they contain all rotation and acceleration, but coning and sculling within an increment are lost";
+const COARSE: &str = "increments at this rate lose the coning and sculling within each of them";
 /// Longest interval of a receiver's fixes, s.
 const SLOWEST_FIXES_S: f64 = 30.0;
 /// Shortest apparent interval of fixes whose times are in milliseconds, s.

@@ -101,7 +101,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
             offset = next;
             let left_out = next - at;
             let reason = format!(
-                "{reason}; {left_out} bytes left out, read on from the chunk at byte {next}"
+                "{reason}; {left_out} bytes left out, reading continues at the chunk at byte {next}"
             );
             return Some((at, Piece::Damage { reason, bytes: left_out }));
         }

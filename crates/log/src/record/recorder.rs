@@ -57,7 +57,7 @@ impl Recorder {
     /// [`LogError::Unusable`] if `path` exists, for no record is ever overwritten; [`LogError::Io`].
     pub fn create(path: &Path, header: &Header) -> Result<Self, LogError> {
         if path.exists() {
-            let reason = "exists already, and no record is overwritten".into();
+            let reason = "exists already; records are never overwritten".into();
             return Err(LogError::Unusable { path: path.into(), reason });
         }
         let mut unready = path.as_os_str().to_owned();

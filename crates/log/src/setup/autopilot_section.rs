@@ -131,8 +131,9 @@ impl AutopilotSection {
                 ("steering.yaw_rate_radps", self.steering.yaw_rate_radps, guidance.yaw_rate_radps),
             ] {
                 if asked > most {
-                    let why =
-                        format!("found {asked}, expected at most {most}, by its file's [guidance]");
+                    let why = format!(
+                        "found {asked}, expected at most {most}, the limit under [guidance] of its file"
+                    );
                     return Err(FlyConfigError::value("autopilot", key, &why));
                 }
             }

@@ -139,8 +139,8 @@ fn of_lines(
                 path: path.to_path_buf(),
                 line: line_number,
                 expected:
-                    "names with t_s among them, those of solution.csv, numbers alone, as TUM and \
-                 EuRoC have, or in place of the file the mapping that `hovernav init` makes for it"
+                    "a header with t_s and the columns of solution.csv, or numbers alone as in TUM and EuRoC; \
+                     for other files the mapping that `hovernav init` writes"
                         .into(),
                 found: excerpt(line, 200),
             });
