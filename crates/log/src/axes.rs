@@ -196,8 +196,8 @@ impl Reading {
         Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
     }
 
-    /// Full-scale marks of the same axes. If the inertial unit is mounted askew, a mark goes to every vehicle axis to
-    /// which that axis contributes a tenth or more.
+    /// Full-scale marks of the same axes. A mark of an inertial unit mounted askew goes to every vehicle axis to which
+    /// its own axis contributes a tenth or more.
     pub fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
         const TOLD: f64 = 0.1;
         let of_axis = |axis: usize| {

@@ -51,8 +51,8 @@ impl<T> Rows<T> {
     /// left out too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out: the file then has
-    /// a second recording, or is shuffled. Rows that repeat the time before do not count.
+    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out. Rows that repeat
+    /// the time before do not count. Such a file has a second recording, or is shuffled.
     pub fn in_time_order(
         mut self,
         time: impl Fn(&T) -> Time,

@@ -11,8 +11,8 @@ use crate::replay::Run;
 use hovernav::ekf::{Aid, EstimatorConfig};
 
 impl Dataset {
-    /// Rate of the inertial samples, Hz: their number over their span, or one over their median interval if gaps make
-    /// the former smaller. `None` with fewer than two samples.
+    /// Rate of the inertial samples, Hz: the larger of their number over their span and one over their median
+    /// interval. `None` with fewer than two samples.
     #[must_use]
     pub fn imu_rate_hz(&self) -> Option<f64> {
         let usual_hz = 1.0 / self.sample_interval_s()?;

@@ -83,8 +83,8 @@ impl Dataset {
 }
 
 impl Manifest {
-    /// The estimator's settings for a vehicle: the defaults, the manifest's mounting and sensors, then the keys of its
-    /// sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    /// The estimator's settings for a vehicle. They begin with the defaults, then come the manifest's mounting and
+    /// sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
     ///
     /// `magnetic` is whether there is a magnetometer. If that or the unit's heading is magnetic and the manifest has no
     /// declination, the World Magnetic Model gives it at `place`. The remark states the date of the model, or why it

@@ -30,7 +30,7 @@ const LEAST_ACCEL: f64 = 0.12;
 const LEAST_LASTING_GYRO: f64 = 0.0035;
 /// The same for an accelerometer's bias, m/s²: five one-sigmas of its initial bias.
 const LEAST_LASTING_ACCEL: f64 = 0.25;
-/// Share of a step by which the filter's own bias has to follow: the unit's own attitude drifts, which looks like a
+/// Share of a step by which the filter's own bias has to follow. The unit's own attitude drifts, which looks like a
 /// step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14 and less.
 const FOLLOWED: f64 = 0.35;
 /// Span before a step over which the filter's bias is averaged, s from the step.

@@ -196,8 +196,8 @@ pub(super) struct Tilting {
     means: Means,
     before: Option<Second>,
     count: f64,
-    /// Sums over the parts with fast turns: their number, the squared gyro and gravity angles, rad², the specific force
-    /// and its square, in the unit of the log.
+    /// Sums over the parts with fast turns: number of parts, squared turn by the gyros and by gravity, rad², specific
+    /// force and its square, in the unit of the log.
     fast: [f64; 5],
 }
 

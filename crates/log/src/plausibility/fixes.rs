@@ -124,8 +124,8 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// Checks a vehicle that moves back and forth on one line, by its speed and the direction of the line: north and east
-/// cannot be separated there.
+/// Checks a vehicle that moves back and forth on one line, where north and east cannot be separated. It compares the
+/// speed and the direction of the line.
 fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
     // Course from the double angle, which does not depend on the sense of motion.
     let [cos, sin] = pairs.iter().fold([0.0; 2], |[cos, sin], ([north, east], _)| {
