@@ -1,8 +1,7 @@
 // hovernav: navigation and hover control for small helicopters and drones.
 //
-// Strapdown inertial navigation with a 1 Hz GPS, and a hover autopilot, in one object that lives in
-// memory you give it. No allocation, no threads, no clock of its own, no global state; every call ends
-// after bounded work.
+// Strapdown inertial navigation with a 1 Hz GPS, and a hover autopilot, in one object in memory of the
+// caller. No allocation, no threads, no clock of its own, no global state. The work of every call is bounded.
 //
 //     #include <hovernav.h>
 //
@@ -10,7 +9,7 @@
 //
 //     HovernavConfig config;
 //     if (hovernav_default_config(&config, HOVERNAV_ABI) != HOVERNAV_STATUS_OK)
-//         return complain("the library is not this header's");
+//         return complain("header and library are of different versions");
 //     config.antenna_lever_arm_m[0] = -0.35;            // 35 cm behind the centre of gravity
 //
 //     Hovernav *nav;
@@ -25,7 +24,7 @@
 //         HovernavImuSample sample = {.time_ns = now, .gyro = {p, q, r}, .accel = {x, y, z}};
 //         hovernav_push_imu(nav, &sample);
 //         if (have_fix)
-//             hovernav_push_fix(nav, &fix);             // as it comes: late fixes are no trouble
+//             hovernav_push_fix(nav, &fix);             // as it arrives: late fixes are handled
 //         HovernavSolution solution;
 //         if (hovernav_get_solution(nav, &solution) == HOVERNAV_STATUS_OK)
 //             steer(&solution);
@@ -36,14 +35,14 @@
 // Navigation axes are north, east, down; body axes forward, right, down. Roll, pitch and yaw turn in the
 // order yaw, pitch, roll; yaw is the heading, from true north clockwise. A name ends with its unit.
 //
-// Mistakes. Each function answers with a HovernavStatus; a call that made a mistake has changed nothing.
-// Null and misaligned pointers, memory that holds no object, unknown codes and values out of range
-// are found; a pointer that leads elsewhere is not. hovernav_status_text() has the words.
+// Errors. Each function returns a HovernavStatus; a call with an error changes nothing. Null and misaligned
+// pointers, memory without an object, unknown codes and values out of range are detected. Other invalid
+// pointers are not. hovernav_status_text() gives the text of a status.
 //
-// Threads. Different objects are independent; one object is used by one thread at a time, and never from
-// an interrupt that may come during a call.
+// Threads. Different objects are independent. Only one thread at a time may use an object, and never an
+// interrupt that may occur during a call.
 //
-// Made from the Rust source by cbindgen: do not edit (ffi/README.md tells how it is kept fresh).
+// Generated from the Rust source by cbindgen: do not edit (ffi/README.md describes how to regenerate it).
 
 
 #ifndef HOVERNAV_H
@@ -55,32 +54,31 @@
 // Longest text in a HovernavFault, bytes, its zero byte included.
 #define HOVERNAV_FAULT_TEXT 64
 
-// Version of the binary interface: grows with every change of a structure, a code or a function.
+// Version of the binary interface: increases with every change of a structure, a code or a function.
 #define HOVERNAV_ABI 7
 
-// Memory that an object takes at most, bytes, in any build of the library. hovernav_size() tells how
-// much it is in this one.
+// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 #define HOVERNAV_SIZE 56320
 
-// The same where the library was built without heading-search.
+// The same for a library built without heading-search.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
 
 // Alignment of an object's memory, bytes.
 #define HOVERNAV_ALIGNMENT 16
 
-// In HovernavAlignment.heading: the first there is of two antennas', the unit's own, the magnetometer's, none.
+// In HovernavAlignment.heading: the first available of two antennas, the unit's attitude, the magnetometer, unknown.
 #define HOVERNAV_HEADING_ANY 0
 
 // The unit's own attitude.
 #define HOVERNAV_HEADING_ATTITUDE 1
 
-// The magnetometer, levelled, and the declination.
+// The magnetometer, levelled, with the declination.
 #define HOVERNAV_HEADING_MAGNETOMETER 2
 
-// The course over ground; only for vehicles that point where they go.
+// The course over ground; only for vehicles that travel in the direction of their nose.
 #define HOVERNAV_HEADING_COURSE 3
 
-// None: found in motion.
+// Unknown: found in motion.
 #define HOVERNAV_HEADING_UNKNOWN 4
 
 // Two GPS antennas.
@@ -89,7 +87,7 @@
 // In HovernavLinesConfig.dmu_mode: rates, accelerations and field.
 #define HOVERNAV_DMU_SCALED 1
 
-// All of that and the unit's own attitude.
+// Rates, accelerations, field and the unit's own attitude.
 #define HOVERNAV_DMU_ANGLE 2
 
 // In HovernavLinesConfig.gps_protocol: Trimble Standard Interface Protocol.
@@ -101,62 +99,62 @@
 // u-blox binary.
 #define HOVERNAV_GPS_UBX 3
 
-// In HovernavImuSample.has: gyro and accel are integrals since the sample before.
+// In HovernavImuSample.has: gyro and accel are integrals since the previous sample.
 #define HOVERNAV_IMU_INCREMENTS 1
 
-// In HovernavImuSample.has: the unit's own attitude is there.
+// In HovernavImuSample.has: the unit's own attitude is present.
 #define HOVERNAV_IMU_ATTITUDE 2
 
-// In HovernavImuSample.has: the magnetic field is there.
+// In HovernavImuSample.has: the magnetic field is present.
 #define HOVERNAV_IMU_MAGNETIC_FIELD 4
 
-// In HovernavFix.has: one-sigma of position is there.
+// In HovernavFix.has: one-sigma of position is present.
 #define HOVERNAV_FIX_POSITION_SIGMA 1
 
-// In HovernavFix.has: velocity north and east is there.
+// In HovernavFix.has: velocity north and east is present.
 #define HOVERNAV_FIX_HORIZONTAL_VELOCITY 2
 
-// In HovernavFix.has: velocity down is there.
+// In HovernavFix.has: velocity down is present.
 #define HOVERNAV_FIX_DOWN_VELOCITY 4
 
-// In HovernavFix.has: one-sigma of velocity is there.
+// In HovernavFix.has: one-sigma of velocity is present.
 #define HOVERNAV_FIX_VELOCITY_SIGMA 8
 
-// In HovernavFix.has: the height was held or assumed, so that neither it nor the velocity down counts.
+// In HovernavFix.has: the height was held or assumed, so that neither height nor down velocity counts.
 #define HOVERNAV_FIX_TWO_DIMENSIONAL 16
 
-// Numbers in the matrix that hovernav_get_covariance() gives.
+// Count of numbers in the matrix of hovernav_get_covariance().
 #define HOVERNAV_COVARIANCE 81
 
-// Most axes of one update.
+// Largest number of axes in one update.
 #define HOVERNAV_AXES 6
 
-// In HovernavSetPoint.kind: stop, and stay where it stops.
+// In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
 #define HOVERNAV_SET_POINT_HOLD 0
 
-// Go to a place and stay, the heading as it is.
+// Fly to a position and hold it, with the current heading.
 #define HOVERNAV_SET_POINT_PLACE 1
 
-// Go to a place and stay, and turn to a heading.
+// Fly to a position and hold it, and turn to a heading.
 #define HOVERNAV_SET_POINT_PLACE_AND_HEADING 2
 
 // Fly at a steady velocity.
 #define HOVERNAV_SET_POINT_VELOCITY 3
 
-// Room for what is to be written in return, bytes: more than any call asks for.
+// Size of the reply, bytes: more than any call needs.
 #define HOVERNAV_REPLY 64
 
-// What a call answers. 0 is success, 1 is "not yet", the rest are mistakes of the caller; a call that
-// made one has changed nothing.
+// Status of a call. 0 is success, 1 is "not yet", the others are errors of the caller; a call with an error changes
+// nothing.
 typedef int32_t HovernavStatus;
 enum {
-    // Done.
+    // Success.
     HOVERNAV_STATUS_OK = 0,
-    // There is nothing to give yet: before alignment has ended, or when all notices are read.
+    // Nothing to give yet: before alignment has ended, or when all notices are read.
     HOVERNAV_STATUS_NOT_YET = 1,
-    // A pointer that is needed is null.
+    // A required pointer is null.
     HOVERNAV_STATUS_NULL_POINTER = -1,
-    // A pointer is not aligned as its type must be.
+    // A pointer lacks the alignment of its type.
     HOVERNAV_STATUS_MISALIGNED = -2,
     // The memory is smaller than hovernav_size().
     HOVERNAV_STATUS_MEMORY_TOO_SMALL = -3,
@@ -164,9 +162,9 @@ enum {
     HOVERNAV_STATUS_NOT_CREATED = -4,
     // Header and library are of different versions of the binary interface.
     HOVERNAV_STATUS_ABI_MISMATCH = -5,
-    // A value is out of its range; the HovernavFault says which, where the function gives one.
+    // A value is out of its range; HovernavFault names it, where the function has one.
     HOVERNAV_STATUS_OUT_OF_RANGE = -6,
-    // A code, kind or flag is none that the header names.
+    // An unknown code, kind or flag.
     HOVERNAV_STATUS_UNKNOWN_CODE = -7,
     // hovernav_start_autopilot() was not called.
     HOVERNAV_STATUS_NO_AUTOPILOT = -8,
@@ -174,33 +172,33 @@ enum {
     HOVERNAV_STATUS_NO_LINES = -9,
     // The library was built without this receiver protocol, or without height-aids.
     HOVERNAV_STATUS_NOT_BUILT = -10,
-    // A set-point is not finite, no place on Earth, or faster than the configuration allows.
+    // A set-point is not finite, not a valid position, or faster than the configuration allows.
     HOVERNAV_STATUS_SET_POINT_REFUSED = -11,
-    // The configuration's notch has no harmonics: there is none.
+    // The configuration has no notch: its notch has no harmonics.
     HOVERNAV_STATUS_NO_NOTCH = -12,
 };
 
-// How far a quantity can be trusted.
+// Trust in a quantity.
 typedef uint32_t HovernavTrust;
 enum {
-    // As it should be.
+    // Fully usable.
     HOVERNAV_TRUST_VALID = 0,
-    // Good enough to fly by, but near its limits, by dead reckoning, or doubted by a sensor.
+    // Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     HOVERNAV_TRUST_DEGRADED = 1,
     // Not good enough.
     HOVERNAV_TRUST_LOST = 2,
 };
 
-// Why a quantity is not good enough to fly by.
+// Reason why a quantity is not good enough to fly on.
 typedef uint32_t HovernavDistrust;
 enum {
-    // It is good enough.
+    // The quantity is good enough.
     HOVERNAV_DISTRUST_NONE = 0,
     // There is no estimate.
     HOVERNAV_DISTRUST_MISSING = 1,
-    // A value of it is not finite.
+    // A value is not finite.
     HOVERNAV_DISTRUST_NOT_FINITE = 2,
-    // It is too old, or of another clock.
+    // The estimate is too old, or uses another clock.
     HOVERNAV_DISTRUST_STALE = 3,
     // Roll and pitch are too uncertain.
     HOVERNAV_DISTRUST_TILT = 4,
@@ -212,62 +210,62 @@ enum {
     HOVERNAV_DISTRUST_VERTICAL_VELOCITY = 7,
     // Position is too uncertain.
     HOVERNAV_DISTRUST_POSITION = 8,
-    // The sensor repeats itself: it does not measure.
+    // The sensor repeats the same values: it does not measure.
     HOVERNAV_DISTRUST_FROZEN = 9,
-    // The fixes deny the estimate.
+    // The fixes contradict the estimate.
     HOVERNAV_DISTRUST_DISAGREEMENT = 10,
-    // A reason that this header does not know.
+    // A reason unknown to this header.
     HOVERNAV_DISTRUST_OTHER = 11,
 };
 
-// What a notice tells.
+// Kind of a notice.
 typedef uint32_t HovernavNoticeKind;
 enum {
-    // Alignment ended; the first solution is there. `sigma`: of its heading, rad.
+    // Alignment ended; the first solution is available. `sigma`: one-sigma of its heading, rad.
     HOVERNAV_NOTICE_KIND_ALIGNED = 0,
-    // The heading, unknown at the start, is found. `sigma`: one-sigma of it, rad.
+    // The heading, unknown at the start, is found. `sigma`: one-sigma of the heading, rad.
     HOVERNAV_NOTICE_KIND_HEADING_FOUND = 1,
     // The heading was wrong and was replaced. `value`: the turn, rad; `sigma`: one-sigma, rad.
     HOVERNAV_NOTICE_KIND_HEADING_RESET = 2,
-    // Alignment lacks nothing but a heading, and waits for one.
+    // Alignment is complete except for a heading.
     HOVERNAV_NOTICE_KIND_HEADING_MISSING = 3,
-    // A measurement was compared, axis by axis: see `axes`.
+    // A measurement was compared with the estimate, axis by axis: see `axes`.
     HOVERNAV_NOTICE_KIND_UPDATED = 4,
-    // A measurement could not be compared: see `aid` and `reason`.
+    // A measurement was not compared: see `aid` and `reason`.
     HOVERNAV_NOTICE_KIND_NOT_USED = 5,
-    // An inertial sample ended a gap, which was bridged. `value`: its length, s.
+    // An inertial sample ended a gap, which was bridged. `value`: length of the gap, s.
     HOVERNAV_NOTICE_KIND_GAP_BRIDGED = 6,
     // The covariance was reset. `value`: the length of the gap that caused it, s, else 0.
     HOVERNAV_NOTICE_KIND_COVARIANCE_RESET = 7,
-    // Inertial samples begin to stand at full scale, or to shake far beyond what is usual.
+    // Inertial samples start to saturate, or their vibration is far above the usual level.
     HOVERNAV_NOTICE_KIND_SAMPLE_SUSPECT = 8,
-    // An inertial sample was refused: see `reason`.
+    // An inertial sample was rejected: see `reason`.
     HOVERNAV_NOTICE_KIND_SAMPLE_REFUSED = 9,
-    // The heading is further off than its one-sigma allows, and is less sure now. `value`: the turn that
-    // the fixes ask for, rad; `sigma`: its one-sigma, rad.
+    // The heading error exceeds its one-sigma, which was increased. `value`: heading correction indicated by the
+    // fixes, rad; `sigma`: one-sigma of the correction, rad.
     HOVERNAV_NOTICE_KIND_HEADING_DOUBTED = 10,
-    // Something that this header does not know.
+    // An event unknown to this header.
     HOVERNAV_NOTICE_KIND_OTHER = 11,
-    // The magnetic field has come off what is usual: a current or iron is nearby. `value`: by which share of its
-    // strength; `sigma`: one-sigma of what this makes of the heading that goes by it, rad.
+    // The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a share
+    // of its strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
     HOVERNAV_NOTICE_KIND_FIELD_DISTURBED = 12,
-    // The magnetic field is what is usual again. `value`: 0 where it is back, 1 where it has stayed changed for so long
-    // that this is the usual now.
+    // The magnetic field is at its usual value again. `value`: 0 if the field returned, 1 if it stayed changed and
+    // became the new usual value.
     HOVERNAV_NOTICE_KIND_FIELD_USUAL = 13,
-    // The antenna does not stand where its lever arm says, and is taken to stand where it was found. `value`: how far
-    // off, m; `sigma`: one-sigma of each level part, m.
+    // The position of the antenna differs from its lever arm, and the position found is used instead. `value`:
+    // distance between the two, m; `sigma`: one-sigma of each horizontal part, m.
     HOVERNAV_NOTICE_KIND_ANTENNA_ELSEWHERE = 14,
-    // The vehicle rolls on wheels: where fixes are absent it is held to its road. `sigma`: one-sigma of its velocity
-    // across, m/s. With the feature `height-aids` alone.
+    // The vehicle rolls on wheels: without fixes its velocity across the road is constrained. `sigma`: one-sigma of
+    // its velocity across, m/s. Only with the feature `height-aids`.
     HOVERNAV_NOTICE_KIND_ON_WHEELS = 15,
-    // It is off its wheels, and not held to a road.
+    // The vehicle is off its wheels: the constraint has ended.
     HOVERNAV_NOTICE_KIND_OFF_WHEELS = 16,
 };
 
-// What measures beside the inertial unit.
+// Sources of measurements besides the inertial unit.
 typedef uint32_t HovernavAid;
 enum {
-    // The notice is not of an aid.
+    // The notice has no such source.
     HOVERNAV_AID_NONE = 0,
     // GPS position and velocity.
     HOVERNAV_AID_GPS = 1,
@@ -283,55 +281,55 @@ enum {
     HOVERNAV_AID_SECOND_ANTENNA = 6,
 };
 
-// Why a measurement or a sample was not used.
+// Reason why a measurement or a sample was not used.
 typedef uint32_t HovernavUnusedReason;
 enum {
-    // It was used.
+    // The measurement or sample was used.
     HOVERNAV_UNUSED_REASON_NONE = 0,
-    // A value is not finite, or beyond what can be measured.
+    // A value is not finite, or beyond the measurable range.
     HOVERNAV_UNUSED_REASON_NOT_FINITE = 1,
     // Older than the filter's history.
     HOVERNAV_UNUSED_REASON_TOO_OLD = 2,
     // Later than the inertial samples.
     HOVERNAV_UNUSED_REASON_AHEAD_OF_IMU = 3,
-    // The same as before, though moving.
+    // The same as before, although the vehicle moves.
     HOVERNAV_UNUSED_REASON_REPEATED = 4,
-    // Sooner than its own noise allows to be worth anything; no fault.
+    // Too soon after the previous one to add information at its noise; no fault.
     HOVERNAV_UNUSED_REASON_TOO_SOON = 5,
     // The filter has no state for it; no fault.
     HOVERNAV_UNUSED_REASON_NO_STATE = 6,
-    // The heading is still searched for; no fault.
+    // The heading is still unknown; no fault.
     HOVERNAV_UNUSED_REASON_HEADING_UNKNOWN = 7,
-    // A sample not later than the one before.
+    // A sample that is not later than the previous one.
     HOVERNAV_UNUSED_REASON_NOT_LATER = 8,
-    // A sample that repeats the one before to the bit, or a distance that stays the same though the vehicle
-    // moves: the sensor was not measuring.
+    // A sample equal to the previous one to the bit, or an unchanged distance although the vehicle moves: the sensor
+    // does not measure.
     HOVERNAV_UNUSED_REASON_STUCK = 9,
-    // A reason that this header does not know.
+    // A reason unknown to this header.
     HOVERNAV_UNUSED_REASON_OTHER = 10,
-    // A distance out of the rangefinder's reach, or that the sensor does not vouch for; no fault.
+    // A distance out of the rangefinder's range, or marked as invalid by the sensor; no fault.
     HOVERNAV_UNUSED_REASON_OUT_OF_RANGE = 11,
-    // The beam of the rangefinder leads away from the ground; no fault.
+    // The beam of the rangefinder points away from the ground; no fault.
     HOVERNAV_UNUSED_REASON_TOO_TILTED = 12,
-    // Two antennas further apart, or closer, than they are mounted.
+    // A baseline longer or shorter than the mounted one.
     HOVERNAV_UNUSED_REASON_WRONG_BASELINE = 13,
-    // A heading of two antennas that points the other way.
+    // A heading of two antennas that points in the opposite direction.
     HOVERNAV_UNUSED_REASON_REVERSED = 14,
-    // A sample that a logger has made up between others, on a straight line.
+    // A sample that a logger interpolated linearly between others.
     HOVERNAV_UNUSED_REASON_INTERPOLATED = 15,
-    // An attitude that turns otherwise than the gyros.
+    // An attitude that turns differently from the gyros.
     HOVERNAV_UNUSED_REASON_TURNS_OTHERWISE = 16,
-    // A magnetic field off what it was in one reading alone so far.
+    // A single reading of the magnetic field that differs from the earlier ones.
     HOVERNAV_UNUSED_REASON_OUTLIER = 17,
-    // A magnetic field with hardly a level part, vertical or none at all.
+    // A magnetic field with too small a horizontal part: vertical or zero.
     HOVERNAV_UNUSED_REASON_FIELD_TOO_STEEP = 18,
-    // After a gap roll and pitch are not yet known well enough to level a magnetic field; no fault.
+    // After a gap roll and pitch are not accurate enough yet to level a magnetic field; no fault.
     HOVERNAV_UNUSED_REASON_NOT_LEVELLED = 19,
-    // The barometer's reading before again; no fault.
+    // The barometer's previous reading again; no fault.
     HOVERNAV_UNUSED_REASON_NOTHING_NEW = 20,
 };
 
-// What an axis of an update compared.
+// Quantity compared in one axis of an update.
 typedef uint32_t HovernavChannel;
 enum {
     // Antenna position north, m.
@@ -370,24 +368,24 @@ enum {
     HOVERNAV_CHANNEL_RANGE = 16,
     // Heading of two antennas, rad.
     HOVERNAV_CHANNEL_BASELINE_HEADING = 17,
-    // Velocity of a vehicle on wheels across its road, right, m/s.
+    // Velocity of a vehicle on wheels across its road, to the right, m/s.
     HOVERNAV_CHANNEL_WHEELS_RIGHT = 18,
-    // Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    // Velocity of a vehicle on wheels normal to its road, down, m/s.
     HOVERNAV_CHANNEL_WHEELS_DOWN = 19,
 };
 
-// What became of an axis of an update.
+// Outcome of one axis of an update.
 typedef uint32_t HovernavVerdict;
 enum {
-    // It corrected the state.
+    // The axis corrected the state.
     HOVERNAV_VERDICT_ACCEPTED = 0,
-    // Outside the gate; the state is untouched.
+    // Outside the gate; the state is unchanged.
     HOVERNAV_VERDICT_REJECTED = 1,
-    // The filter had locked itself out and was reopened to take it.
+    // Accepted after a lockout: the filter was reset to the measurement.
     HOVERNAV_VERDICT_REOPENED = 2,
 };
 
-// What the autopilot is doing.
+// Mode of the autopilot.
 typedef uint32_t HovernavMode;
 enum {
     // The pilot flies.
@@ -396,18 +394,18 @@ enum {
     HOVERNAV_MODE_POSITION = 1,
     // Holds a velocity over ground and the heading.
     HOVERNAV_MODE_VELOCITY = 2,
-    // Holds roll, pitch and heading, and if it can the height.
+    // Holds roll, pitch, heading and, if possible, height.
     HOVERNAV_MODE_ATTITUDE = 3,
-    // The same, sinking at a set rate.
+    // As Attitude, sinking at a set rate.
     HOVERNAV_MODE_DESCENT = 4,
-    // The sticks go to trim, as not even attitude is known.
+    // The sticks go to trim, because attitude is unknown too.
     HOVERNAV_MODE_NEUTRAL = 5,
 };
 
-// Why the mode changed in this step.
+// Reason of the change of mode in this step.
 typedef uint32_t HovernavModeReason;
 enum {
-    // It did not.
+    // The mode did not change.
     HOVERNAV_MODE_REASON_UNCHANGED = 0,
     // The pilot's switch.
     HOVERNAV_MODE_REASON_SWITCH = 1,
@@ -417,23 +415,22 @@ enum {
     HOVERNAV_MODE_REASON_DISTRUST = 3,
     // The estimate is good enough for a better mode again.
     HOVERNAV_MODE_REASON_RECOVERED = 4,
-    // Velocity did not come back within the configured time.
+    // Velocity did not recover within the configured time.
     HOVERNAV_MODE_REASON_PATIENCE = 5,
-    // A reason that this header does not know.
+    // A reason unknown to this header.
     HOVERNAV_MODE_REASON_OTHER = 6,
 };
 
-// Estimator, health, autopilot and sensor lines. Its inside is nobody's business; its size is
-// hovernav_size().
+// Estimator, health, autopilot and sensor lines. The content is private; its size is hovernav_size().
 typedef struct Hovernav Hovernav;
 
-// How the estimator starts.
+// Start of the estimator.
 typedef struct HovernavAlignment {
-    // Where the first heading comes from: one of HOVERNAV_HEADING_.
+    // Source of the first heading: one of HOVERNAV_HEADING_.
     uint32_t heading;
     // Length of inertial data needed, 0.1 to 120 s.
     double duration_s;
-    // What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
+    // Offset added to the unit's yaw for true heading, rad: the declination, if the yaw is magnetic.
     double attitude_declination_rad;
     // Magnetic declination, east positive, rad, for the magnetometer.
     double declination_rad;
@@ -445,25 +442,25 @@ typedef struct HovernavAlignment {
     double level_sigma_rad;
     // One-sigma of levelling in motion, rad.
     double moving_level_sigma_rad;
-    // One-sigma of position where the fix does not say, m.
+    // One-sigma of position for fixes without one, m.
     double position_sigma_m;
-    // One-sigma of velocity where the fix does not say, m/s.
+    // One-sigma of velocity for fixes without one, m/s.
     double velocity_sigma_mps;
-    // Speed at which the course gives the heading, m/s.
+    // Speed from which on the course gives the heading, m/s.
     double course_speed_mps;
 } HovernavAlignment;
 
-// Errors of the inertial sensors.
+// Error model of the inertial sensors.
 typedef struct HovernavImuModel {
     // Angle random walk, rad/sqrt(s).
     double angle_random_walk_rad;
     // Velocity random walk, m/s/sqrt(s).
     double velocity_random_walk_mps;
-    // Share of the measured vibration of the gyros that counts as noise without memory.
+    // Share of the gyros' measured vibration that counts as white noise.
     double gyro_vibration_share;
-    // The same of the accelerometers.
+    // Share of the accelerometers' measured vibration that counts as white noise.
     double accel_vibration_share;
-    // Accelerometer samples closer than this, s, share one error by vibration.
+    // Time, s, within which accelerometer samples share one vibration error.
     double accel_vibration_time_s;
     // One-sigma of the gyro bias, rad/s.
     double gyro_bias_sigma_radps;
@@ -477,66 +474,65 @@ typedef struct HovernavImuModel {
     double gyro_scale_sigma;
     // One-sigma of each accelerometer's scale factor error.
     double accel_scale_sigma;
-    // Share of a turn by which gyros err about its axis, where there are no states for it; those across it by two and
-    // a half times as much.
+    // Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
+    // times as large.
     double turn_error_share;
-    // A turn errs to one side for about this long, s.
+    // Time, s, for which the error of a turn keeps its sign.
     double turn_error_time_s;
-    // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, where there are no states
-    // for it.
+    // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
     double net_turn_error_share;
-    // A net turn is forgotten with this time constant, s.
+    // Time constant with which a net turn is forgotten, s.
     double net_turn_memory_s;
-    // Full scale of the gyros, rad/s; 0 where it is not known.
+    // Full scale of the gyros, rad/s; 0 if unknown.
     double gyro_range_radps;
-    // Full scale of the accelerometers, m/s^2; 0 where it is not known.
+    // Full scale of the accelerometers, m/s^2; 0 if unknown.
     double accel_range_mps2;
     // Intervals longer than this, s, are gaps.
     double gap_s;
-    // Acceleration that a gap may have hidden, one-sigma, m/s^2.
+    // One-sigma of the acceleration that a gap may have hidden, m/s^2.
     double gap_acceleration_mps2;
-    // Angular rate that a gap may have hidden, one-sigma, rad/s.
+    // One-sigma of the angular rate that a gap may have hidden, rad/s.
     double gap_rate_radps;
-    // The covariance is propagated once so much time has come together, s, and before each measurement; 0 at
-    // every sample, as the state is.
+    // Interval of covariance propagation, s; it is also propagated before each measurement. 0 for every sample, like
+    // the state.
     double covariance_interval_s;
 } HovernavImuModel;
 
-// Errors of the GPS.
+// Error model of the GPS.
 typedef struct HovernavGpsModel {
-    // One-sigma of horizontal position, each axis, where a fix does not say, m.
+    // One-sigma of horizontal position, each axis, for fixes without one, m.
     double horizontal_sigma_m;
-    // One-sigma of height where a fix does not say, m.
+    // One-sigma of height for fixes without one, m.
     double vertical_sigma_m;
-    // One-sigma of horizontal velocity, each axis, where a fix does not say, m/s.
+    // One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
     double horizontal_velocity_sigma_mps;
-    // One-sigma of vertical velocity where a fix does not say, m/s.
+    // One-sigma of vertical velocity for fixes without one, m/s.
     double vertical_velocity_sigma_mps;
-    // Least one-sigma of the white part of position, m.
+    // Smallest one-sigma of the white part of position, m.
     double position_floor_m;
-    // Least one-sigma of the white part of velocity, m/s.
+    // Smallest one-sigma of the white part of velocity, m/s.
     double velocity_floor_mps;
-    // Share of the position's one-sigma that wanders slowly, 0 to 1.
+    // Share of the position's one-sigma that varies slowly, 0 to 1.
     double position_wander_share;
     // Correlation time of the position's slow error, s.
     double position_wander_time_s;
-    // Share of the velocity's one-sigma that wanders slowly, 0 to 1.
+    // Share of the velocity's one-sigma that varies slowly, 0 to 1.
     double velocity_wander_share;
     // Correlation time of the velocity's slow error, s.
     double velocity_wander_time_s;
-    // Time over which a receiver may have taken its velocity, one-sigma, s.
+    // Time over which a receiver may have averaged its velocity, one-sigma, s.
     double velocity_smoothing_s;
-    // Share by which one innovation moves a one-sigma that no fix states, 0 to 1.
+    // Share by which one innovation changes a one-sigma that fixes do not state, 0 to 1.
     double learning_rate;
     // One-sigma of the time between a fix's position and its velocity, s.
     double position_latency_sigma_s;
-    // One-sigma of the time by which a fix holds earlier than declared, s.
+    // One-sigma of the time by which a fix is valid earlier than declared, s.
     double delay_sigma_s;
 } HovernavGpsModel;
 
-// Errors of an attitude reference.
+// Error model of an attitude reference.
 typedef struct HovernavAttitudeModel {
-    // Shortest time between two uses, s.
+    // Shortest time between two updates, s.
     double interval_s;
     // One-sigma of its slow error in roll and pitch, rad.
     double tilt_wander_rad;
@@ -548,9 +544,9 @@ typedef struct HovernavAttitudeModel {
     double noise_rad;
 } HovernavAttitudeModel;
 
-// Errors of a heading from a magnetometer.
+// Error model of a heading from a magnetometer.
 typedef struct HovernavMagnetometerModel {
-    // Shortest time between two uses, s.
+    // Shortest time between two updates, s.
     double interval_s;
     // One-sigma of its slow error, rad.
     double heading_wander_rad;
@@ -560,7 +556,7 @@ typedef struct HovernavMagnetometerModel {
     double noise_rad;
 } HovernavMagnetometerModel;
 
-// Errors of a barometric height.
+// Error model of a barometric height.
 typedef struct HovernavBaroModel {
     // One-sigma of its white error, m.
     double noise_m;
@@ -570,19 +566,19 @@ typedef struct HovernavBaroModel {
     double wander_time_s;
 } HovernavBaroModel;
 
-// When a measurement is refused, and when a filter that refuses everything is reopened.
+// Gates, and the times after which the filter is reset to rejected measurements.
 typedef struct HovernavGateModel {
-    // Innovations beyond this many one-sigma are refused.
+    // Gate, in one-sigmas: larger innovations are rejected.
     double sigmas;
-    // Refused after an absence or after trouble with the inertial samples, s.
+    // Lockout time after an absence of measurements or a fault of the inertial samples, s.
     double recovery_s;
-    // Positions refused that jumped while velocity goes on agreeing, s.
+    // Lockout time of positions that jumped while velocity still agrees, s.
     double fault_s;
-    // Anything else refused without a break, s.
+    // Lockout time of any other measurement rejected without interruption, s.
     double lockout_s;
 } HovernavGateModel;
 
-// Errors of a distance to the ground, and of the ground.
+// Error model of a distance to the ground, and of the ground.
 typedef struct HovernavRangeModel {
     // Shortest distance that the sensor measures, m.
     double least_m;
@@ -590,62 +586,63 @@ typedef struct HovernavRangeModel {
     double most_m;
     // Readings below this quality, 0 to 1, are not used.
     double least_quality;
-    // One-sigma of its white error where a reading does not say, m.
+    // One-sigma of its white error, for readings without one, m.
     double noise_m;
-    // Share of the distance that adds to it.
+    // One-sigma share of the distance that adds to the error.
     double noise_share;
-    // One-sigma by which the ground rises or falls over a metre, m.
+    // One-sigma of the change of ground height over a metre, m.
     double ground_walk_m;
 } HovernavRangeModel;
 
 // A rangefinder that looks at the ground.
 typedef struct HovernavRangefinder {
-    // The sensor from the point of the solution, body axes, m.
+    // Position of the sensor relative to the point of the solution, body axes, m.
     double lever_arm_m[3];
-    // Where its beam leads, body axes, of length one; 0, 0, 1 is straight down.
+    // Direction of its beam, body axes, of length one; 0, 0, 1 is straight down.
     double beam[3];
-    // What it measures, and how the ground varies.
+    // Error model of the sensor and of the ground.
     struct HovernavRangeModel model;
 } HovernavRangefinder;
 
-// Errors of the heading of two antennas.
+// Error model of the heading of two antennas.
 typedef struct HovernavAntennaHeadingModel {
-    // Shortest time between two uses, s.
+    // Shortest time between two updates, s.
     double interval_s;
-    // One-sigma where a reading does not say, rad.
+    // One-sigma for readings without one, rad.
     double sigma_rad;
-    // Least one-sigma, rad.
+    // Smallest one-sigma, rad.
     double floor_rad;
-    // Share of the one-sigma that wanders slowly, 0 to 1.
+    // Share of the one-sigma that varies slowly, 0 to 1.
     double wander_share;
-    // Correlation time of what wanders, s.
+    // Correlation time of the slow error, s.
     double wander_time_s;
-    // A baseline that differs by more than this from the one that is mounted, m, is refused.
+    // Largest difference of a measured baseline from the mounted one, m; beyond it the heading is rejected.
     double length_tolerance_m;
 } HovernavAntennaHeadingModel;
 
 // The second of two GPS antennas that give a heading.
 typedef struct HovernavSecondAntenna {
-    // From the first antenna to the second, body axes, m; all zero where the headings are of the vehicle itself.
+    // Vector from the first antenna to the second, body axes, m; all zero for headings of the vehicle itself.
     double baseline_m[3];
-    // How good its heading is.
+    // Error model of its heading.
     struct HovernavAntennaHeadingModel model;
 } HovernavSecondAntenna;
 
-// A notch at the speed of a rotor: takes its vibration out of the inertial samples before anything hears them. What
-// is slow comes out of it width_hz / (2 pi frequency_hz^2) seconds late, and the samples are dated back by that.
+// A notch at the speed of a rotor: removes its vibration from the inertial samples before all other processing. Slow
+// motion is delayed by width_hz / (2 pi frequency_hz^2) seconds, and the times of the samples are corrected for
+// that.
 typedef struct HovernavNotch {
-    // Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() tells it.
+    // Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() sets it.
     double frequency_hz;
     // Width of the notch at half power, Hz, the same at each harmonic.
     double width_hz;
-    // What appears below this in the samples, Hz, is left in: the vehicle moves there itself.
+    // Lowest frequency in the samples that is removed, Hz: below it the vehicle itself moves.
     double least_hz;
-    // How many multiples of the speed are taken out, 1 to 4; 0 for no notch, and then frequency_hz is 0.
+    // Number of harmonics of the speed that are removed, 1 to 4; 0 for no notch, and then frequency_hz is 0.
     uint32_t harmonics;
 } HovernavNotch;
 
-// What is good enough to fly by: one-sigma and times.
+// Accuracy of the estimate required to fly: one-sigmas and times.
 typedef struct HovernavHealthLimits {
     // Roll and pitch, rad.
     double tilt_sigma_rad;
@@ -659,23 +656,24 @@ typedef struct HovernavHealthLimits {
     double position_sigma_m;
     // Age of the estimate, s.
     double age_s;
-    // Without an accepted fix for this long, s, the estimate is by dead reckoning.
+    // Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     double dead_reckoning_s;
-    // Fixes that are refused for this long, s, deny the estimate.
+    // Time of rejected fixes, s, after which they contradict the estimate.
     double disagreement_s;
-    // A value must be trusted this long, s, before a better mode is flown on it again.
+    // Time, s, for which a quantity must be good before a better mode is flown on it again.
     double recovery_s;
 } HovernavHealthLimits;
 
-// Everything about the estimator. hovernav_default_config() fills it in; change what is known better.
+// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; change known values.
 typedef struct HovernavConfig {
-    // The inertial unit from the point of the solution (such as the centre of gravity), body axes, m.
+    // Position of the inertial unit relative to the point of the solution (such as the centre of gravity), body
+    // axes, m.
     double imu_lever_arm_m[3];
-    // The GPS antenna from the same point, body axes, m.
+    // Position of the GPS antenna relative to the same point, body axes, m.
     double antenna_lever_arm_m[3];
-    // 1 if the unit's own attitude is used once aligned, else 0.
+    // 1 if the unit's own attitude is used after alignment, else 0.
     uint32_t use_attitude;
-    // 1 if the magnetometer is used where the unit's own attitude is not, else 0.
+    // 1 if the magnetometer is used, unless the unit's own attitude is, else 0.
     uint32_t use_magnetometer;
     // 1 if the barometer is used, else 0.
     uint32_t use_baro;
@@ -683,7 +681,7 @@ typedef struct HovernavConfig {
     uint32_t use_rangefinder;
     // 1 if the heading of two antennas is used, else 0.
     uint32_t use_second_antenna;
-    // How it starts.
+    // Start of the estimator.
     struct HovernavAlignment alignment;
     // Inertial sensors.
     struct HovernavImuModel imu;
@@ -703,18 +701,18 @@ typedef struct HovernavConfig {
     struct HovernavSecondAntenna second_antenna;
     // The notch before the estimator.
     struct HovernavNotch notch;
-    // What hovernav_get_health() finds good enough.
+    // Limits of hovernav_get_health().
     struct HovernavHealthLimits health;
 } HovernavConfig;
 
-// Which value of a configuration is out of its range. Texts are UTF-8 and end with a zero byte.
+// The value of a configuration that is out of range. Texts are UTF-8 and end with a zero byte.
 typedef struct HovernavFault {
-    // The field, named from the configuration on: "imu.gap_s". An array, or the gains of one regulator, are
-    // one field.
+    // Path of the field in the configuration: "imu.gap_s". An array, or the gains of one regulator, count as one
+    // field.
     char what[HOVERNAV_FAULT_TEXT];
-    // What was found.
+    // The value found.
     double found;
-    // What would have been right, in words.
+    // The expected range, as text.
     char expected[HOVERNAV_FAULT_TEXT];
 } HovernavFault;
 
@@ -730,7 +728,7 @@ typedef struct HovernavSticks {
     double pedal;
 } HovernavSticks;
 
-// Where the sticks stand in a steady hover and how the vehicle hangs in it.
+// Positions of the sticks in a steady hover, and the roll and pitch of the vehicle.
 typedef struct HovernavTrim {
     // The controls.
     struct HovernavSticks sticks;
@@ -740,7 +738,7 @@ typedef struct HovernavTrim {
     double pitch_rad;
 } HovernavTrim;
 
-// Range and speed that the autopilot keeps to, each control for itself.
+// Range and rate limits of the autopilot's commands, for each control.
 typedef struct HovernavStickLimits {
     // Lowest, -1 to 0.
     struct HovernavSticks lowest;
@@ -750,45 +748,46 @@ typedef struct HovernavStickLimits {
     struct HovernavSticks rate_per_s;
 } HovernavStickLimits;
 
-// How set-points are flown.
+// Limits and gains of guidance.
 typedef struct HovernavGuidance {
-    // Horizontal speed per distance from the place, 1/s.
+    // Horizontal speed per distance from the set-point's position, 1/s.
     double position_gain_per_s;
-    // Vertical speed per height missing, 1/s.
+    // Vertical speed per height error, 1/s.
     double height_gain_per_s;
     // Fastest horizontal speed, m/s.
     double speed_mps;
     // Fastest climb and descent, m/s.
     double climb_mps;
-    // Hardest horizontal acceleration asked for, m/s^2.
+    // Largest commanded horizontal acceleration, m/s^2.
     double acceleration_mps2;
-    // Hardest vertical acceleration asked for, m/s^2.
+    // Largest commanded vertical acceleration, m/s^2.
     double climb_acceleration_mps2;
     // Fastest turn, rad/s.
     double yaw_rate_radps;
 } HovernavGuidance;
 
-// How modes give way to each other.
+// Transitions between modes.
 typedef struct HovernavTransfer {
-    // Time constant by which the difference between two modes' commands fades, s.
+    // Time constant, s, of the fade of the difference between two modes' commands.
     double fade_s;
-    // The same when the pilot takes over, s.
+    // Time constant of the same fade when the pilot takes over, s.
     double hand_back_s;
-    // Time constant by which the sticks go to trim when attitude is not known, s.
+    // Time constant with which the sticks go to trim when attitude is unknown, s.
     double neutral_s;
-    // A stick moved further than this is the pilot's override.
+    // Deflection of a stick that counts as the pilot's override.
     double override_travel;
-    // How long attitude is held without velocity before the descent begins, s.
+    // Time for which attitude is held without velocity before the descent begins, s.
     double patience_s;
     // Sink rate of the descent, m/s.
     double descent_mps;
-    // Stick taken off the trimmed collective in a descent without vertical velocity.
+    // Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
+    // velocity.
     double descent_collective;
-    // Time constant by which trim is learned in a steady hover, s.
+    // Time constant of learning trim in a steady hover, s.
     double trim_s;
 } HovernavTransfer;
 
-// Gains of a PID controller; units are the command's over the error's, with s where they say so.
+// Gains of a PID controller; units are the command's over the error's, combined with s as the names state.
 typedef struct HovernavPidGains {
     // Command per error.
     double proportional;
@@ -798,11 +797,11 @@ typedef struct HovernavPidGains {
     double derivative_s;
     // Time constant of the low-pass on the derivative, s; from 0.
     double derivative_filter_s;
-    // How fast the integral follows a command that was limited, s; above 0.
+    // Time constant with which the integral follows a limited command, s; above 0.
     double tracking_time_s;
 } HovernavPidGains;
 
-// Gains of the yaw regulator: measured are r, psi; the hidden states are two.
+// Gains of the yaw regulator. Measured states are r, psi; there are two hidden states.
 typedef struct HovernavYawGains {
     // Stick per measured state, row by control.
     double measured[1][2];
@@ -812,18 +811,18 @@ typedef struct HovernavYawGains {
     double pending[1][1];
     // Stick per s of measured error.
     double integral_per_s[1][2];
-    // How the hidden states follow, over a sample, from themselves.
+    // Propagation of the hidden states over a sample, from themselves.
     double hidden_from_hidden[2][2];
-    // From the measured ones.
+    // Propagation from the measured states.
     double hidden_from_measured[2][2];
-    // And from the command that acts.
+    // Propagation from the command that acts.
     double hidden_from_pending[2][1];
-    // How fast the integrals follow a command that was limited, s.
+    // Time constant with which the integrals follow a limited command, s.
     double tracking_time_s;
 } HovernavYawGains;
 
-// Gains of the roll and pitch regulator: measured are p, q, phi, theta, u, v; the hidden states are six;
-// the controls are lateral and longitudinal cyclic.
+// Gains of the roll and pitch regulator. Measured states are p, q, phi, theta, u, v; there are six hidden states.
+// The controls are lateral and longitudinal cyclic.
 typedef struct HovernavRollPitchGains {
     // Stick per measured state, row by control.
     double measured[2][6];
@@ -833,17 +832,17 @@ typedef struct HovernavRollPitchGains {
     double pending[2][2];
     // Stick per s of measured error.
     double integral_per_s[2][6];
-    // How the hidden states follow, over a sample, from themselves.
+    // Propagation of the hidden states over a sample, from themselves.
     double hidden_from_hidden[6][6];
-    // From the measured ones.
+    // Propagation from the measured states.
     double hidden_from_measured[6][6];
-    // And from the command that acts.
+    // Propagation from the command that acts.
     double hidden_from_pending[6][2];
-    // How fast the integrals follow a command that was limited, s.
+    // Time constant with which the integrals follow a limited command, s.
     double tracking_time_s;
 } HovernavRollPitchGains;
 
-// Gains of the attitude regulator, for when velocity is not known: measured are p, q, phi, theta.
+// Gains of the attitude regulator, for flight without a known velocity. Measured states are p, q, phi, theta.
 typedef struct HovernavAttitudeGains {
     // Stick per measured state, row by control.
     double measured[2][4];
@@ -853,17 +852,17 @@ typedef struct HovernavAttitudeGains {
     double pending[2][2];
     // Stick per s of measured error.
     double integral_per_s[2][4];
-    // How the hidden states follow, over a sample, from themselves.
+    // Propagation of the hidden states over a sample, from themselves.
     double hidden_from_hidden[6][6];
-    // From the measured ones.
+    // Propagation from the measured states.
     double hidden_from_measured[6][4];
-    // And from the command that acts.
+    // Propagation from the command that acts.
     double hidden_from_pending[6][2];
-    // How fast the integrals follow a command that was limited, s.
+    // Time constant with which the integrals follow a limited command, s.
     double tracking_time_s;
 } HovernavAttitudeGains;
 
-// Every gain of the autopilot, at the sample period they were designed for.
+// Gains of the autopilot, for the sample period of their design.
 typedef struct HovernavGains {
     // Collective from the downward velocity w, body axes.
     struct HovernavPidGains heave;
@@ -877,59 +876,59 @@ typedef struct HovernavGains {
     struct HovernavAttitudeGains attitude;
 } HovernavGains;
 
-// Everything about the autopilot. hovernav_default_autopilot_config() fills it in but for the gains,
-// which do nothing until a design's are put in.
+// The complete configuration of the autopilot. hovernav_default_autopilot_config() sets it to the given gains, and to
+// defaults for everything else.
 typedef struct HovernavAutopilotConfig {
-    // The loop's period, s, for which the gains were designed.
+    // Period of the control loop, s, for which the gains were designed.
     double period_s;
-    // Trim to begin with; better is learned in flight.
+    // Initial trim; a better one is learned in flight.
     struct HovernavTrim trim;
     // Range and rate of the commands.
     struct HovernavStickLimits limits;
-    // How set-points are flown.
+    // Limits and gains of guidance.
     struct HovernavGuidance guidance;
-    // What is good enough to fly on.
+    // Accuracy of the estimate required to fly.
     struct HovernavHealthLimits health;
-    // How modes give way to each other.
+    // Transitions between modes.
     struct HovernavTransfer transfer;
     // The gains.
     struct HovernavGains gains;
 } HovernavAutopilotConfig;
 
-// What a receiver's fix must keep to.
+// Limits of a receiver's fix.
 typedef struct HovernavFixLimits {
-    // 1 if a fix whose height is held or assumed is refused, else 0.
+    // 1 if a fix whose height is held or assumed is rejected, else 0.
     uint32_t need_three_dimensions;
-    // Fewest satellites used, 0 to 255.
+    // Smallest number of satellites used, 0 to 255.
     uint32_t min_satellites;
-    // Greatest dilution of precision of position.
+    // Largest dilution of precision of position.
     double max_position_dilution;
-    // Greatest horizontal dilution of precision.
+    // Largest horizontal dilution of precision.
     double max_horizontal_dilution;
-    // Greatest one-sigma of horizontal position, m.
+    // Largest one-sigma of horizontal position, m.
     double max_horizontal_sigma_m;
-    // Greatest one-sigma of height, m.
+    // Largest one-sigma of height, m.
     double max_vertical_sigma_m;
-    // Greatest one-sigma of velocity on any axis, m/s.
+    // Largest one-sigma of velocity on any axis, m/s.
     double max_velocity_sigma_mps;
-    // Fastest the vehicle can go over ground, m/s.
+    // Largest ground speed of the vehicle, m/s.
     double max_ground_speed_mps;
-    // Fastest it can climb or sink, m/s.
+    // Largest climb or sink rate of the vehicle, m/s.
     double max_vertical_speed_mps;
-    // Farthest that position may be from where the top speed leads since the last good fix, m.
+    // Largest distance of a position beyond the reach of the top speed since the last good fix, m.
     double max_jump_m;
-    // Latest that a fix may arrive after its time, compared with the most prompt of late, s.
+    // Largest delay of a fix relative to the most prompt recent fix, s.
     double max_delay_s;
 } HovernavFixLimits;
 
-// What is on the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. Who has only one of them
-// leaves the other as it is and never calls its function.
+// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of them, leave the
+// other's settings at their defaults and never call its function.
 typedef struct HovernavLinesConfig {
-    // Which packets the unit is to send: one of HOVERNAV_DMU_.
+    // Packet type that the unit sends: one of HOVERNAV_DMU_.
     uint32_t dmu_mode;
-    // Seconds from one request for a packet to the next; 0 lets the unit send as fast as it can.
+    // Time between requests for a packet, s; with 0 the unit sends as fast as it can.
     double dmu_cycle_s;
-    // From the moment of a sample to the arrival of its packet's last byte, s.
+    // Latency from the moment of a sample to the arrival of its packet's last byte, s.
     double dmu_latency_s;
     // Rated range of the gyros, deg/s.
     double rate_range_degps;
@@ -937,25 +936,25 @@ typedef struct HovernavLinesConfig {
     double accel_range_g;
     // 1 for an accelerometer whose word counts along its axis, -1 against it: x, y, z.
     int32_t accel_signs[3];
-    // The receiver's language: one of HOVERNAV_GPS_.
+    // Protocol of the receiver: one of HOVERNAV_GPS_.
     uint32_t gps_protocol;
-    // Fixes a second, 1 to 10, to set the receiver to; 0 leaves it as it is.
+    // Fix rate for the receiver, Hz, 1 to 10; 0 leaves the receiver as it is.
     uint32_t gps_rate_hz;
-    // How much earlier than its arrival a fix is valid, s.
+    // Latency from the validity of a fix to its arrival, s.
     double gps_latency_s;
-    // 1 if geoid_separation_m counts, for a receiver that does not send it, else 0.
+    // 1 if geoid_separation_m is used, for a receiver that does not send it, else 0.
     uint32_t has_geoid_separation;
     // The geoid's height above the ellipsoid at the site, m.
     double geoid_separation_m;
-    // Which fixes are good enough.
+    // Limits that a fix must meet.
     struct HovernavFixLimits fix_limits;
 } HovernavLinesConfig;
 
 // One sample of the inertial unit, body axes forward, right, down.
 typedef struct HovernavImuSample {
-    // When the rates were sampled, or the increments ended, ns.
+    // Time of the rates, or end of the increments, ns.
     int64_t time_ns;
-    // HOVERNAV_IMU_ flags added up; 0 for rates and nothing else.
+    // Sum of HOVERNAV_IMU_ flags; 0 for rates only.
     uint32_t has;
     // Angular rate, rad/s; as an increment its integral, rad.
     double gyro[3];
@@ -971,12 +970,12 @@ typedef struct HovernavImuSample {
     double magnetic_field_gauss[3];
 } HovernavImuSample;
 
-// A satellite fix: of the antenna, at the time it was true (its arrival less its latency), on the
-// clock of the inertial samples.
+// A satellite fix of the antenna, at its time of validity (arrival minus latency), on the clock of the inertial
+// samples.
 typedef struct HovernavFix {
-    // When it was true, ns.
+    // Time of validity, ns.
     int64_t time_ns;
-    // HOVERNAV_FIX_ flags added up; 0 for a position and nothing else.
+    // Sum of HOVERNAV_FIX_ flags; 0 for a position only.
     uint32_t has;
     // Geodetic latitude, WGS-84, degrees, north positive.
     double latitude_deg;
@@ -992,10 +991,10 @@ typedef struct HovernavFix {
     double velocity_sigma_mps[3];
 } HovernavFix;
 
-// Position, velocity and attitude at one moment, biases removed, with one-sigma. Position and velocity
-// are those of the point that the lever arms of the configuration are measured from.
+// Position, velocity and attitude at one moment, corrected for biases, with one-sigmas. Position and velocity are
+// those of the reference point of the configured lever arms.
 typedef struct HovernavSolution {
-    // The inertial sample it holds at, ns.
+    // Time of the inertial sample of the solution, ns.
     int64_t time_ns;
     // Geodetic latitude, WGS-84, degrees, north positive.
     double latitude_deg;
@@ -1033,7 +1032,7 @@ typedef struct HovernavSolution {
     double accel_bias_sigma_mps2[3];
 } HovernavSolution;
 
-// What of the estimate is good enough to fly by, and why not.
+// Health of the estimate: trust in its quantities, with reasons.
 typedef struct HovernavHealth {
     // Roll, pitch and heading.
     HovernavTrust attitude;
@@ -1041,79 +1040,79 @@ typedef struct HovernavHealth {
     HovernavTrust velocity;
     // Position.
     HovernavTrust position;
-    // What is wrong with roll, pitch and angular rates.
+    // Reason for roll, pitch and angular rates.
     HovernavDistrust tilt_reason;
-    // What is wrong with the heading.
+    // Reason for the heading.
     HovernavDistrust heading_reason;
-    // What is wrong with horizontal velocity.
+    // Reason for horizontal velocity.
     HovernavDistrust velocity_reason;
-    // What is wrong with vertical velocity.
+    // Reason for vertical velocity.
     HovernavDistrust vertical_velocity_reason;
-    // What is wrong with position.
+    // Reason for position.
     HovernavDistrust position_reason;
-    // 1 if velocity and position are by dead reckoning, for want of fixes.
+    // 1 if velocity and position are by dead reckoning, because fixes are missing.
     uint32_t dead_reckoning;
-    // The last accepted fix then, ns.
+    // Time of the last accepted fix in this case, ns.
     int64_t dead_reckoning_since_ns;
 } HovernavHealth;
 
 // One axis of an update.
 typedef struct HovernavInnovation {
-    // What was compared.
+    // The quantity compared.
     HovernavChannel channel;
-    // What became of it.
+    // The outcome.
     HovernavVerdict verdict;
-    // Measured less predicted, in the channel's unit.
+    // Measured minus predicted, in the channel's unit.
     double innovation;
-    // Its predicted one-sigma, in the channel's unit.
+    // Predicted one-sigma of the innovation, in the channel's unit.
     double sigma;
 } HovernavInnovation;
 
-// Something worth telling that came of a measurement.
+// A notice of the estimator.
 typedef struct HovernavNotice {
-    // What it tells, and so which of the fields below count.
+    // The kind, which determines which of the fields below count.
     HovernavNoticeKind kind;
-    // Of which aid.
+    // Source of the measurement.
     HovernavAid aid;
-    // Why it was not used.
+    // Reason why it was not used.
     HovernavUnusedReason reason;
-    // How many of `axes` there are.
+    // Number of valid entries in `axes`.
     uint32_t axis_count;
-    // When, ns.
+    // Time of the event, ns.
     int64_t time_ns;
-    // As the kind says.
+    // Meaning depends on the kind.
     double value;
-    // As the kind says.
+    // Meaning depends on the kind.
     double sigma;
-    // The axes of an update, in the order they were taken.
+    // The axes of an update, in the order of their processing.
     struct HovernavInnovation axes[HOVERNAV_AXES];
 } HovernavNotice;
 
-// What one step of the autopilot goes by.
+// Inputs of one step of the autopilot.
 typedef struct HovernavAutopilotInputs {
     // The moment of the step, on the clock of the samples, ns.
     int64_t now_ns;
     // 1 if the pilot's sticks are received, else 0.
     uint32_t has_pilot;
-    // The pilot's switch: 1 if the autopilot shall fly, else 0.
+    // The pilot's switch: 1 if the autopilot is to fly, else 0.
     uint32_t engage;
-    // The pilot's sticks. Where one is not finite, all are taken for not received.
+    // The pilot's sticks. If one is not finite, none of them counts as received.
     struct HovernavSticks pilot;
 } HovernavAutopilotInputs;
 
 // The result of one step of the autopilot.
 typedef struct HovernavAutopilotOutputs {
-    // Where the controls go, -1 to 1; while the pilot flies as far as the pilot's go, to 1.25.
+    // Positions of the controls, -1 to 1; while the pilot flies, up to the pilot's own deflection, at most 1.25.
     struct HovernavSticks sticks;
-    // What it is doing.
+    // The active mode.
     HovernavMode mode;
-    // Why the mode changed in this step, if it did.
+    // Reason of the change of mode in this step, if it changed.
     HovernavModeReason reason;
-    // What was not good enough.
+    // Reason why the estimate is not good enough.
     HovernavDistrust distrust;
 } HovernavAutopilotOutputs;
 
-// What the vehicle shall do; the kind says which fields count.
+// A set-point; the kind determines which fields count.
 typedef struct HovernavSetPoint {
     // One of HOVERNAV_SET_POINT_.
     uint32_t kind;
@@ -1135,19 +1134,19 @@ typedef struct HovernavSetPoint {
     double yaw_rate_radps;
 } HovernavSetPoint;
 
-// What came of a line's bytes.
+// Result of the bytes of a line.
 typedef struct HovernavLineResult {
     // Bytes to write to the same line now: the first reply_length of reply.
     uint8_t reply[HOVERNAV_REPLY];
-    // How many.
+    // Number of bytes in the reply.
     uint32_t reply_length;
-    // Samples or fixes that went to the estimator.
+    // Number of samples or fixes passed to the estimator.
     uint32_t used;
-    // Packets or fixes that were left out: values that cannot be, no usable time, not good enough.
+    // Number of rejected packets or fixes: impossible values, no usable time, not good enough.
     uint32_t refused;
-    // 1 if the unit's link has begun to start over, else 0.
+    // 1 if the link to the unit failed and starts over, else 0.
     uint32_t lost;
-    // Of the inertial unit: until when to read next, ns. Call again then, with or without bytes.
+    // For the inertial unit: time until which to read next, ns. Call again then, with or without bytes.
     int64_t read_until_ns;
 } HovernavLineResult;
 
@@ -1158,23 +1157,23 @@ extern "C" {
 // The text of a status: static, ends with a zero byte, never null.
 const char *hovernav_status_text(int32_t status);
 
-// Bytes of memory that an object of this library takes: at most HOVERNAV_SIZE.
+// Memory of an object of this library, bytes: at most HOVERNAV_SIZE.
 size_t hovernav_size(void);
 
-// Alignment of that memory, bytes: at most HOVERNAV_ALIGNMENT.
+// Alignment of this memory, bytes: at most HOVERNAV_ALIGNMENT.
 size_t hovernav_alignment(void);
 
 // The library's version, "0.1.0": static, ends with a zero byte.
 const char *hovernav_version(void);
 
-// Whether header and library fit: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do
-// not. hovernav_default_config() checks the same.
+// Whether header and library match: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do not.
+// hovernav_default_config() makes the same check.
 HovernavStatus hovernav_check_abi(uint32_t abi);
 
 // Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
-// hovernav_alignment(), and gives its address, which is that of the memory. The memory is the object's until
-// hovernav_destroy(); nothing else is ever allocated. An object that was there before is gone. `fault`,
-// unless null, receives which value of the configuration is out of range.
+// hovernav_alignment(). Returns its address, which is that of the memory. The memory belongs to the object until
+// hovernav_destroy(); nothing else is ever allocated. An earlier object there is overwritten. `fault`, unless null,
+// receives the first value of the configuration that is out of range.
 //
 // HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 HovernavStatus hovernav_create(void *memory,
@@ -1183,20 +1182,19 @@ HovernavStatus hovernav_create(void *memory,
                                struct HovernavFault *fault,
                                struct Hovernav **created);
 
-// Ends an object: its memory is the caller's again, and its address is no object any more. Null is
-// taken for one that ended before.
+// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as
+// an object already destroyed.
 //
-// HOVERNAV_STATUS_NOT_CREATED where there is no object, _MISALIGNED.
+// HOVERNAV_STATUS_NOT_CREATED without an object, or _MISALIGNED.
 HovernavStatus hovernav_destroy(struct Hovernav *nav);
 
-// Fills `config` with the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a
-// stand-alone GPS, no lever arms. `abi` is HOVERNAV_ABI; where the library's is another, nothing is
-// written and HOVERNAV_STATUS_ABI_MISMATCH comes back.
+// Sets `config` to the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a stand-alone GPS,
+// no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
+// HOVERNAV_STATUS_ABI_MISMATCH.
 HovernavStatus hovernav_default_config(struct HovernavConfig *config,
                                        uint32_t abi);
 
-// Whether one can navigate with `config`; `fault`, unless null, receives the first value that is out of
-// its range.
+// Whether `config` can be used to navigate; `fault`, unless null, receives the first value out of range.
 HovernavStatus hovernav_check_config(const struct HovernavConfig *config,
                                      struct HovernavFault *fault);
 
@@ -1207,64 +1205,62 @@ HovernavStatus hovernav_default_autopilot_config(struct HovernavAutopilotConfig 
                                                  const struct HovernavGains *gains,
                                                  uint32_t abi);
 
-// Fills `config` with a unit of 200 deg/s and 4 g in angle mode, asked for a packet every 30.3 ms, and a
-// receiver of NMEA whose fixes are 0.12 s old. `abi` is HOVERNAV_ABI.
+// Sets `config` to the defaults: a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms. The receiver is an
+// NMEA one with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
 HovernavStatus hovernav_default_lines_config(struct HovernavLinesConfig *config,
                                              uint32_t abi);
 
-// Takes in a sample of the inertial unit. A sample that the estimator cannot use (not finite, not
-// later than the one before) is told of by a notice, as everything that comes of it. After a gap the
-// estimator goes on however long it was: a time that is wrong and far ahead is taken for one, and every
-// sample up to it refused; hovernav_get_health() then finds the estimate stale, and the object has to be
-// created anew.
+// Passes on a sample of the inertial unit. A notice reports a sample that the estimator cannot use: not finite, or
+// not later than the previous one. Notices report all other results too. The estimator bridges a gap of any length.
+// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected. Then
+// hovernav_get_health() reports the estimate as stale, and the object must be created again.
 HovernavStatus hovernav_push_imu(struct Hovernav *nav,
                                  const struct HovernavImuSample *sample);
 
-// Takes in a fix. One that is later than the last inertial sample, by up to 10 s, waits for the sample
-// after it. Velocities and one-sigmas that cannot be are told of by a notice, and so is a time that is not of
-// the samples' clock.
+// Passes on a fix. A fix up to 10 s later than the last inertial sample waits for the next sample. A notice reports
+// impossible velocities and one-sigmas, and a time on another clock than that of the samples.
 //
-// HOVERNAV_STATUS_OUT_OF_RANGE for what is no place on Earth: not finite, latitude beyond 90 degrees,
-// longitude beyond 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for a flag that is none.
+// HOVERNAV_STATUS_OUT_OF_RANGE for an invalid position: not finite, latitude beyond 90 degrees, longitude beyond
+// 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for an unknown flag.
 HovernavStatus hovernav_push_fix(struct Hovernav *nav,
                                  const struct HovernavFix *fix);
 
-// Takes in a barometric height above any fixed level, m, up, true at `time_ns`; up to 100 km, else it is told
-// of by a notice.
+// Passes on a barometric height above any fixed level, m, up, valid at `time_ns`. A notice reports a height beyond
+// 100 km.
 //
-// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 HovernavStatus hovernav_push_baro(struct Hovernav *nav,
                                   int64_t time_ns,
                                   double height_m);
 
-// Takes in the field of a magnetometer apart from the inertial unit, three components in body axes,
-// gauss, true at `time_ns`. Its length does not count.
+// Passes on the field of a magnetometer separate from the inertial unit, three components in body axes, gauss, valid
+// at `time_ns`. Only its direction is used.
 HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
                                           int64_t time_ns,
                                           const double *field_gauss);
 
-// Takes in the speed of the rotor, turns a second, Hz, as it is now: the notch follows it from the next sample on. 0,
-// a rotor that stands, leaves the notch where it is.
+// Passes on the current speed of the rotor, turns a second, Hz: the notch follows it from the next sample on. At 0,
+// a rotor at rest, the notch stays at its last frequency.
 //
-// HOVERNAV_STATUS_NO_NOTCH where the configuration has none; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
+// HOVERNAV_STATUS_NO_NOTCH if the configuration has no notch; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
 // finite, negative, or 10000 Hz and more.
 HovernavStatus hovernav_push_rotor_speed(struct Hovernav *nav,
                                          double rotor_hz);
 
-// Takes in a distance to the ground along the beam of the rangefinder, m, true at `time_ns`. `sigma_m`
-// is its one-sigma, m, and `quality` how good the sensor takes it to be, from 0, not valid, to 1; NaN where it does
-// not tell.
+// Passes on a distance to the ground along the beam of the rangefinder, m, valid at `time_ns`. `sigma_m` is its
+// one-sigma, m. `quality` is the sensor's quality figure from 0, invalid, to 1. Both are NaN if the sensor does not
+// report them.
 //
-// HOVERNAV_STATUS_NOT_BUILT where the library was built without height-aids.
+// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 HovernavStatus hovernav_push_range(struct Hovernav *nav,
                                    int64_t time_ns,
                                    double range_m,
                                    double sigma_m,
                                    double quality);
 
-// Takes in the heading of two GPS antennas, from the first to the second, clockwise from true north,
-// rad, true at `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the length of the baseline as found, m;
-// NaN where the receiver does not tell.
+// Passes on the heading of two GPS antennas, from the first to the second, clockwise from true north, rad, valid at
+// `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the measured length of the baseline, m. Both are NaN
+// if the receiver does not report them.
 HovernavStatus hovernav_push_antenna_heading(struct Hovernav *nav,
                                              int64_t time_ns,
                                              double heading_rad,
@@ -1275,65 +1271,60 @@ HovernavStatus hovernav_push_antenna_heading(struct Hovernav *nav,
 HovernavStatus hovernav_get_solution(struct Hovernav *nav,
                                      struct HovernavSolution *solution);
 
-// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers: of the attitude error (a
-// small turn about north, east, down, rad), the velocity error (m/s) and the position error (m), north,
-// east, down, of the inertial unit. HOVERNAV_STATUS_NOT_YET until alignment, and the search for a
-// heading where there is one, have ended.
+// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a
+// small turn, rad), the velocity error (m/s) and the position error (m) of the inertial unit. Each is north, east,
+// down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
 HovernavStatus hovernav_get_covariance(struct Hovernav *nav,
                                        double *covariance);
 
-// Gives what of the estimate is good enough to fly by at `now_ns`, on the clock of the samples. Call
-// it once a cycle: what comes back has to hold for a while before it counts.
+// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that
+// has recovered must stay well within its limits before it counts as good.
 HovernavStatus hovernav_get_health(struct Hovernav *nav,
                                    int64_t now_ns,
                                    struct HovernavHealth *health);
 
-// Gives the oldest notice that waits and removes it; HOVERNAV_STATUS_NOT_YET when all are read. Twelve
-// wait at most, more than one measurement can cause: call it after each push until then.
+// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve,
+// more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
 HovernavStatus hovernav_next_notice(struct Hovernav *nav,
                                     struct HovernavNotice *notice);
 
-// Gives how many notices gave way to newer ones unread.
+// Gives the number of unread notices that newer ones overwrote.
 HovernavStatus hovernav_lost_notices(struct Hovernav *nav, uint32_t *lost);
 
-// Starts an autopilot inside the object, or starts it anew; it has not taken over, the sticks at trim.
-// `fault`, unless null, receives which value of the configuration cannot be flown; what flew before then
-// goes on.
+// Starts an autopilot inside the object, or restarts it, with the sticks at trim and not engaged. `fault`, unless
+// null, receives the first invalid value of the configuration. The previous autopilot then stays active.
 HovernavStatus hovernav_start_autopilot(struct Hovernav *nav,
                                         const struct HovernavAutopilotConfig *config,
                                         struct HovernavFault *fault);
 
-// One step of the autopilot: call it once every period of its configuration. It flies on the solution as it
-// stands less what measurements have just corrected, which is let in over about a second, so that no fix
-// moves a stick by a step. Each call is taken for one period, whatever `now_ns` says: gains designed for
-// another rate are other gains, and nothing here can tell. `now_ns` says how old the solution is, and how long
-// a mode has lasted.
+// One step of the autopilot: call it once every period of its configuration. Its estimate is the solution without
+// the latest corrections, which fade in over about a second. A fix thus never moves a stick by a step. Each call
+// counts as one period, independent of `now_ns`. A call at another rate than that of the gains' design is an error
+// that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
 HovernavStatus hovernav_step_autopilot(struct Hovernav *nav,
                                        const struct HovernavAutopilotInputs *inputs,
                                        struct HovernavAutopilotOutputs *outputs);
 
-// Says what the vehicle shall do from now on. Taking over resets it to HOVERNAV_SET_POINT_HOLD.
+// Sets the set-point. Engagement resets it to HOVERNAV_SET_POINT_HOLD.
 HovernavStatus hovernav_set(struct Hovernav *nav, const struct HovernavSetPoint *set_point);
 
-// Starts the conversations on both lines, or starts them anew. `fault`, unless null, receives which
-// value of the configuration cannot be.
+// Starts the protocols on both lines, or restarts them. `fault`, unless null, receives the first invalid value of
+// the configuration.
 HovernavStatus hovernav_start_lines(struct Hovernav *nav,
                                     const struct HovernavLinesConfig *config,
                                     int64_t now_ns,
                                     struct HovernavFault *fault);
 
-// Takes `length` bytes that were read from the inertial unit's line, of which the last came at `now_ns`;
-// none when the time that the last call returned was reached without any. Its samples go to the
-// estimator.
+// Takes `length` bytes read from the inertial unit's line; the last of them arrived at `now_ns`. Pass 0 bytes when
+// the time that the last call returned was reached without any. Its samples go to the estimator.
 HovernavStatus hovernav_push_dmu_bytes(struct Hovernav *nav,
                                        const uint8_t *bytes,
                                        size_t length,
                                        int64_t now_ns,
                                        struct HovernavLineResult *result);
 
-// Takes `length` bytes that were read from the receiver's line and came at `now_ns`; none when the line
-// has fallen silent behind an epoch, which ends it. Its fixes go to the estimator where they are good
-// enough.
+// Takes `length` bytes read from the receiver's line that arrived at `now_ns`. Pass 0 bytes once the line is silent
+// after an epoch: this ends the epoch. Good fixes go to the estimator.
 HovernavStatus hovernav_push_gps_bytes(struct Hovernav *nav,
                                        const uint8_t *bytes,
                                        size_t length,
