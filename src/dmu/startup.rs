@@ -134,8 +134,8 @@ enum Step {
 
 /// The start-up sequence: stop the stream, find the unit, set the mode.
 ///
-/// The sequence does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the bytes read to
-/// [`Startup::receive`].
+/// The sequence does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the
+/// bytes read to [`Startup::receive`].
 ///
 /// The unit may be streaming in any mode at the start. A reply is one byte that also occurs in packets. A reply is
 /// therefore expected only after 50 ms of silence, and accepted only as a single byte. An attempt takes at most 1.7
