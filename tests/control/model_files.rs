@@ -105,12 +105,12 @@ fn a_file_that_is_no_model_is_refused_with_line_and_reason() {
         (
             "B =",
             "verdict = \"care\"\nB =",
-            "m.toml:6: found the verdict \"care\" without reasons, expected the reasons that",
+            "m.toml:6: found the verdict \"care\" without reasons, expected its original reasons",
         ),
         (
             "B =",
             "reasons = [\"Zw is not known\"]\nB =",
-            "m.toml:6: found 1 reason without a verdict, expected the verdict that",
+            "m.toml:6: found 1 reason without a verdict, expected their original verdict",
         ),
         (
             "B =",

@@ -127,7 +127,7 @@ fn what_is_not_there_is_told_with_what_was_expected() {
             "{message}"
         );
         let inject = ["inject", HELI, "--fault", "outage=10@1000", "--out", text(&out)];
-        let expected = "found a start at 1000 s, expected a time of the log, which goes from ";
+        let expected = "found a start at 1000 s, expected a time within the log, ";
         assert!(refusal(&inject).contains(expected));
     }
     let far = ["estimate", HELI, "--no-report", "--outage", "2000:5", "--out", text(&out)];

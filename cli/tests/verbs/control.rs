@@ -24,7 +24,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
         "roll and pitch 6 and 6, yaw 2 and 2",
         "    at outputs    2.9 dB   weakest    14.9°",
         "spectral radius 7.9 in roll and pitch, 24.7 in heave",
-        "transition matrix taken for a continuous one",
+        "transition matrix used as a continuous one",
     ] {
         assert!(words.contains(expected), "{expected} in {words}");
     }
@@ -199,7 +199,7 @@ fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
     assert_refused(&design, "found the slopes of identified parameters and no verdict");
     let source = "source = \"identified by prediction error from 242 s of a flight, not ";
     fs::write(&model, by_hand.replacen("source = \"", source, 1)).expect("writable");
-    assert_refused(&design, "found a source that says it was identified and no verdict");
+    assert_refused(&design, "found a source that states identification and no verdict");
     let good = identified.replacen("states = [", "verdict = \"good\"\nstates = [", 1);
     let weights = dir.join("weights.toml");
     fs::write(&weights, "").expect("writable");
@@ -275,7 +275,7 @@ fn a_weight_too_many_is_refused() {
     fs::write(&weights, format!("[yaw]\nstates = [1.0, 2.0, 3.0]\n{yaw}")).expect("writable");
     assert_refused(
         &["design", "raptor60", "--weights", text(&weights), "--out", text(&dir)],
-        "found yaw.states.2, counted from 0, which is one too many",
+        "found yaw.states.2, counted from 0, expected one weight fewer",
     );
 }
 
@@ -351,7 +351,7 @@ fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_left_out_is
     let arguments = design(text(&late));
     let words = succeeds(&arguments.each_ref().map(String::as_str));
     assert!(
-        words.contains("the model delays pedal by 400 ms, of which the design counts 44 ms"),
+        words.contains("the model delays pedal by 400 ms, but the design includes only 44 ms"),
         "{words}"
     );
 }
