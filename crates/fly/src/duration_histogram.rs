@@ -1,14 +1,14 @@
-//! How long things take: a histogram that never grows.
+//! A histogram of durations with constant memory.
 
-/// Bins a factor of 2.
+/// Bins per factor of 2.
 const BINS_PER_OCTAVE: f64 = 8.0;
-/// The upper end of the first bin, s.
+/// Upper end of the first bin, s.
 const SHORTEST_S: f64 = 1e-6;
-/// From 1 µs to 16 s.
+/// Number of bins, from 1 µs to 16 s.
 const BINS: usize = 8 * 24 + 1;
 
-/// Durations counted in bins of 9 % from 1 µs to 16 s, the longest kept exactly. Adding one takes the
-/// same time and no memory however long the flight.
+/// Counts durations in bins 9 % wide, from 1 µs to 16 s; the longest is kept exactly. Adding a duration takes
+/// constant time and no memory.
 ///
 /// ```
 /// use hovernav_fly::DurationHistogram;
@@ -34,7 +34,7 @@ impl Default for DurationHistogram {
 }
 
 impl DurationHistogram {
-    /// Counts one, s; what is negative or not a number counts as 0.
+    /// Adds a duration, s; a negative one or NaN counts as 0.
     pub fn add(&mut self, duration_s: f64) {
         let duration_s = duration_s.max(0.0);
         let octaves = (duration_s / SHORTEST_S).max(1.0).log2();
@@ -45,26 +45,26 @@ impl DurationHistogram {
         self.longest_s = self.longest_s.max(duration_s);
     }
 
-    /// How many were counted.
+    /// Number of durations.
     #[must_use]
     pub const fn count(&self) -> u64 {
         self.count
     }
 
-    /// The mean, s; 0 of none.
+    /// Mean duration, s; 0 if there are none.
     #[must_use]
     pub fn mean_s(&self) -> f64 {
         if self.count == 0 { 0.0 } else { self.total_s / self.count as f64 }
     }
 
-    /// The longest, s; 0 of none.
+    /// Longest duration, s; 0 if there are none.
     #[must_use]
     pub const fn longest_s(&self) -> f64 {
         self.longest_s
     }
 
-    /// The duration, s, that the given part of all, 0 to 1, does not exceed; at most 9 % above the
-    /// true one, and never below it. 0 of none.
+    /// Quantile `part`, 0 to 1, of the durations, s: at most 9 % above the true quantile and never below it. 0 if
+    /// there are no durations.
     #[must_use]
     pub fn quantile_s(&self, part: f64) -> f64 {
         let wanted = (part.clamp(0.0, 1.0) * self.count as f64).ceil() as u64;
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn no_duration_is_too_odd_to_count() {
+    fn extreme_durations_are_counted() {
         let mut histogram = DurationHistogram::default();
         assert_eq!(histogram.quantile_s(0.5), 0.0);
         for odd in [f64::NAN, -1.0, 0.0, 1e9] {

@@ -1,6 +1,6 @@
-//! A snapshot as MAVLink 2 messages, for other ground stations.
+//! Telemetry snapshots as MAVLink 2 messages, for other ground stations.
 //!
-//! Source: MAVLink, *common message set*, whose units and marks for unknown values these are.
+//! Source: MAVLink, *common message set*, which defines the units and the values for unknown data.
 
 use mavlink::dialects::common;
 use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
@@ -12,11 +12,11 @@ use hovernav::time::Time;
 use hovernav_log::MavlinkConfig;
 use hovernav_log::record::Level;
 
-/// Bytes of text in one STATUSTEXT.
+/// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
 
-/// When messages of one kind go out: on a grid of their own period, so that a loop whose rate is no
-/// multiple still sends the right number of them.
+/// Schedule of one type of message, on a grid of its period. The mean rate is right even if the loop rate is not a
+/// multiple of it.
 #[derive(Clone, Copy, Debug)]
 struct Schedule {
     period_s: f64,
@@ -29,9 +29,9 @@ impl Schedule {
     }
 
     fn is_due(&mut self, now: Time) -> bool {
-        // Written so that rates of 0, below it or NaN are never due.
+        // Messages with a rate of 0, a negative rate or NaN are never due.
         let sends = self.period_s > 0.0 && self.period_s.is_finite();
-        // A clock that was set back by more than a period would otherwise silence the message.
+        // Without this, a clock that was set back by more than a period would stop the message.
         let set_back = self.due - now > self.period_s + 1e-3;
         if !sends || (now < self.due && !set_back) {
             return false;
@@ -44,10 +44,10 @@ impl Schedule {
     }
 }
 
-/// Encodes snapshots: numbers the messages and sends each kind at its own rate.
+/// Encodes snapshots as numbered messages, each type at its own rate.
 ///
-/// Times since boot count from `boot`; messages that can carry the time of day do so once
-/// [`Mavlink::set_utc`] has set it. Local positions count from the first known position.
+/// Times since boot are relative to `boot`. Messages with a field for UTC contain it once [`Mavlink::set_utc`] has
+/// set it. Local positions are relative to the first known position.
 ///
 /// ```
 /// use hovernav_fly::Mavlink;
@@ -64,7 +64,7 @@ impl Schedule {
 pub struct Mavlink {
     config: MavlinkConfig,
     boot: Time,
-    /// UTC since 1970 less our time, µs.
+    /// UTC since 1970 minus the flight clock, µs.
     utc_offset_us: Option<i64>,
     origin: Option<Geodetic>,
     sequence: u8,
@@ -79,7 +79,7 @@ pub struct Mavlink {
 }
 
 impl Mavlink {
-    /// An encoder on a vehicle whose clock read `boot` when it was switched on.
+    /// An encoder for a vehicle that was switched on at `boot`.
     #[must_use]
     pub fn new(config: MavlinkConfig, boot: Time) -> Self {
         let rates = config.rates;
@@ -101,15 +101,15 @@ impl Mavlink {
         }
     }
 
-    /// Sets the time of day: `unix_ns`, ns since the start of 1970 UTC, `at` this moment.
+    /// Sets UTC: `unix_ns`, ns since 1970, at the time `at`.
     pub fn set_utc(&mut self, unix_ns: i64, at: Time) {
         self.utc_offset_us = Some(unix_ns.saturating_sub(at.nanoseconds()) / 1_000);
     }
 
-    /// Appends the messages that are due; call once for each snapshot. At most 344 bytes.
+    /// Appends the messages that are due, at most 344 bytes; call once per snapshot.
     ///
-    /// What is not known is not sent where a message has nothing else to say, and is marked as the
-    /// message set asks where it has: see `docs/telemetry.md`.
+    /// A message without any known value is not sent. In other messages, unknown values are marked as the message
+    /// set defines; see `docs/telemetry.md`.
     pub fn encode(&mut self, snapshot: &Snapshot, out: &mut Vec<u8>) {
         let now = snapshot.time;
         let place = snapshot.position.filter(Geodetic::is_navigable);
@@ -146,7 +146,7 @@ impl Mavlink {
         }
     }
 
-    /// Appends `text` as STATUSTEXT, in as many messages as it takes.
+    /// Appends `text` as one or more STATUSTEXT messages.
     pub fn encode_text(&mut self, level: Level, text: &str, out: &mut Vec<u8>) {
         let severity = match level {
             Level::Info => common::MavSeverity::MAV_SEVERITY_INFO,
@@ -178,12 +178,12 @@ impl Mavlink {
         time.nanoseconds().saturating_sub(self.boot.nanoseconds()).max(0) / 1_000
     }
 
-    /// Milliseconds since boot; they start over after 49.7 days.
+    /// Milliseconds since boot; they wrap around after 49.7 days.
     fn boot_ms(&self, time: Time) -> u32 {
         (self.since_boot_us(time) / 1_000) as u32
     }
 
-    /// Microseconds since 1970 where known, else since boot.
+    /// UTC in microseconds since 1970 where known, else microseconds since boot.
     fn stamp_us(&self, time: Time) -> u64 {
         let us = self.utc_offset_us.map_or_else(
             || self.since_boot_us(time),
@@ -269,12 +269,12 @@ impl Mavlink {
     ) -> Option<common::GLOBAL_POSITION_INT_DATA> {
         let place = snapshot.position.filter(Geodetic::is_navigable)?;
         let up_m = -place.local_ned_m(&self.origin?).z();
-        // Velocities are known with the position.
+        // The velocity is known whenever the position is.
         let [vx, vy, vz] = snapshot
             .velocity_mps?
             .to_array()
             .map(|component| libm::round(component * 100.0) as i16);
-        // Above mean sea level as far as the receiver has told how high that is.
+        // Height of mean sea level from the receiver, else 0.
         let geoid_m = snapshot
             .gps
             .height_m
@@ -312,7 +312,7 @@ impl Mavlink {
         let [latitude_deg, longitude_deg] = gps.latitude_longitude_deg.unwrap_or_default();
         let altitude_m = gps.altitude_msl_m.or(gps.height_m).unwrap_or_default();
         let speed_mps = gps.horizontal_velocity_mps.map(|[north, east]| libm::hypot(north, east));
-        // The direction of a vehicle at rest is noise.
+        // The course of a vehicle at rest is noise.
         let course_deg = gps
             .horizontal_velocity_mps
             .filter(|[north, east]| libm::hypot(*north, *east) > 0.1)
@@ -339,7 +339,7 @@ impl Mavlink {
             .map(|width_ms| width_ms.map_or(0, |width_ms| libm::round(width_ms * 1e3) as u16))
             .to_array();
         common::SERVO_OUTPUT_RAW_DATA {
-            // Starts over after 71 minutes: the field is that short.
+            // Wraps around after 71 minutes: the field has 32 bits.
             time_usec: self.since_boot_us(snapshot.time) as u32,
             servo1_raw,
             servo2_raw,
@@ -369,7 +369,7 @@ impl Mavlink {
         let innovations = &snapshot.innovations;
         let gate = self.config.gate_sigmas;
         let ratio = |normalised: Option<f64>| single(normalised.map(|size| size / gate));
-        // Position is gated axis by axis, and reported as one: the ratio stands for both directions.
+        // Position has a gate per axis but is reported as one ratio, used for both fields.
         let position = ratio(innovations.position);
         common::ESTIMATOR_STATUS_DATA {
             time_usec: self.stamp_us(snapshot.time),
@@ -386,7 +386,7 @@ impl Mavlink {
     }
 }
 
-/// The beginning of `text` that fits one message, whole words where they fit, and the rest.
+/// The part of `text` that fits into one message, in whole words where possible, and the rest.
 fn split(text: &str) -> (&str, &str) {
     if text.len() <= TEXT {
         return (text, "");
@@ -406,7 +406,7 @@ fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
     };
     let mut base_mode = Flag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
     base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.status.pilot_signal);
-    // Armed is a vehicle whose servos are being driven.
+    // Armed means that the servos are driven.
     let driven = snapshot.commanded_ms.iter().any(|(_, width_ms)| width_ms.is_some());
     base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, driven && snapshot.status.servos);
     base_mode.set(
@@ -431,7 +431,7 @@ fn single(value: Option<f64>) -> f32 {
     value.map_or(f32::NAN, |value| value as f32)
 }
 
-/// Hundredths of a value, the greatest number if it is unknown, the one before it if it is too large.
+/// A value in hundredths; `u16::MAX` if unknown, `u16::MAX - 1` if too large.
 fn hundredths(value: Option<f64>) -> u16 {
     value
         .filter(|value| !value.is_nan())

@@ -1,27 +1,27 @@
-//! Why a flight behind lines cannot be.
+//! Reasons why a live flight cannot be flown.
 
 use hovernav::{autopilot, servo};
 use hovernav_fly::play::PlayError;
 use hovernav_model::helicopter::HelicopterError;
 use hovernav_sim::ConfigError;
 
-/// Why a live flight cannot be flown.
+/// Reasons why a live flight cannot be flown.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveFlightError {
-    /// A sensor, servo or wind that cannot be.
+    /// Invalid settings of a sensor, servo or the wind.
     #[error(transparent)]
     Sensor(#[from] ConfigError),
-    /// An airframe that cannot be.
+    /// An invalid airframe.
     #[error(transparent)]
     Helicopter(#[from] HelicopterError),
-    /// A pilot's skill that cannot fly.
+    /// Invalid settings of the pilot's skill.
     #[error(transparent)]
     Pilot(#[from] autopilot::ConfigError),
-    /// A servo's setting that cannot be.
+    /// Invalid settings of the servos.
     #[error("[servo] {0}")]
     Servo(#[from] servo::ConfigError),
-    /// A line that cannot be had.
+    /// A line that cannot be created.
     #[error(transparent)]
     Line(#[from] PlayError),
 }

@@ -1,4 +1,4 @@
-//! The four lines, and the flight behind them.
+//! The four lines and the flight at their other end.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -17,19 +17,19 @@ use crate::error::LiveFlightError;
 use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant, ServoPackets};
 use crate::scene::Act;
 
-/// Bytes of the pilot's packets come at 57 600 baud, 10 bits each.
+/// Duration of one of the pilot's packets, s: 57 600 baud, 10 bits per byte.
 const PILOT_PACKET_S: f64 = LENGTH as f64 * 10.0 / 57_600.0;
 
-/// Where the lines are to be found.
+/// Paths of the lines.
 #[derive(Clone, Debug)]
 pub struct LinePaths {
-    /// The inertial unit's.
+    /// The IMU.
     pub dmu: PathBuf,
-    /// The GPS receiver's.
+    /// The GPS receiver.
     pub gps: PathBuf,
     /// The pilot's pulses.
     pub pilot: PathBuf,
-    /// The servos'.
+    /// The servos.
     pub servos: PathBuf,
 }
 
@@ -53,7 +53,7 @@ fn lock(plant: &SharedPlant) -> MutexGuard<'_, Plant> {
     plant.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A helicopter that flies behind four lines; it ends when this is dropped.
+/// A simulated helicopter at the other end of four lines. Dropping it ends the flight.
 pub struct LiveFlight {
     plant: SharedPlant,
     player: Player,
@@ -61,11 +61,11 @@ pub struct LiveFlight {
 }
 
 impl LiveFlight {
-    /// Makes the lines at `paths` and flies by `clock`; the flight begins once the flight computer has opened all of them and
-    /// asks the inertial unit for packets. `protocol` is what the receiver speaks.
+    /// Creates the lines at `paths` and flies by `clock`. The flight begins when the flight computer has opened all
+    /// lines and requests packets from the IMU. `protocol` is that of the receiver.
     ///
     /// # Errors
-    /// [`LiveFlightError`].
+    /// [`LiveFlightError`] for invalid settings or a line that cannot be created.
     pub fn start(
         config: LiveConfig,
         protocol: Protocol,
@@ -107,19 +107,19 @@ impl LiveFlight {
         Ok(Self { plant, player, duration_s })
     }
 
-    /// Seconds since the flight began; `None` before.
+    /// Time since the start of the flight, s; `None` before.
     #[must_use]
     pub fn elapsed_s(&self) -> Option<f64> {
         self.player.elapsed_s()
     }
 
-    /// The vehicle now.
+    /// The latest sample.
     #[must_use]
     pub fn latest(&self) -> Option<LiveSample> {
         lock(&self.plant).samples.last().copied()
     }
 
-    /// When it crashed, s, if it did.
+    /// Time of the crash, s, if any.
     #[must_use]
     pub fn crashed_s(&self) -> Option<f64> {
         let plant = lock(&self.plant);
@@ -127,20 +127,20 @@ impl LiveFlight {
         Some(last.truth.time.seconds())
     }
 
-    /// How long the flight computer took, from the last byte of the inertial unit's packet to the first byte
-    /// for the servos, the system's waking of both ends included.
+    /// Time from the last byte of the IMU's packet to the first byte for the servos, with the wake-up delays of
+    /// both ends.
     #[must_use]
     pub fn turnaround(&self) -> DurationHistogram {
         lock(&self.plant).turnaround.clone()
     }
 
-    /// How steadily the flight computer's packets came to the servos.
+    /// Regularity of the flight computer's packets to the servos.
     #[must_use]
     pub fn servo_packets(&self) -> ServoPackets {
         lock(&self.plant).servo_packets()
     }
 
-    /// Whether it has flown to its end, crashed, or lost a line for good.
+    /// Whether the flight has ended, crashed, or lost a line permanently.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.elapsed_s().is_some_and(|elapsed_s| elapsed_s > self.duration_s)
@@ -148,11 +148,11 @@ impl LiveFlight {
             || self.crashed_s().is_some()
     }
 
-    /// Ends it: what the sensors measured, as a dataset with the truth about it, and the vehicle at every
-    /// period.
+    /// Ends the flight. Returns a dataset of the sensor measurements and the commanded controls, and the samples
+    /// with the truth.
     ///
     /// # Errors
-    /// What made a line fail.
+    /// The error of the first line that failed.
     pub fn end(self) -> Result<(Dataset, Vec<LiveSample>), LiveFlightError> {
         self.player.stop()?;
         let mut plant = lock(&self.plant);
@@ -170,7 +170,7 @@ impl LiveFlight {
     }
 }
 
-/// The inertial unit's measurements.
+/// Measurements of the IMU.
 struct LiveDmu {
     plant: SharedPlant,
     span: (Time, Time),
@@ -194,7 +194,7 @@ impl PacketSource for LiveDmu {
     }
 }
 
-/// The inertial unit, and a watch on when its packets are sent.
+/// The IMU, with a record of the times of its packets.
 struct LiveUnit {
     plant: SharedPlant,
     device: DmuDevice<LiveDmu>,
@@ -265,9 +265,9 @@ impl Device for LiveGps {
 /// The pilot's receiver and the microcontroller that times its pulses.
 struct LivePilot {
     plant: SharedPlant,
-    /// When the next frame ends.
+    /// Time at which the next frame ends.
     next: Time,
-    /// A packet on its way, and when its last byte arrives.
+    /// A packet in transmission, and the arrival of its last byte.
     ready: Option<(Time, [u8; LENGTH])>,
 }
 
@@ -294,7 +294,7 @@ impl Device for LivePilot {
                 return;
             }
             let frame = self.next;
-            // Frames that nobody looked for are not made up for.
+            // Frames missed during a long pause are skipped.
             self.next =
                 if now - frame > 0.5 { now + PILOT_PERIOD_S } else { frame + PILOT_PERIOD_S };
             let packet = lock(&self.plant).pilot_packet(frame.max(Time::ZERO));

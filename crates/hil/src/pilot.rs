@@ -1,22 +1,22 @@
-//! The pilot: flies by hand on the truth, lets go while the autopilot flies.
+//! The simulated pilot: flies by hand with the true state, and releases the sticks while the autopilot flies.
 
 use hovernav::autopilot::{ConfigError, HoverAutopilot, HoverConfig, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 
-/// A control that differs by more than this from the pilot's was moved by somebody else.
+/// Difference from the pilot's control above which another source moves it.
 const MOVED: f64 = 0.002;
 
-/// So long after the sticks last were moved by somebody else the pilot sees that nobody flies, s.
+/// Time without a control moved by another source after which the pilot notices that nobody flies, s.
 const NOTICES_S: f64 = 0.4;
 
-/// A pilot who holds a hover.
+/// A pilot who holds the hover.
 pub struct Pilot {
     hands: HoverAutopilot,
     period_s: f64,
-    /// Where the sticks are held.
+    /// Positions of the sticks.
     held: Sticks,
-    /// How long the vehicle has done what the pilot's own sticks say though the switch is closed, s.
+    /// Time for which the vehicle has followed the pilot's sticks although the switch is closed, s.
     alone_s: f64,
     lets_go: bool,
 }
@@ -25,7 +25,7 @@ impl Pilot {
     /// A pilot with the skill of the autopilot `skill`.
     ///
     /// # Errors
-    /// A configuration that one cannot fly with.
+    /// An invalid configuration.
     pub fn new(skill: HoverConfig) -> Result<Self, ConfigError> {
         Ok(Self {
             hands: HoverAutopilot::new(skill)?,
@@ -36,8 +36,8 @@ impl Pilot {
         })
     }
 
-    /// Where the sticks are, one period later. `commanded` is what the vehicle was commanded to do last
-    /// and `switch_on` whether the pilot wants the autopilot to fly; `still` holds the sticks for a while.
+    /// The stick positions one period later. `commanded` is the vehicle's last command, and `switch_on` whether the
+    /// pilot wants the autopilot to fly. `still` keeps the sticks unchanged.
     pub fn sticks(
         &mut self,
         truth: &Solution,
@@ -54,15 +54,15 @@ impl Pilot {
             let apart = commanded.to_array().into_iter().zip(self.held.to_array());
             let moved = apart.map(|(commanded, held)| (commanded - held).abs()).fold(0.0, f64::max);
             self.alone_s = if moved > MOVED { 0.0 } else { self.alone_s + self.period_s };
-            // Once alone the pilot flies on until the switch has been opened.
+            // After that the pilot flies until the switch is opened.
             self.lets_go = self.alone_s < NOTICES_S;
         }
-        // What is not flown by hand must not wind the hands' loops up.
+        // The integrators of the pilot's loops must not wind up while another source flies.
         let by_hand = !self.lets_go && !still;
         let inputs = Inputs {
             now: truth.time,
             solution: Some(truth),
-            // Its own hands are no override of its own hands.
+            // The pilot's sticks must not count as an override of the pilot's own loops.
             pilot: Some(self.held).filter(|_| !by_hand),
             engage: by_hand,
         };

@@ -1,4 +1,4 @@
-//! The vehicle, its sensors and its pilot, at one moment after the other.
+//! Simulation of the vehicle, its sensors and its pilot.
 
 use hovernav::autopilot::HoverConfig;
 use hovernav::controls::{Channels, Sticks};
@@ -18,50 +18,49 @@ use crate::error::LiveFlightError;
 use crate::pilot::Pilot;
 use crate::scene::{Act, STICK_CHANNELS, Scene};
 
-/// Steps of the vehicle in one period of the autopilot.
+/// Simulation steps per period of the autopilot.
 const STEPS: u64 = 3;
-/// From one packet of the pilot's pulses to the next, s.
+/// Interval of the pilot's packets, s.
 pub(crate) const PILOT_PERIOD_S: f64 = 0.02;
-/// Packets to the servos that stay away for longer let the receiver's own pulses through, s.
+/// Time without servo packets after which the receiver's pulses pass through, s.
 const PASS_THROUGH_S: f64 = 0.2;
 /// Width of the aux channel with the switch open and closed, ms.
 const AUX_MS: (f64, f64) = (1.1, 1.9);
-/// A throttle below this, in stick fractions, leaves the rotors to the air. The pilot's stands at trim.
+/// Throttle, as a stick fraction, below which the rotors lose power. The pilot's throttle is at trim.
 const IDLE: f64 = -0.5;
-/// What a receiver in failsafe sends on every channel, ms.
+/// Pulse width of a receiver in failsafe on every channel, ms.
 const FAILSAFE_MS: f64 = 1.5;
 
-/// A live flight's set-up.
+/// The setup of a live flight.
 #[derive(Clone, Debug)]
 pub struct LiveConfig {
-    /// Vehicle, wind, sensors, place and seed. Its autopilot is the pilot's skill; its events are not
-    /// flown.
+    /// Vehicle, wind, sensors, start position and seed. Its autopilot is the pilot's skill; its events are ignored.
     pub flight: FlightConfig,
-    /// The inertial unit's ranges and signs.
+    /// Ranges and signs of the IMU.
     pub calibration: Calibration,
-    /// The servos, as the flight computer has them.
+    /// The servo channels as configured in the flight computer.
     pub channels: Channels<ChannelConfig>,
-    /// The swashplate, as the flight computer has it.
+    /// The swashplate as configured in the flight computer.
     pub swashplate: Swashplate,
-    /// What happens.
+    /// The acts of the flight.
     pub scene: Scene,
 }
 
-/// How steadily the flight computer's packets came to the servos, those that the scene cut off aside.
+/// Regularity of the flight computer's packets to the servos, without those that the scene cuts off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoPackets {
-    /// How many came.
+    /// Number of packets received.
     pub came: u64,
-    /// How many came later after the one before than one and a half periods.
+    /// Number of packets more than 1.5 periods after the previous one.
     pub late: u64,
-    /// How many were missing in between.
+    /// Number of missing packets.
     pub missing: u64,
-    /// Longest time between two, s.
+    /// Longest interval between two packets, s.
     pub longest_gap_s: f64,
 }
 
 impl ServoPackets {
-    /// A gap of `gap_s` where there is one packet every `period_s`.
+    /// Adds an interval of `gap_s` to a stream with a period of `period_s`.
     fn add(&mut self, gap_s: f64, period_s: f64) {
         let periods = gap_s / period_s;
         if periods > 1.5 {
@@ -72,14 +71,14 @@ impl ServoPackets {
     }
 }
 
-/// The vehicle at one period of a live flight.
+/// The state of a live flight in one period.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample {
-    /// The centre of gravity.
+    /// True state of the centre of gravity.
     pub truth: Truth,
-    /// The pilot's sticks, with what the scene moves.
+    /// The pilot's sticks, with the moves of the scene.
     pub pilot: Sticks,
-    /// What the servos were commanded.
+    /// Controls commanded to the servos.
     pub commanded: Sticks,
     /// Whether the pilot's switch is closed.
     pub switch_on: bool,
@@ -87,7 +86,7 @@ pub struct LiveSample {
     pub wind_mps: Vector<Ned>,
 }
 
-/// Everything behind the lines.
+/// The simulation at the other end of the lines.
 pub(crate) struct Plant {
     config: LiveConfig,
     skill: HoverConfig,
@@ -100,23 +99,23 @@ pub(crate) struct Plant {
     gps: SimulatedGps,
     next_fix: u64,
     last_fix: Option<Fix>,
-    /// Fixes that the receiver has, and its line has not yet.
+    /// Fixes that are not on the receiver's line yet.
     pub fixes: Vec<Fix>,
     pub measured_fixes: Vec<Fix>,
     pub imu: Vec<ImuSample>,
     last_packet: Option<AnglePacket>,
     pilot: Pilot,
     pilot_sticks: Sticks,
-    /// The flight computer's packets, and when the last came.
+    /// The flight computer's packets, and the time of the last one.
     servo_stream: PacketCapture,
     packets: u64,
     last_packet_at: Option<Time>,
-    /// The packet from which the next gap counts.
+    /// Start of the current interval between packets.
     gap_from: Option<Time>,
     servo_packets: ServoPackets,
     commanded: Sticks,
     sequence: u8,
-    /// When the last bytes of the inertial unit went out, until the servos hear of them.
+    /// Time of the last bytes of the IMU, until the servo command that follows them.
     unit_sent_at: Option<Time>,
     pub turnaround: DurationHistogram,
     pub samples: Vec<LiveSample>,
@@ -168,7 +167,7 @@ impl Plant {
         self.vehicle.has_crashed()
     }
 
-    /// How steadily the servos' packets came up to now; what has not come by now is missing.
+    /// Regularity of the servo packets so far; packets overdue now count as missing.
     pub fn servo_packets(&self) -> ServoPackets {
         let mut packets = self.servo_packets;
         if let Some(before) = self.gap_from {
@@ -177,7 +176,7 @@ impl Plant {
         packets
     }
 
-    /// Brings the flight up to `now`.
+    /// Advances the flight to `now`.
     pub fn advance(&mut self, now: Time) {
         while self.time() + self.step_s <= now && !self.vehicle.has_crashed() {
             self.step();
@@ -201,7 +200,7 @@ impl Plant {
             let switch_on = self.config.scene.has(Act::Engage, time_s);
             let seen = state.solution(time);
             let still = self.config.scene.has(Act::Still, time_s);
-            // What the scene moves is the pilot's own too.
+            // The moves of the scene belong to the pilot, too.
             let moved = self.config.scene.moved(time_s);
             let others = plus(self.commanded, moved, -1.0);
             self.pilot_sticks = self.pilot.sticks(&seen, others, switch_on, still);
@@ -239,7 +238,7 @@ impl Plant {
         }
     }
 
-    /// What the inertial unit measures when it is asked at `now`.
+    /// The IMU's answer to a poll at `now`.
     pub fn packet(&mut self, now: Time) -> Option<AnglePacket> {
         if now < Time::ZERO {
             return None;
@@ -272,7 +271,7 @@ impl Plant {
         Some(packet)
     }
 
-    /// The pilot's next packet; `None` while nothing comes from the receiver.
+    /// The pilot's next packet; `None` while the receiver sends none.
     pub fn pilot_packet(&mut self, now: Time) -> Option<ServoPacket> {
         self.advance(now);
         let time_s = now.seconds();
@@ -308,13 +307,13 @@ impl Plant {
         Some(packet)
     }
 
-    /// Bytes of the inertial unit go out `now`.
+    /// Reports that the IMU sends bytes at `now`.
     pub fn unit_sent(&mut self, now: Time) {
-        // Before the flight begins no time passes.
+        // Times before the start of the flight are not measured.
         self.unit_sent_at = (now >= Time::ZERO).then_some(now);
     }
 
-    /// Takes what the flight computer sent towards the servos.
+    /// Receives bytes of the flight computer to the servos.
     pub fn command(&mut self, bytes: &[u8], now: Time) {
         if let Some(sent) = self.unit_sent_at.take() {
             self.turnaround.add(now - sent);
@@ -350,12 +349,12 @@ impl Plant {
     }
 }
 
-/// Sticks that are held and `moved` from there, within their travel.
+/// The `held` sticks moved by `moved`, limited to their travel.
 fn moved_by(held: Sticks, moved: Sticks) -> Sticks {
     Sticks::from_array(plus(held, moved, 1.0).to_array().map(|stick| stick.clamp(-1.0, 1.0)))
 }
 
-/// `sticks` and so many times the `others`.
+/// `sticks` plus `times` the `others`.
 fn plus(sticks: Sticks, others: Sticks, times: f64) -> Sticks {
     let (sticks, others) = (sticks.to_array(), others.to_array());
     Sticks::from_array(std::array::from_fn(|stick| sticks[stick] + times * others[stick]))

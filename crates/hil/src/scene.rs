@@ -1,44 +1,44 @@
-//! What the pilot does and what is lost, and when.
+//! Actions of the pilot and failures, with their times.
 
 use std::str::FromStr;
 
 use hovernav::controls::{Channel, Sticks};
 
-/// Something that happens in a flight.
+/// An action or a failure in a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Act {
     /// The pilot's switch is closed.
     Engage,
-    /// The pilot moves the sticks by this from where they are held.
+    /// The pilot moves the sticks by this from their held positions.
     Move(Sticks),
-    /// The pilot holds the sticks where they are, but for what `Move` adds: as in a test point.
+    /// The pilot holds the sticks unchanged, except for `Move`, as at a test point.
     Still,
-    /// No pulses come from the pilot's receiver.
+    /// The pilot's receiver sends no pulses.
     PilotLost,
-    /// The receiver says that it has lost the transmitter, and sends pulses of its own.
+    /// The receiver reports the loss of the transmitter and sends its failsafe pulses.
     ReceiverFailsafe,
-    /// The aux channel alone has no pulses.
+    /// Only the aux channel has no pulses.
     AuxLost,
-    /// The wire of the inertial unit is cut.
+    /// The wire of the IMU is cut.
     DmuCut,
-    /// The port of the inertial unit is pulled out.
+    /// The port of the IMU is unplugged.
     DmuPulled,
     /// The wire of the GPS receiver is cut.
     GpsCut,
-    /// The port of the GPS receiver is pulled out.
+    /// The port of the GPS receiver is unplugged.
     GpsPulled,
     /// The receiver sends no fixes.
     NoFix,
     /// The receiver repeats its last fix.
     FrozenFix,
-    /// The inertial unit repeats its last sample.
+    /// The IMU repeats its last sample.
     FrozenImu,
-    /// Packets towards the servos do not arrive: the microcontroller passes the pilot through.
+    /// Packets to the servos do not arrive: the microcontroller passes the pilot's pulses through.
     ServosCut,
 }
 
 impl Act {
-    /// The names of all but `stick`.
+    /// Names of all acts except `stick`.
     const NAMED: [(&'static str, Self); 13] = [
         ("engage", Self::Engage),
         ("still", Self::Still),
@@ -56,14 +56,14 @@ impl Act {
     ];
 }
 
-/// An act, when it begins and how long it lasts, s of the flight.
+/// An act with its start and duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedAct {
-    /// What.
+    /// The act.
     pub act: Act,
-    /// From when on, s.
+    /// Start, s of the flight.
     pub start_s: f64,
-    /// How long, s; infinite to the end.
+    /// Duration, s; infinite until the end of the flight.
     pub duration_s: f64,
 }
 
@@ -73,7 +73,7 @@ impl TimedAct {
     }
 }
 
-/// Why an act is not understood.
+/// An act that cannot be parsed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "found \"{found}\", expected ACT@START[:DURATION] in seconds, ACT one of engage, \
@@ -87,7 +87,7 @@ pub struct ActError {
 impl FromStr for TimedAct {
     type Err = ActError;
 
-    /// `ACT@START[:DURATION]`, `stick-pedal=0.3@50:2` say.
+    /// `ACT@START[:DURATION]`, for example `stick-pedal=0.3@50:2`.
     fn from_str(text: &str) -> Result<Self, ActError> {
         let error = || ActError { found: text.chars().take(60).collect() };
         let (act, when) = text.split_once('@').ok_or_else(error)?;
@@ -113,21 +113,21 @@ impl FromStr for TimedAct {
     }
 }
 
-/// Everything that happens in a flight.
+/// All acts of a flight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// In any order.
+    /// The acts, in any order.
     pub acts: Vec<TimedAct>,
 }
 
 impl Scene {
-    /// Whether `act` is under way.
+    /// Whether `act` is active.
     #[must_use]
     pub fn has(&self, act: Act, time_s: f64) -> bool {
         self.acts.iter().any(|timed| timed.act == act && timed.covers(time_s))
     }
 
-    /// By how much the pilot moves the sticks.
+    /// Sum of all active `Move` acts.
     #[must_use]
     pub fn moved(&self, time_s: f64) -> Sticks {
         let mut sum = [0.0; 4];
@@ -141,7 +141,7 @@ impl Scene {
         Sticks::from_array(sum)
     }
 
-    /// The spans, start and duration in s, in which `act` is under way.
+    /// Start and duration, s, of each span in which `act` is active.
     pub fn spans(&self, act: Act) -> impl Iterator<Item = (f64, f64)> + '_ {
         let of = move |timed: &&TimedAct| timed.act == act;
         self.acts.iter().filter(of).map(|timed| (timed.start_s, timed.duration_s))
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn acts_are_read_and_what_is_none_is_refused_with_what_was_expected() {
+    fn acts_are_parsed_and_invalid_ones_are_rejected_with_the_expected_form() {
         let act: TimedAct = "engage@20:60".parse().unwrap();
         assert_eq!(act, TimedAct { act: Act::Engage, start_s: 20.0, duration_s: 60.0 });
         let act: TimedAct = "stick-pedal=-0.3@50:2".parse().unwrap();

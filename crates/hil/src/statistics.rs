@@ -1,36 +1,36 @@
-//! What a live flight came to while the autopilot flew.
+//! Statistics of a live flight while the autopilot flew.
 
 use hovernav::frames::{Body, Vector, wrap_angle};
 
 use crate::plant::LiveSample;
 
-/// A control that differs by more than this from the pilot's was moved by the autopilot.
+/// Difference from the pilot's control above which the autopilot moves it.
 const MOVED: f64 = 0.002;
-/// The pilot's sticks reach the servos within so many cycles, on a busy machine too.
+/// Largest delay from the pilot's sticks to the servos, cycles, also on a busy machine.
 const LATELY: usize = 12;
-/// So long after it took over the autopilot has settled, s.
+/// Time from engagement until the autopilot has settled, s.
 const SETTLED_S: f64 = 5.0;
 
-/// What a live flight came to, over all spans in which the switch was closed and the controls were not the
-/// pilot's, from 5 s after the beginning of each.
+/// Statistics of a live flight over all spans in which the switch was closed and the controls were not the pilot's.
+/// Unless stated otherwise, the first 5 s of each engagement are excluded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveStatistics {
-    /// How long the autopilot flew, s, its first seconds included.
+    /// Total time flown by the autopilot, s, with the first 5 s.
     pub engaged_s: f64,
-    /// How often it took over.
+    /// Number of engagements.
     pub engagements: usize,
     /// Root mean squares of u, v and w, m/s.
     pub velocity_rms_mps: [f64; 3],
-    /// Farthest from the heading at engagement, rad.
+    /// Largest difference from the heading at engagement, rad.
     pub heading_rad: f64,
-    /// Farthest from the place at which it had settled, m.
+    /// Largest horizontal distance from the position at which it had settled, m.
     pub place_m: f64,
-    /// Largest change of any command from one cycle to the next, first seconds included.
+    /// Largest change of any command from one cycle to the next, with the first 5 s.
     pub stick_step: f64,
 }
 
 impl LiveStatistics {
-    /// Of the samples of a flight.
+    /// The statistics of the samples of a flight.
     #[must_use]
     pub fn of(samples: &[LiveSample]) -> Self {
         let mut all = Self::default();
@@ -71,7 +71,8 @@ impl LiveStatistics {
     }
 }
 
-/// Whether the controls are none that the pilot had `lately`: the pilot's own reach the servos some cycles late.
+/// Whether the commanded controls differ from all of the pilot's in `lately`. The pilot's sticks reach the servos
+/// some cycles late.
 fn flies(now: &LiveSample, lately: &[LiveSample]) -> bool {
     lately.iter().all(|sample| apart(now.commanded, sample.pilot) > MOVED)
 }
@@ -91,7 +92,7 @@ mod tests {
     use hovernav_log::Truth;
 
     #[test]
-    fn a_pilot_whose_sticks_arrive_late_is_no_autopilot() {
+    fn delayed_sticks_of_the_pilot_do_not_count_as_the_autopilot() {
         let stick = |cycle: usize| Sticks { pedal: 0.01 * cycle as f64, ..Sticks::NEUTRAL };
         let sample = |cycle: usize, pilot: Sticks, commanded: Sticks| LiveSample {
             truth: Truth {

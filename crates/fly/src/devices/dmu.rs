@@ -1,4 +1,4 @@
-//! The Crossbow DMU-HDX-AHRS as it answers.
+//! An emulated Crossbow DMU-HDX-AHRS.
 
 use super::Device;
 use super::line::Line;
@@ -10,59 +10,58 @@ use hovernav::time::Time;
 const BAUD: u32 = 38_400;
 const BITS_PER_BYTE: u32 = 10;
 
-/// A tick of the unit's timer, ns. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01,
-/// page 16.
+/// Period of the IMU's timer, ns. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const TICK_NS: i64 = 790;
 
-/// Packets of continuous mode follow each other no faster, s: 70 a second (page 16 of the same), with
-/// room for samples that are not evenly spaced.
+/// Shortest interval of packets in continuous mode, s: 70 Hz (page 16 of the same manual), with a margin for
+/// unevenly spaced samples.
 const SHORTEST_PACE_S: f64 = 0.95 / 70.0;
 
-/// Between samples that are farther apart than this a poll finds nothing, s.
+/// Longest interval between samples in which a poll is answered, s.
 const LONGEST_HOLD_S: f64 = 0.2;
 
-/// What a unit's firmware does with commands on which the versions differ.
+/// Behaviour of commands that differs between firmware versions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Firmware {
-    /// `R` resets to voltage mode, polled.
+    /// Whether `R` resets to polled voltage mode.
     pub ping_resets: bool,
-    /// `P` ends continuous mode; if not, only `G` does.
+    /// Whether `P` ends continuous mode; otherwise only `G` does.
     pub knows_polled: bool,
 }
 
 impl Default for Firmware {
-    /// As the later manuals describe it.
+    /// The behaviour in the later manuals.
     fn default() -> Self {
         Self { ping_resets: false, knows_polled: true }
     }
 }
 
-/// Where the unit's measurements come from.
+/// Source of the IMU's measurements.
 pub trait PacketSource: Send {
-    /// What it measures when it is asked at `now`; `None` while there is nothing to measure.
+    /// The measurement for a poll at `now`; `None` without one.
     fn at(&mut self, now: Time) -> Option<AnglePacket>;
 
-    /// The next packet that it sends by itself in continuous mode, up to `now`, and its time.
+    /// The next packet of continuous mode up to `now`, with its time.
     fn due(&mut self, now: Time) -> Option<(Time, AnglePacket)>;
 
-    /// When it next sends by itself.
+    /// Time of the next packet of continuous mode.
     fn next(&self) -> Option<Time>;
 
     /// The times of the first and the last measurement.
     fn span(&self) -> Option<(Time, Time)>;
 }
 
-/// The inertial unit at the far end of its line.
+/// The IMU at the far end of its line.
 ///
-/// In continuous mode it sends each of its packets at that packet's time, leaving out those that come
-/// faster than 70 a second. The timer runs with the time that it is given.
+/// In continuous mode it sends each packet at its time, but at most 70 per second. Its timer follows the time
+/// passed to it.
 #[derive(Clone, Debug)]
 pub struct DmuDevice<S = GivenPackets> {
-    /// What it does with commands.
+    /// Firmware behaviour.
     pub firmware: Firmware,
-    /// What it sends, from the next packet on.
+    /// Format of the next packet.
     pub mode: Mode,
-    /// Whether it sends unasked.
+    /// Whether it is in continuous mode.
     pub continuous: bool,
     source: S,
     sent: Option<Time>,
@@ -70,27 +69,25 @@ pub struct DmuDevice<S = GivenPackets> {
     line: Line,
 }
 
-/// Measurements that are known beforehand. Asked for a packet, the unit interpolates between the two
-/// around that moment, so that no poll ever reads the same twice. Before the first and after the last
-/// it is silent.
+/// Measurements given in advance. A poll is answered with an interpolation between the two neighbours, so polls
+/// never return the same sample twice. Before the first and after the last measurement there is no answer.
 #[derive(Clone, Debug)]
 pub struct GivenPackets {
     packets: Vec<(Time, AnglePacket)>,
-    /// The first packet that is still to come.
+    /// Index of the next packet.
     next: usize,
 }
 
 impl DmuDevice {
-    /// A unit just switched on, in voltage mode and polled, that is going to measure `packets`, each
-    /// at its time, in order of time. Their timers are replaced.
+    /// An IMU just switched on, in polled voltage mode, that measures `packets` at their times, in time order.
+    /// Their timers are replaced.
     #[must_use]
     pub fn new(packets: Vec<(Time, AnglePacket)>) -> Self {
         Self::measuring_by(GivenPackets { packets, next: 0 })
     }
 
-    /// A unit that is going to measure `samples`, each at its time, in order of time, with the ranges
-    /// and signs of `calibration`, at 25 °C. Increments become mean rates; an attitude or a field that
-    /// a sample lacks is sent as zeros.
+    /// An IMU that measures `samples` at their times, in time order, with the ranges and signs of `calibration`, at
+    /// 25 °C. Increments are converted to mean rates; a missing attitude or field is sent as zeros.
     #[must_use]
     pub fn measuring(samples: &[ImuSample], calibration: &Calibration) -> Self {
         let packet = |sample: &ImuSample, interval_s: f64| {
@@ -115,7 +112,7 @@ impl DmuDevice {
 }
 
 impl<S: PacketSource> DmuDevice<S> {
-    /// A unit just switched on, in voltage mode and polled, whose measurements `source` makes.
+    /// An IMU just switched on, in polled voltage mode, with the measurements of `source`.
     #[must_use]
     pub fn measuring_by(source: S) -> Self {
         Self {
@@ -129,7 +126,7 @@ impl<S: PacketSource> DmuDevice<S> {
         }
     }
 
-    /// Puts `bytes` on the line though no command asked for them.
+    /// Sends `bytes` without a command.
     pub fn send_unsolicited(&mut self, bytes: &[u8], now: Time) {
         self.line.send(bytes.to_vec(), now);
     }
@@ -155,7 +152,7 @@ impl<S: PacketSource> DmuDevice<S> {
             b'G' if self.continuous => self.continuous = false,
             b'G' => {
                 self.started = true;
-                // A request that comes while it sends is lost.
+                // A request during a transmission is lost.
                 if self.line.is_idle()
                     && let Some(packet) = self.source.at(now)
                 {
@@ -167,7 +164,7 @@ impl<S: PacketSource> DmuDevice<S> {
     }
 
     fn send(&mut self, packet: AnglePacket, now: Time) {
-        // It counts down, and the cast takes the turns off.
+        // The timer counts down, and the cast wraps it to 16 bits.
         let timer = 0u16.wrapping_sub(now.nanoseconds().div_euclid(TICK_NS) as u16);
         let packet = AnglePacket { timer, ..packet };
         let AnglePacket { angular_rate, acceleration, magnetic_field, temperature, .. } = packet;
@@ -192,7 +189,7 @@ impl<S: PacketSource> DmuDevice<S> {
         self.sent = Some(now);
     }
 
-    /// Brings the device up to `now`.
+    /// Advances the device to `now`.
     fn advance(&mut self, now: Time) {
         while let Some((time, packet)) = self.source.due(now) {
             if self.continuous && self.sent.is_none_or(|sent| time - sent >= SHORTEST_PACE_S) {
@@ -214,7 +211,7 @@ impl PacketSource for GivenPackets {
             std::array::from_fn(|k| between(before[k], after[k].saturating_sub(before[k])))
         };
         (interval_s <= LONGEST_HOLD_S).then(|| AnglePacket {
-            // Angles turn the short way round.
+            // Angles are interpolated over the shorter arc.
             attitude: std::array::from_fn(|k| {
                 between(before.attitude[k], after.attitude[k].wrapping_sub(before.attitude[k]))
             }),
@@ -241,7 +238,7 @@ impl PacketSource for GivenPackets {
     }
 }
 
-/// The 12-bit converter behind a word: half of its 5 V at zero, all of them at full scale.
+/// Counts of the 12-bit converter for a word: half of its 5 V at zero, 5 V at full scale.
 fn converter_counts(word: i16) -> u16 {
     ((i32::from(word) >> 4) + 2048) as u16
 }

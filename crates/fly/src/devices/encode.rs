@@ -1,18 +1,18 @@
-//! Receivers' messages, written: the counterpart of the decoders in [`gps`](hovernav::gps).
+//! Encoders of receiver messages, the counterpart of the decoders in [`gps`](hovernav::gps).
 
 use chrono::{DateTime, Datelike, TimeDelta, Timelike, Utc};
 
 /// The GPS week of [`Epoch::flying`]: it begins on 15 March 2026.
 pub const WEEK: u16 = 2_410;
-/// GPS time less UTC, s, since 2017.
+/// GPS time minus UTC, s, since 2017.
 pub const LEAP_SECONDS: u8 = 18;
 /// Height of the geoid above the ellipsoid in all messages, m.
 pub const GEOID_SEPARATION_M: f64 = 7.5;
 
-/// A u-blox receiver's one-sigma of a velocity that it does not know, m/s.
+/// One-sigma that a u-blox receiver sends for an unknown velocity, m/s.
 const UNKNOWN_SPEED_SIGMA_MPS: f64 = 1e3;
 
-/// What a receiver measured at one moment.
+/// The measurement of a receiver at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch {
     /// GPS weeks since 6 January 1980.
@@ -56,7 +56,7 @@ impl Epoch {
         }
     }
 
-    /// Seconds since the start of the week, in the single precision of TSIP.
+    /// Seconds since the start of the week, in single precision as in TSIP.
     fn time_of_week_s(&self) -> f32 {
         (f64::from(self.time_of_week_ms) / 1e3) as f32
     }
@@ -71,7 +71,7 @@ impl Epoch {
     }
 }
 
-/// A TSIP packet: `id` and `payload` framed, 0x10 doubled in the payload.
+/// A TSIP packet: `id` and `payload` with their frame; 0x10 is doubled in the payload.
 #[must_use]
 pub fn tsip_packet(id: u8, payload: &[u8]) -> Vec<u8> {
     let mut wire = vec![0x10, id];
@@ -120,7 +120,7 @@ pub fn tsip_coarse_lla(epoch: &Epoch) -> Vec<u8> {
     tsip_packet(0x4A, &payload)
 }
 
-/// 0x56, velocity; nothing where it is not known.
+/// 0x56, velocity; no bytes if it is unknown.
 #[must_use]
 pub fn tsip_enu(epoch: &Epoch) -> Vec<u8> {
     let Some([north, east, down]) = epoch.velocity_ned_mps else { return Vec::new() };
@@ -153,7 +153,7 @@ pub fn tsip_epoch(epoch: &Epoch) -> Vec<u8> {
     wire
 }
 
-/// 0x8F-20, all in one; a velocity that is not known is sent as overflown.
+/// 0x8F-20, the combined fix; an unknown velocity is sent as an overflow.
 #[must_use]
 pub fn tsip_superpacket(epoch: &Epoch) -> Vec<u8> {
     let semicircles = |degrees: f64| (degrees / 180.0 * f64::from(1u32 << 31)).round() as i64;
@@ -173,7 +173,7 @@ pub fn tsip_superpacket(epoch: &Epoch) -> Vec<u8> {
     tsip_packet(0x8F, &payload)
 }
 
-/// A UBX message, framed and with its checksum.
+/// A UBX message with its frame and checksum.
 #[must_use]
 pub fn ubx_message(class: u8, id: u8, payload: &[u8]) -> Vec<u8> {
     let mut wire = vec![0xB5, 0x62, class, id];
@@ -205,7 +205,7 @@ pub fn ubx_pvt(epoch: &Epoch) -> Vec<u8> {
     let fields = [utc.month(), utc.day(), utc.hour(), utc.minute(), utc.second(), 0x37];
     payload.extend(fields.map(|field| field as u8));
     payload.extend(30u32.to_le_bytes());
-    // Receivers are some hundred nanoseconds off the millisecond.
+    // Epochs of real receivers differ from the millisecond by some hundred nanoseconds.
     payload.extend((utc.nanosecond() as i32 - 133).to_le_bytes());
     payload.extend([3, 0x01, 0, epoch.satellites]);
     payload.extend(scaled(epoch.longitude_deg, 1e7));
@@ -226,7 +226,7 @@ pub fn ubx_pvt(epoch: &Epoch) -> Vec<u8> {
     ubx_message(0x01, 0x07, &payload)
 }
 
-/// NAV-POSLLH, NAV-STATUS, NAV-VELNED, as a receiver before 2012 sends them.
+/// NAV-POSLLH, NAV-STATUS and NAV-VELNED, as sent by receivers before 2012.
 #[must_use]
 pub fn ubx_older(epoch: &Epoch) -> Vec<u8> {
     let time = epoch.time_of_week_ms.to_le_bytes();
@@ -265,7 +265,7 @@ fn scaled(value: f64, per_unit: f64) -> [u8; 4] {
     ((value * per_unit).round() as i32).to_le_bytes()
 }
 
-/// An NMEA sentence of what stands between `$` and `*`.
+/// An NMEA sentence with `body` between `$` and `*`.
 #[must_use]
 pub fn nmea_sentence(body: &str) -> Vec<u8> {
     let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
@@ -275,7 +275,7 @@ pub fn nmea_sentence(body: &str) -> Vec<u8> {
 /// `ddmm.mmmmmm,N,dddmm.mmmmmm,E`.
 #[must_use]
 pub fn nmea_place(latitude_deg: f64, longitude_deg: f64) -> String {
-    // In whole 1e-6 minutes, lest 59.9999999 be printed as 60.
+    // In whole 1e-6 minutes, so that 59.9999999 is not printed as 60.
     let parts = |degrees: f64| {
         let units = (degrees.abs() * 60e6).round() as u64;
         (units / 60_000_000, units / 1_000_000 % 60, units % 1_000_000)
@@ -287,7 +287,7 @@ pub fn nmea_place(latitude_deg: f64, longitude_deg: f64) -> String {
     format!("{lat_d:02}{lat_m:02}.{lat_f:06},{north},{lon_d:03}{lon_m:02}.{lon_f:06},{east}")
 }
 
-/// RMC: place, speed and course over ground, date.
+/// RMC: position, speed and course over ground, date.
 #[must_use]
 pub fn nmea_rmc(epoch: &Epoch) -> Vec<u8> {
     let (time, utc) = (nmea_time(epoch), epoch.utc());
@@ -297,7 +297,7 @@ pub fn nmea_rmc(epoch: &Epoch) -> Vec<u8> {
     nmea_sentence(&format!("GPRMC,{time},A,{place},{knots},{course},{date},,,A"))
 }
 
-/// GGA: place with height, satellites.
+/// GGA: position with height, satellites.
 #[must_use]
 pub fn nmea_gga(epoch: &Epoch) -> Vec<u8> {
     let (time, satellites) = (nmea_time(epoch), epoch.satellites);
@@ -333,7 +333,7 @@ fn nmea_time(epoch: &Epoch) -> String {
     format!("{hour:02}{minute:02}{second:02}.{:02}", utc.nanosecond() / 10_000_000)
 }
 
-/// Knots, and degrees from north; both empty where the velocity is not known.
+/// Speed, knots, and course, ° from north; both empty if the velocity is unknown.
 fn speed_and_course(epoch: &Epoch) -> [String; 2] {
     epoch.velocity_ned_mps.map_or_else(Default::default, |[north, east, _]| {
         let knots = north.hypot(east) * 3_600.0 / 1_852.0;

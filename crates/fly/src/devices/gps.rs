@@ -1,4 +1,4 @@
-//! A satellite receiver as it answers.
+//! An emulated satellite receiver.
 
 use super::Device;
 use super::encode::{self, Epoch};
@@ -7,37 +7,37 @@ use hovernav::gps::tsip::{Framer, IoOptions};
 use hovernav::gps::{Fix, Protocol};
 use hovernav::time::Time;
 
-/// When the receiver's fixes begin on its own clock: Friday, 20 March 2026.
+/// Time of the first fix on the receiver's clock: Friday, 20 March 2026.
 const FIRST_TIME_OF_WEEK_MS: i64 = 446_988_000;
 const WEEK_MS: i64 = 604_800_000;
 
-/// TSIP's time and health come by themselves this often, s. Source: Trimble, *Lassen-SK8 System
-/// Designer Reference Manual*, 34149-01, appendix A.
+/// Interval of TSIP's unsolicited time and health packets, s. Source: Trimble, *Lassen-SK8 System Designer
+/// Reference Manual*, 34149-01, appendix A.
 const STATUS_S: f64 = 5.0;
 
-/// A receiver at the far end of its line, with fixes to come.
+/// A receiver at the far end of its line, with given fixes.
 ///
-/// It is as it comes from the factory, and has to be set like a real one:
+/// It has factory settings and must be configured like a real one:
 ///
-/// | protocol | unasked | what it obeys | line |
+/// | protocol | unsolicited messages | accepted commands | line |
 /// |---|---|---|---|
 /// | NMEA | RMC, GGA, GSA, VTG | nothing | 38 400 baud, 8-N-1 |
 /// | TSIP | 0x4A and 0x56, with 0x41, 0x46, 0x6D, 0x82 | 0x1F, 0x21, 0x24, 0x26, 0x35, 0x8E-20 | 9600 baud, 8-O-1 |
-/// | UBX | the sentences of NMEA | CFG-RATE, CFG-MSG; CFG-VALSET is refused | 38 400 baud, 8-N-1 |
+/// | UBX | the sentences of NMEA | CFG-RATE, CFG-MSG; CFG-VALSET is rejected | 38 400 baud, 8-N-1 |
 ///
-/// The rate is that of the fixes, whatever CFG-RATE says. The receiver's clock says GPS week 2410.
+/// The rate is that of the fixes, independent of CFG-RATE. The receiver's clock starts in GPS week 2410.
 #[derive(Clone, Debug)]
 pub struct GpsDevice {
     fixes: Vec<(Time, Epoch)>,
-    /// The first fix that is still to come.
+    /// Index of the next fix.
     next: usize,
     dialogue: Dialogue,
     line: Line,
-    /// When its clock began.
+    /// Time of the first fix.
     start: Option<Time>,
 }
 
-/// The protocol, and how the receiver is configured.
+/// Protocol and configuration.
 #[derive(Clone, Debug)]
 enum Dialogue {
     Nmea,
@@ -48,14 +48,14 @@ enum Dialogue {
 /// Writes one message of an epoch.
 type Writer = fn(&Epoch) -> Vec<u8>;
 
-/// The sentences that a u-blox receiver sends unasked, with their ids in CFG-MSG.
+/// The sentences that a u-blox receiver sends by default, with their ids in CFG-MSG.
 const SENTENCES: [(u8, Writer); 4] =
     [(4, encode::nmea_rmc), (0, encode::nmea_gga), (2, encode::nmea_gsa), (5, encode::nmea_vtg)];
 
 impl GpsDevice {
-    /// A receiver that is going to have these fixes, in order of time; the first byte of each begins
-    /// `latency_s` after the fix is valid. What a fix lacks is sent as a typical value: 8 satellites,
-    /// 2.5 m and 4 m, 0.3 m/s; without horizontal velocity, none; without vertical, 0.
+    /// A receiver that will send `fixes`, in time order. The first byte of each begins `latency_s` after the time
+    /// of the fix. Missing values are sent as typical ones: 8 satellites, one-sigmas of 2.5 m, 4 m and 0.3 m/s.
+    /// Without a horizontal velocity no velocity is sent; a missing vertical velocity is sent as 0.
     #[must_use]
     pub fn new(protocol: Protocol, fixes: &[Fix], latency_s: f64) -> Self {
         let (dialogue, line) = match protocol {
@@ -78,8 +78,7 @@ impl GpsDevice {
         receiver
     }
 
-    /// One more fix to come, later than those before; its first byte begins `latency_s` after it is
-    /// valid.
+    /// Adds a fix, later than the others; its first byte begins `latency_s` after the time of the fix.
     pub fn will_have(&mut self, fix: &Fix, latency_s: f64) {
         let start = *self.start.get_or_insert(fix.time);
         self.fixes.push((fix.time + latency_s, epoch(fix, fix.time - start)));
@@ -135,7 +134,7 @@ impl GpsDevice {
     }
 }
 
-/// What the receiver says of a fix, `since_start_s` after its first.
+/// The receiver's data of a fix, `since_start_s` after the first one.
 fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
     let time_ms = FIRST_TIME_OF_WEEK_MS + (since_start_s * 1e3).round() as i64;
     let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
@@ -152,7 +151,7 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
             .map(|_| [north, east, fix.down_velocity_mps.unwrap_or_default()]),
         horizontal_sigma_m: position.map_or(2.5, horizontal),
         vertical_sigma_m: position.map_or(4.0, |sigma| sigma[2]),
-        // One figure for three axes: their root mean square.
+        // One value for three axes: their root mean square.
         speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| sigma.norm() / f64::sqrt(3.0)),
         satellites: fix.satellites.unwrap_or(8).clamp(1, 12),
     }
@@ -162,7 +161,7 @@ impl Device for GpsDevice {
     fn receive(&mut self, mut bytes: &[u8], now: Time) {
         self.advance(now);
         let Self { fixes, next, dialogue, line, .. } = self;
-        // The latest fix that it can be asked for.
+        // The latest fix, for polls.
         let last = fixes.get(next.saturating_sub(1)).map(|(_, epoch)| epoch);
         match dialogue {
             Dialogue::Nmea => {}
@@ -239,11 +238,11 @@ impl Device for GpsDevice {
     }
 }
 
-/// The longest message that is parsed, bytes of payload.
+/// Longest payload that is parsed, bytes.
 const LONGEST_UBX: usize = 256;
 
-/// Takes the next whole UBX message, class, id and payload, from the front of what was `received`, and
-/// what cannot be one.
+/// Removes the next complete UBX message, and invalid bytes before it, from `received`; returns its class, id and
+/// payload.
 fn next_ubx(received: &mut Vec<u8>) -> Option<(u8, u8, Vec<u8>)> {
     loop {
         let start = received.iter().position(|byte| *byte == 0xB5).unwrap_or(received.len());

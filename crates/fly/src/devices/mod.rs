@@ -1,19 +1,19 @@
-//! Emulated sensors: what answers a flight computer on a serial line when there is no hardware.
+//! Emulated sensors: they answer a flight computer on a serial line without hardware.
 //!
 //! | device | emulates | from |
 //! |---|---|---|
 //! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: commands `R r c a P C G`, three packet formats, polled or continuous | packets or inertial samples |
-//! | [`GpsDevice`] | a receiver that speaks TSIP, NMEA 0183 or UBX, and is configured like a real one | fixes |
-//! | [`RecordedDevice`] | nothing: it repeats the bytes of a flight record | bytes with their times |
+//! | [`GpsDevice`] | a receiver with TSIP, NMEA 0183 or UBX, configured like a real one | fixes |
+//! | [`RecordedDevice`] | nothing: it replays the bytes of a flight record | bytes with their times |
 //!
-//! A [`Device`] stands at the far end of a serial line. It is handed what the host wrote and the time,
-//! and gives the bytes that have arrived at the host's end by then. Each byte takes its time on the
-//! line, so a packet comes in pieces and a burst comes late, as from hardware; more than a second of
-//! backlog is lost. A device does no input or output of its own: [`play`](crate::play) puts it behind
-//! a pseudo-terminal, and a test calls it directly. [`encode`] writes the receivers' messages.
+//! A [`Device`] is at the far end of a serial line. It receives the bytes that the host wrote, and returns the
+//! bytes that have arrived at the host by a given time. Each byte takes its time on the line, so packets arrive in
+//! pieces and bursts arrive late, as from hardware; more than a second of backlog is lost. A device does no input
+//! or output: [`play`](crate::play) connects it to a pseudo-terminal, and tests call it directly. [`encode`] writes
+//! the receivers' messages.
 //!
-//! What is not emulated: noise and damage on the line (a test adds its own), a receiver's acquisition
-//! and its time to first fix, the unit's self-test and its calibration commands.
+//! Not emulated are noise and damage on the line (tests add their own), a receiver's acquisition and time to first
+//! fix, and the IMU's self-test and calibration commands.
 //!
 //! ```
 //! use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
@@ -54,20 +54,20 @@ pub use recorded::RecordedDevice;
 
 use hovernav::time::Time;
 
-/// A device at the far end of a serial line. Its time must not run backwards.
+/// A device at the far end of a serial line. The times passed to it must not decrease.
 pub trait Device: Send {
-    /// Takes what the host wrote; the last byte came `now`.
+    /// Receives `bytes` from the host; the last byte arrives at `now`.
     fn receive(&mut self, bytes: &[u8], now: Time);
 
-    /// When bytes are next to be taken; `None` if only the host can bring more.
+    /// Time of the next transmission; `None` until the host sends a command.
     fn next_transmission(&self) -> Option<Time>;
 
-    /// Appends the bytes that arrive at the host up to `now` to `wire`.
+    /// Appends to `wire` the bytes that arrive at the host up to `now`.
     fn transmit(&mut self, now: Time, wire: &mut Vec<u8>);
 
-    /// The times of its first and its last measurement; `None` if it has none.
+    /// Times of the first and the last measurement; `None` without measurements.
     fn span(&self) -> Option<(Time, Time)>;
 
-    /// Whether it sends its measurements; some devices wait for a command first.
+    /// Whether it sends measurements; some devices first wait for a command.
     fn is_started(&self) -> bool;
 }

@@ -1,12 +1,11 @@
-//! Bytes of a flight record.
+//! Replays the bytes of a flight record.
 
 use std::collections::VecDeque;
 
 use super::Device;
 use hovernav::time::Time;
 
-/// A device that repeats recorded bytes at the times at which they came, and ignores what the host
-/// writes.
+/// A device that replays recorded bytes at their arrival times and ignores the host.
 #[derive(Clone, Debug)]
 pub struct RecordedDevice {
     pieces: VecDeque<(Time, Vec<u8>)>,

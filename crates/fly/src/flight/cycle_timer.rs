@@ -1,38 +1,39 @@
-//! Whether the loop keeps its time.
+//! Timing of the loop's cycles.
 
 use hovernav::time::Time;
 
 use crate::DurationHistogram;
 
-/// Measures the work of each cycle, and how late each wake-up came.
+/// Measures the work of each cycle and the delay of each timed wake-up.
 ///
-/// A cycle's work is all that the loop does from one sample to the next, waits left out: the bytes of
-/// a packet may wake it several times.
+/// The work of a cycle is the time from one sample to the next without waits. The bytes of one packet may wake the
+/// loop several times.
 pub struct CycleTimer {
-    /// What a cycle may take, s.
+    /// Longest work of a cycle, s.
     cycle_s: f64,
     /// End of the last wait.
     wait_ended: Time,
     /// Start of the last wait.
     wait_began: Time,
-    /// Work since the last cycle was complete, s.
+    /// Work since the last complete cycle, s.
     work_s: f64,
     complete: bool,
     woke_late: bool,
-    /// Whether the loop ran by the clock since the last packet: then it waited in vain for the next.
+    /// Whether the loop ran a cycle by the clock since the last packet, because the next one did not arrive in
+    /// time.
     ran_by_clock: bool,
     /// Work of each cycle.
     pub work: DurationHistogram,
-    /// How late the loop woke where it had asked to be woken at a time.
+    /// Delay of timed wake-ups.
     pub wake_latency: DurationHistogram,
-    /// Cycles that missed their deadline by the loop's own fault.
+    /// Number of cycles that missed their deadline because of the loop.
     pub missed_deadlines: u64,
 }
 
-/// A cycle that is over.
+/// Timing of a complete cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleTiming {
-    /// What its work took, s.
+    /// Duration of its work, s.
     pub work_s: f64,
     /// Whether it began more than half a cycle late.
     pub woke_late: bool,
@@ -56,25 +57,24 @@ impl CycleTimer {
         }
     }
 
-    /// The packet that begins this cycle came `behind_s` later after the one before than it was sent: the
-    /// loop was not let run while it waited for bytes. Where it ran by the clock meanwhile, and found none, the
-    /// line brought it late.
+    /// Reports that the interval to the packet of this cycle was `behind_s` longer on arrival than when sent. Then
+    /// the loop woke late. But if the loop ran by the clock in between and found no packet, the line delayed it.
     pub fn packet_behind(&mut self, behind_s: f64) {
         let by_the_line = std::mem::take(&mut self.ran_by_clock);
         self.woke_late |= behind_s > 0.5 * self.cycle_s && !by_the_line;
     }
 
-    /// The loop runs a cycle without a packet, which should have been there.
+    /// Reports a cycle by the clock, because a packet did not arrive in time.
     pub fn run_by_clock(&mut self) {
         self.ran_by_clock = true;
     }
 
-    /// The work of a cycle is complete when the loop next waits.
+    /// Marks the cycle as complete at the next wait.
     pub fn complete_cycle(&mut self) {
         self.complete = true;
     }
 
-    /// The loop is about to wait; the cycle that this completes, if any.
+    /// Reports the start of a wait; returns the cycle that this completes, if any.
     pub fn begin_wait(&mut self, now: Time) -> Option<CycleTiming> {
         self.work_s += now - self.wait_ended;
         self.wait_began = now;
@@ -89,11 +89,11 @@ impl CycleTimer {
         Some(CycleTiming { work_s, woke_late, on_time })
     }
 
-    /// The loop has been woken, by bytes or at the time it had asked for.
+    /// Reports the end of a wait, by bytes or at the `requested` time.
     pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
         self.wait_ended = now;
         if let Some(requested) = requested {
-            // A moment that was past when it was asked for says nothing of the wait.
+            // A requested time before the wait counts from the start of the wait.
             let late_s = now - requested.max(self.wait_began);
             self.wake_latency.add(late_s);
             self.woke_late |= late_s > 0.5 * self.cycle_s;
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_work_of_a_cycle_is_all_between_two_samples_but_the_waits() {
+    fn the_work_of_a_cycle_is_the_time_between_samples_without_waits() {
         let mut timer = CycleTimer::new(0.03, at(0));
         assert_eq!(timer.begin_wait(at(2)), None);
         timer.end_wait(at(20), None);
@@ -144,9 +144,9 @@ mod tests {
         assert_abs_diff_eq!(timer.wake_latency.longest_s(), 0.02, epsilon = 1e-12);
     }
 
-    /// A unit whose line was cut for 3 s: the loop ran by the clock, on time.
+    /// The IMU's line is cut, and the loop runs by the clock, on time.
     #[test]
-    fn a_packet_that_the_line_brings_late_is_no_fault_of_the_loops() {
+    fn a_packet_delayed_by_the_line_is_not_a_missed_deadline() {
         let mut timer = CycleTimer::new(0.03, at(0));
         for wake in [45, 90, 135] {
             assert_eq!(timer.begin_wait(at(wake - 44)), None);
@@ -158,12 +158,12 @@ mod tests {
         timer.packet_behind(0.1);
         timer.complete_cycle();
         assert!(timer.begin_wait(at(161)).unwrap().on_time);
-        // The next one is the loop's again.
+        // The next delay is caused by the loop.
         timer.end_wait(at(220), None);
         timer.packet_behind(0.03);
         timer.complete_cycle();
         assert!(!timer.begin_wait(at(221)).unwrap().on_time);
-        // So is a clock that wakes it late.
+        // A late timed wake-up is caused by the loop, too.
         timer.end_wait(at(290), Some(at(265)));
         timer.run_by_clock();
         timer.begin_wait(at(291));

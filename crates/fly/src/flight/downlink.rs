@@ -1,4 +1,4 @@
-//! Telemetry: the newest snapshot to the ground, from a thread of its own.
+//! Telemetry: sends the newest snapshot to the ground in a thread of its own.
 
 use std::collections::VecDeque;
 use std::io;
@@ -15,58 +15,57 @@ use hovernav::time::Time;
 use hovernav_log::FlyConfig;
 use hovernav_log::record::{Level, ShortText};
 
-/// How long the thread listens to the ground before it looks for a snapshot, s.
+/// Time that the thread waits for data from the ground before it checks for a snapshot, s.
 const LISTEN_S: f64 = 0.005;
 
-/// How long a frame may take to be handed to the line, s: less than a cycle.
+/// Timeout for writing a frame to the line, s: less than a cycle.
 const WRITE_S: f64 = 0.025;
 
-/// Between two supplements, s, at most and at least.
+/// Longest and shortest interval between supplements, s.
 const SUPPLEMENT_S: [f64; 2] = [2.0, 0.1];
-/// A supplement with news waits for the one before this long, s.
+/// Shortest interval before a changed supplement, s.
 const NEWS_S: f64 = 0.1;
-/// Snapshots a second, for what is left of the line.
+/// Rate of snapshots assumed for the capacity left for supplements, Hz.
 const SNAPSHOTS_HZ: f64 = 33.0;
-/// A paused vehicle that sends datagrams says so often that it is there, s: without, the ground would
-/// not know where to send its word.
+/// Interval of empty frames from a paused vehicle on UDP, s: they tell the ground the vehicle's address.
 const PRESENCE_S: f64 = 1.0;
 
-/// What is sent on the line.
+/// Format of the telemetry on a line.
 enum Encoder {
-    /// Packed frames, while the ground has switched them on.
+    /// Packed frames, while the ground has enabled them.
     Packed(Box<Packed>),
     /// MAVLink 2, always.
     Mavlink(Box<Mavlink>),
 }
 
-/// What became of the snapshots.
+/// Statistics of the snapshots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DownlinkCounts {
-    /// Handed to the line.
+    /// Number of snapshots written to the line.
     pub sent: u64,
-    /// Due to be sent, and lost to a newer one or to a line that took no more.
+    /// Number of snapshots replaced by a newer one or rejected by the line.
     pub dropped: u64,
 }
 
-/// Texts that may wait for the line.
+/// Length of the queue of texts.
 const TEXTS: usize = 32;
 
-/// Packed frames: snapshots, between them supplements and texts.
+/// Encoder of packed frames: snapshots, with supplements and texts in between.
 struct Packed {
     flow: Flow,
     sequence: u8,
-    /// Between two supplements, s.
+    /// Interval between supplements, s.
     interval_s: f64,
     /// The last supplement sent.
     told: Option<Supplement>,
-    /// Pieces of a text that are left.
+    /// Remaining pieces of texts.
     texts: VecDeque<Text>,
-    /// When a paused vehicle last said that it is there; `None` on a line that needs no such word.
+    /// Time of the last empty frame of a paused vehicle; `None` on a line that does not need them.
     presence: Option<Time>,
 }
 
 impl Packed {
-    /// For a line that takes `budget` bytes a second.
+    /// An encoder for a line with a capacity of `budget` bytes per second.
     fn new(budget: Option<f64>, now: Time) -> Self {
         let [most_s, least_s] = SUPPLEMENT_S;
         let interval_s = budget.map_or(least_s, |budget| {
@@ -91,7 +90,7 @@ impl Packed {
                 && snapshot.time - *last > PRESENCE_S
             {
                 *last = snapshot.time;
-                // An empty frame, which every decoder passes over.
+                // An empty frame, which every decoder skips.
                 bytes.push(0);
             }
             return;
@@ -113,7 +112,7 @@ impl Packed {
         let severity = match level {
             Level::Info => Severity::Info,
             Level::Warning => Severity::Warning,
-            // A packed frame has no more than this.
+            // The highest severity of a packed frame.
             Level::Error | Level::Critical => Severity::Error,
         };
         let mut rest = line.trim();
@@ -132,11 +131,11 @@ impl Packed {
 }
 
 struct Shared {
-    /// UTC since the start of 1970 less the flight's clock, ns.
+    /// UTC since 1970 minus the flight clock, ns.
     utc_offset_ns: AtomicI64,
     newest: Mutex<Option<(Snapshot, Supplement)>>,
     texts: Mutex<VecDeque<(Time, Level, ShortText)>>,
-    /// What the line's port did.
+    /// Changes of the line's port.
     changes: Mutex<VecDeque<PortEvent>>,
     sent: AtomicU64,
     dropped: AtomicU64,
@@ -150,18 +149,18 @@ struct Downlink {
     task: Option<Task<()>>,
 }
 
-/// The lines to the ground that the configuration names.
+/// The configured lines to the ground.
 pub struct Downlinks {
     packed: Option<Downlink>,
     mavlink: Option<Downlink>,
 }
 
 impl Downlinks {
-    /// Opens the lines that `config` names, of a flight that starts at `start` on `clock`, `unix_ns`
-    /// after the start of 1970.
+    /// Opens the lines in `config` for a flight that starts at `start` on `clock`; `unix_ns` is UTC at the start,
+    /// ns since 1970.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// A thread cannot be started.
     pub fn open(config: &FlyConfig, clock: &Clock, start: Time, unix_ns: i64) -> io::Result<Self> {
         let utc_offset_ns = unix_ns.saturating_sub(start.nanoseconds());
         let packed = config.telemetry.as_ref().map(|section| {
@@ -181,21 +180,21 @@ impl Downlinks {
         Ok(Self { packed: packed.transpose()?, mavlink: mavlink.transpose()? })
     }
 
-    /// Offers the newest snapshot and supplement to each; never waits.
+    /// Passes the newest snapshot and supplement to each line; never waits.
     pub fn offer(&self, snapshot: &Snapshot, supplement: &Supplement) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             downlink.offer(snapshot, supplement);
         }
     }
 
-    /// UTC is from now on `offset_ns` more than the flight's clock.
+    /// Sets UTC minus the flight clock, ns.
     pub fn tell_utc(&self, offset_ns: i64) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             downlink.shared.utc_offset_ns.store(offset_ns, Ordering::Relaxed);
         }
     }
 
-    /// Offers a text to each; never waits. Where too many wait, the oldest goes.
+    /// Passes a text to each line; never waits. A full queue drops its oldest text.
     pub fn say(&self, time: Time, level: Level, text: ShortText) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             if let Ok(mut texts) = downlink.shared.texts.try_lock() {
@@ -207,7 +206,7 @@ impl Downlinks {
         }
     }
 
-    /// A change of one of the ports that was not told yet; never waits.
+    /// The next unreported change of a port; never waits.
     pub fn change(&self) -> Option<(&PortName, PortEvent)> {
         self.packed.iter().chain(&self.mavlink).find_map(|downlink| {
             let event = downlink.shared.changes.try_lock().ok()?.pop_front()?;
@@ -215,7 +214,7 @@ impl Downlinks {
         })
     }
 
-    /// What became of the snapshots: in packed frames, in MAVLink.
+    /// Statistics of the snapshots: packed frames, MAVLink.
     pub fn counts(&self) -> (DownlinkCounts, DownlinkCounts) {
         let counts = |downlink: &Option<Downlink>| {
             downlink.as_ref().map(Downlink::counts).unwrap_or_default()
@@ -239,10 +238,10 @@ impl Shared {
 }
 
 impl Downlink {
-    /// Sends what `encoder` makes of the snapshots on `line` from now on.
+    /// Starts the thread that encodes snapshots with `encoder` and sends them on `line`.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// A thread cannot be started.
     fn spawn(
         name: PortName,
         line: GroundLine,
@@ -258,12 +257,12 @@ impl Downlink {
         Ok(Self { name, shared, task: Some(task) })
     }
 
-    /// Offers the newest snapshot; never waits.
+    /// Passes the newest snapshot to the thread; never waits.
     fn offer(&self, snapshot: &Snapshot, supplement: &Supplement) {
         let mut newest = match self.shared.newest.try_lock() {
             Ok(newest) => newest,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-            // The thread is taking the one before.
+            // The thread is reading the previous snapshot.
             Err(TryLockError::WouldBlock) => {
                 self.shared.dropped.fetch_add(1, Ordering::Relaxed);
                 return;
@@ -274,7 +273,7 @@ impl Downlink {
         }
     }
 
-    /// What became of the snapshots.
+    /// Statistics of the snapshots.
     fn counts(&self) -> DownlinkCounts {
         DownlinkCounts {
             sent: self.shared.sent.load(Ordering::Relaxed),
@@ -287,13 +286,13 @@ impl Drop for Downlink {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(task) = self.task.take() {
-            // A thread that panicked has already said so.
+            // A panic has already printed its message.
             let _ = task.join();
         }
     }
 }
 
-/// The path of a port that is there.
+/// The path of a port; empty without one.
 fn path(port: Option<&PathBuf>) -> &Path {
     port.map_or(Path::new(""), PathBuf::as_path)
 }
@@ -315,7 +314,7 @@ fn transmit(mut line: GroundLine, clock: &Clock, mut encoder: Encoder, shared: &
         let newest = shared.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some((snapshot, supplement)) = newest.filter(|_| line.is_open()) else { continue };
         bytes.clear();
-        // One text a snapshot leaves the line to the others.
+        // At most one text per snapshot leaves capacity for the other data.
         let text = shared.texts.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
         match &mut encoder {
             Encoder::Packed(packed) => {
@@ -348,7 +347,7 @@ mod tests {
     use hovernav::telemetry::frame::{Decoder, Message};
     use std::time::Instant;
 
-    /// What a flight of `seconds` sends on a line of `baud`, texts every second.
+    /// The number of bytes and the messages of a flight of `seconds` on a line of `baud`.
     fn flown(baud: u32, seconds: u32, mode_at: impl Fn(u32) -> Mode) -> (usize, Vec<Message>) {
         let mut packed = Packed::new(Some(0.85 * f64::from(baud) / 10.0), Time::ZERO);
         packed.flow.receive(b"#");
@@ -366,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn snapshots_and_supplements_leave_a_modem_15_percent_to_spare() {
+    fn snapshots_and_supplements_leave_15_percent_of_a_modem_free() {
         let (bytes, messages) = flown(57_600, 20, |_| Mode::Manual);
         assert!(bytes as f64 * 10.0 / 20.0 <= 0.85 * 57_600.0, "{bytes} bytes in 20 s");
         let count = |wanted: fn(&Message) -> bool| messages.iter().filter(|m| wanted(m)).count();
@@ -377,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_mode_is_told_within_a_tenth_of_a_second() {
+    fn a_change_of_mode_is_sent_within_a_tenth_of_a_second() {
         let (_, messages) = flown(57_600, 4, |cycle| match cycle {
             0..40 => Mode::Manual,
             _ => Mode::Position,
@@ -391,10 +390,11 @@ mod tests {
     }
 
     #[test]
-    fn a_long_line_arrives_whole_in_pieces() {
+    fn a_long_text_arrives_complete_in_pieces() {
         let mut packed = Packed::new(None, Time::ZERO);
         packed.flow.receive(b"#");
-        let line = "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; age of the last fix, s: über";
+        let line = "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; age of the last \
+                    fix, s: über";
         packed.say(Time::ZERO, Level::Warning, line);
         let mut bytes = Vec::new();
         for cycle in 0..5 {
@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_vehicle_on_datagrams_says_that_it_is_there_and_no_more() {
+    fn a_paused_vehicle_on_udp_sends_only_empty_frames() {
         let mut packed = Packed::new(None, Time::ZERO);
         let mut bytes = Vec::new();
         for cycle in 0..330 {
@@ -425,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_port_to_the_ground_that_cannot_be_opened_is_told_with_its_key() {
+    fn a_ground_port_that_cannot_be_opened_is_reported_with_its_key() {
         let text =
             "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n[telemetry]\nport = '/nowhere/radio'\n";
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();

@@ -1,4 +1,4 @@
-//! What keeps a flight from beginning.
+//! Reasons why a flight cannot begin.
 
 use std::io;
 
@@ -7,29 +7,29 @@ use hovernav::flight_control::FlightControlError;
 use hovernav::servo;
 use hovernav_log::{FlyConfigError, LogError};
 
-/// What keeps a flight from beginning.
+/// Reasons why a flight cannot begin.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FlyError {
-    /// A setting cannot be.
+    /// An invalid setting.
     #[error(transparent)]
     Config(#[from] FlyConfigError),
-    /// A servo's setting cannot be.
+    /// An invalid setting of a servo.
     #[error("[servo] {0}")]
     Servo(#[from] servo::ConfigError),
-    /// A setting of the autopilot cannot be.
+    /// An invalid setting of the autopilot.
     #[error("[autopilot] {0}")]
     Control(#[from] FlightControlError),
-    /// The pilot's lines cannot be had.
+    /// The pilot's lines cannot be opened.
     #[error("[servo.capture] {0}")]
     Gpio(#[from] GpioError),
-    /// A servo's output cannot be had.
+    /// A servo output cannot be opened.
     #[error("[servo.output] {0}")]
     Pwm(#[from] PwmError),
-    /// The record cannot be begun.
+    /// The record cannot be created.
     #[error(transparent)]
     Record(#[from] LogError),
-    /// The system gives no thread.
-    #[error("no thread: {0}")]
+    /// A thread cannot be started.
+    #[error("cannot start a thread: {0}")]
     Thread(#[from] io::Error),
 }

@@ -1,4 +1,4 @@
-//! The flight computer: the sensors' lines, and the flight loop behind them.
+//! The flight computer: the sensors' lines and the flight loop.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,22 +16,22 @@ use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Line};
 use hovernav_log::{FlyConfig, ReceiverProtocol};
 
-/// How long a command to the inertial unit may take to be handed to the line, s.
+/// Timeout for writing a command to the IMU, s.
 const WRITE_S: f64 = 0.005;
 
-/// Pieces of the receiver's stream that may wait: half a minute of them.
+/// Length of the queue of the receiver's stream: half a minute.
 const QUEUE: usize = 1024;
 
-/// Flies by `clock` until `stop` is set: reads the sensors, estimates, passes the pilot on to the servos, records
-/// and sends telemetry. `record` is the file to write. What happens on the way is sent to
-/// `notifications`; where that is full, the flight does not wait for it.
+/// Flies by `clock` until `stop` is set: reads the sensors, estimates, commands the servos, records and sends
+/// telemetry. `record` is the file to write. Events are sent to `notifications`; if that queue is full, they are
+/// dropped and the flight does not wait.
 ///
-/// The loop is one thread, paced by the inertial unit's packets. Each other line has a thread of its
-/// own with a bounded queue or a single place between, and so has the record, so that none of them
-/// can hold the loop up. Without the unit, the loop goes on at 33 Hz with the pilot alone.
+/// The loop is one thread, paced by the packets of the IMU. Each other line, and the record, has its own thread
+/// behind a bounded queue or a single slot, so it cannot block the loop. Without the IMU, the loop continues at 33
+/// Hz with the pilot only.
 ///
 /// # Errors
-/// What keeps a flight from beginning: see [`FlyError`]. Nothing ends it but `stop`.
+/// [`FlyError`] if the flight cannot begin. Afterwards only `stop` ends it.
 pub fn fly(
     config: &FlyConfig,
     record: &Path,
@@ -59,7 +59,7 @@ pub fn fly(
     Ok(computer.end(start))
 }
 
-/// The parity bit of a receiver's line: odd of TSIP, as Trimble sends it.
+/// The parity bit of a receiver's line: odd for TSIP, as on Trimble receivers.
 const fn parity(protocol: ReceiverProtocol) -> Parity {
     match protocol {
         ReceiverProtocol::Tsip => Parity::Odd,
@@ -113,7 +113,7 @@ impl FlightComputer {
         self.flight.log.event(now, level, "priority", text);
     }
 
-    /// A call of the sensors with bytes of the inertial unit; returns until when to read.
+    /// Passes bytes of the IMU to the sensors; returns the deadline of the next read.
     fn dmu(&mut self, bytes: &[u8], now: Time) -> Time {
         let Self { clock, dmu_port, dmu_name, sensors, flight, .. } = self;
         flight.log.recorder.raw(Line::Dmu, bytes, now);
@@ -126,7 +126,7 @@ impl FlightComputer {
         })
     }
 
-    /// Whatever the receiver has sent meanwhile.
+    /// Handles all data that the receiver has sent.
     fn receiver(&mut self) {
         let Self { clock, receiver, gps_name, sensors, flight, .. } = self;
         while let Some(item) = receiver.receive(Time::ZERO) {
@@ -136,7 +136,8 @@ impl FlightComputer {
                     sensors.gps(&bytes, arrival, |report| match report {
                         SensorOutput::WriteGps(command) => {
                             if !receiver.write(command.as_bytes()) {
-                                let text = "a command to the receiver found no room";
+                                let text = "a command to the receiver was dropped: the queue is \
+                                            full";
                                 flight.log.event(arrival, Level::Warning, "gps_command", text);
                             }
                         }

@@ -28,45 +28,45 @@ use hovernav::time::Time;
 use hovernav_log::FlyConfig;
 use hovernav_log::record::{Cycle, Entry, Happening, Header, Level, Recorder};
 
-/// A cycle where the inertial unit does not set its length, s: 33 Hz.
+/// Duration of a cycle if `[dmu] rate_hz` is not set, s: 33 Hz.
 const CYCLE_S: f64 = 1.0 / 33.0;
 
-/// Without a sample for this many cycles the loop goes on by the clock.
+/// Number of cycles without a sample after which the loop runs by the clock.
 const CYCLES_WITHOUT_SAMPLE: f64 = 1.5;
 
-/// The inertial unit counts as lost when its last sample came longer ago than this, s.
+/// Age of the last sample from which on the IMU counts as lost, s.
 const SAMPLE_FRESH_S: f64 = 0.15;
 
-/// The estimator, the servos, the record and the telemetry of a flight, and what they have come to.
+/// The estimator, the servos, the record and the telemetry of a flight, with their state.
 ///
-/// It is handed what the sensors say and the time, and neither reads a line nor waits for one.
+/// It receives sensor data and the time; it neither reads a line nor waits for one.
 pub struct FlightLoop {
     pub log: EventLog,
-    /// Takes the rotor out of the samples that the estimator and the autopilot hear.
+    /// Removes the rotor's vibration from the samples for the estimator and the autopilot.
     notch: Option<Notch>,
     estimator: Estimator<WithoutHeightAids, 26>,
     /// The estimate at the last sample.
     solution: Option<Solution>,
     stepless: SteplessSolution,
-    /// The same without steps, for the autopilot.
+    /// The same solution without steps, for the autopilot.
     flown: Option<Solution>,
     monitor: HealthMonitor,
-    /// Of attitude, velocity and position, as last told; `None` before the first solution.
+    /// Last reported trust in attitude, velocity and position; `None` before the first solution.
     trusts: Option<[Trust; 3]>,
-    /// Which of them have been good.
+    /// Which of them have been valid.
     were_good: [bool; 3],
     servos: Servos,
-    /// Pilot and autopilot; `None` where the pilot alone flies.
+    /// Pilot and autopilot; `None` without an autopilot.
     control: Option<FlightControl>,
     mode: Mode,
     servos_good: bool,
-    /// From the last packet of the inertial unit to the servos, s.
+    /// Time from the last packet of the IMU to the servos, s.
     turnaround_s: Option<f64>,
-    /// Cycles that were late, one after the other.
+    /// Number of consecutive late cycles.
     late_cycles: u8,
     timer: CycleTimer,
     cycle_s: f64,
-    /// When the last cycle was.
+    /// Time of the last cycle.
     last_cycle: Time,
     last_sample: Option<SampleTimes>,
     receiver: ReceiverWatch,
@@ -77,7 +77,7 @@ pub struct FlightLoop {
     dmu_commands_lost: bool,
 }
 
-/// When an inertial sample arrived, and when it was taken.
+/// Arrival time and measurement time of an inertial sample.
 #[derive(Clone, Copy)]
 struct SampleTimes {
     arrival: Time,
@@ -85,10 +85,10 @@ struct SampleTimes {
 }
 
 impl FlightLoop {
-    /// The loop of a flight that starts at `start` on `clock`, `unix_ns` after the start of 1970.
+    /// The loop of a flight that starts at `start` on `clock`; `unix_ns` is UTC at the start, ns since 1970.
     ///
     /// # Errors
-    /// What keeps a flight from beginning.
+    /// [`FlyError`] if the flight cannot begin.
     pub fn new(
         config: &FlyConfig,
         record: &Path,
@@ -101,7 +101,7 @@ impl FlightLoop {
         let downlinks = Downlinks::open(config, clock, start, unix_ns)?;
         let servos = Servos::open(config, clock)?;
         let control = config.flight_control()?;
-        // One set of limits: the autopilot's, where there is one.
+        // The limits are the autopilot's, if there is one.
         let limits = control.as_ref().map_or_else(HealthLimits::default, |set| set.hover.health);
         let control = control.map(FlightControl::new).transpose()?;
         let header = Header::new(config.clone(), start, unix_ns);
@@ -141,12 +141,12 @@ impl FlightLoop {
         })
     }
 
-    /// When the next cycle is due though no sample came.
+    /// Time at which a cycle without a sample is due.
     pub fn cycle_due(&self) -> Time {
         self.last_cycle + CYCLES_WITHOUT_SAMPLE * self.cycle_s
     }
 
-    /// The loop is about to wait.
+    /// Reports the start of a wait.
     pub fn begin_wait(&mut self, now: Time) {
         let Some(cycle) = self.timer.begin_wait(now) else { return };
         self.late_cycles = if cycle.on_time { 0 } else { self.late_cycles.saturating_add(1) };
@@ -162,12 +162,12 @@ impl FlightLoop {
         self.snapshot.status.on_time = cycle.on_time;
     }
 
-    /// The loop has been woken, by bytes or at the time it had asked for.
+    /// Reports the end of a wait, by bytes or at the `requested` time.
     pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
         self.timer.end_wait(now, requested);
     }
 
-    /// Handles what the bytes of a sensor's line came to.
+    /// Handles an output of the sensors' decoders.
     pub fn handle(&mut self, now: Time, report: SensorOutput) {
         self.log.recorder.push(now, report);
         if let Some(happening) = Happening::of_sensor(&report) {
@@ -203,7 +203,7 @@ impl FlightLoop {
         }
     }
 
-    /// A cycle with a sample, which came `now`.
+    /// Runs a cycle with a sample that arrived at `now`.
     fn sample_cycle(&mut self, now: Time, event: &Event, sample: &ImuSample) {
         let times = SampleTimes { arrival: now, sample: sample.time };
         let mut interval_s = self.cycle_s;
@@ -229,7 +229,7 @@ impl FlightLoop {
         self.control(now, true);
     }
 
-    /// A cycle by the clock, if samples stay away.
+    /// Runs a cycle by the clock, if no sample has arrived in time.
     pub fn cycle_without_sample(&mut self, now: Time) {
         if now >= self.cycle_due() {
             self.timer.run_by_clock();
@@ -258,7 +258,7 @@ impl FlightLoop {
         });
     }
 
-    /// Sends the commands of whoever flies to the servos, and a snapshot to the ground.
+    /// Sends the command of pilot or autopilot to the servos, and a snapshot to the ground.
     fn control(&mut self, now: Time, has_sample: bool) {
         self.last_cycle = now;
         let Self { servos, log, .. } = self;
@@ -294,7 +294,7 @@ impl FlightLoop {
         self.send_telemetry(now);
     }
 
-    /// Who flies, and what is commanded: sticks, and widths in ms.
+    /// Selects pilot or autopilot; returns the commanded sticks and widths, ms.
     fn decide(
         &mut self,
         pilot: &PilotState,
@@ -347,7 +347,7 @@ impl FlightLoop {
         (outputs.sticks, outputs.widths_ms)
     }
 
-    /// Notices when fixes stay away or never came, and when they are back.
+    /// Reports lost, missing and recovered fixes.
     fn watch_receiver(&mut self, now: Time) {
         if let Some((level, text)) = self.receiver.look(now) {
             self.log.event(now, level, "gps_fixes", text);
@@ -355,11 +355,11 @@ impl FlightLoop {
         self.snapshot.status.gps = self.receiver.is_good();
     }
 
-    /// Notices when the record is not written, and when it is again.
+    /// Reports a failure of the record and its recovery.
     fn watch_record(&mut self, now: Time) {
         let status = self.log.recorder.status();
         let before = std::mem::replace(&mut self.report.record, status);
-        // What has been refused waits until it is written; what is lost is lost for good.
+        // Bytes that could not be written wait for another attempt; lost entries stay lost.
         let good = status.bytes_waiting == 0
             && status.lost_raw == before.lost_raw
             && status.lost_decoded == before.lost_decoded;
@@ -383,7 +383,7 @@ impl FlightLoop {
         let health = self.monitor.assess(self.solution.as_ref(), now);
         snapshot.status = snapshot.status.with_estimate(&health);
         let trusts = [health.attitude_trust(), health.velocity_trust(), health.position_trust()];
-        // Before the first solution there is nothing to lose, and the first is no change.
+        // No change is reported before and at the first solution.
         let before = if self.solution.is_some() { self.trusts.replace(trusts) } else { None };
         let names = ["attitude", "velocity", "position"];
         let each = names.into_iter().zip(trusts).zip(before.unwrap_or(trusts));
@@ -404,7 +404,7 @@ impl FlightLoop {
         snapshot.innovations.clear();
     }
 
-    /// What became of a command to the inertial unit; an event when that changes for the worse.
+    /// Handles the result of a command to the IMU; the first failure is an event.
     pub fn dmu_written(&mut self, now: Time, port: &PortName, written: &Result<(), WriteError>) {
         let lost = matches!(written, Err(WriteError::Stuck { .. } | WriteError::Lost(_)));
         if let Err(error) = written
@@ -416,12 +416,12 @@ impl FlightLoop {
         self.dmu_commands_lost = lost;
     }
 
-    /// A port changed.
+    /// Records a change of a port.
     pub fn port(&mut self, now: Time, kind: &'static str, port: &PortName, event: &PortEvent) {
         self.log.event(now, messages::port_level(event), kind, port.changed(event));
     }
 
-    /// Ends the record; what of the report this part of the flight knows.
+    /// Ends the record and returns the loop's part of the report.
     pub fn end(mut self, now: Time) -> FlightReport {
         self.log.end_repeats(now);
         let mut report = self.report;

@@ -8,9 +8,9 @@ use std::time::Duration;
 use crate::serial::{Clock, Port, PortConfig, PortEvent, Read};
 use hovernav::time::Time;
 
-/// A name that is not resolved, or a socket that cannot be had, is tried again after this, s.
+/// Time after which an unresolved name or a failed socket is tried again, s.
 const RETRY_S: f64 = 1.0;
-/// A read of a socket waits at least this long: none at all would be without end.
+/// Shortest timeout of a socket read: a timeout of zero is not allowed.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
 
 /// The line to the ground.
@@ -21,14 +21,14 @@ pub enum GroundLine {
     Udp(Udp),
 }
 
-/// A serial port, its speed, baud, and a change of it that nobody has asked for yet.
+/// A serial port, its baud rate, and an unreported change of its state.
 pub struct Serial {
     port: Port,
     baud: u32,
     changed: Option<PortEvent>,
 }
 
-/// Datagrams to one address, one for each write. What cannot be sent is lost, as on a radio.
+/// Datagrams to one address, one for each write. A datagram that cannot be sent is lost, as on a radio.
 pub struct Udp {
     address: String,
     clock: Clock,
@@ -37,7 +37,7 @@ pub struct Udp {
 }
 
 impl GroundLine {
-    /// The line at `udp`, `host:port`, where that is given, else at `port`.
+    /// The line to `udp`, as `host:port`, if set, else at `port`.
     pub fn new(port: Option<&PathBuf>, baud: u32, udp: Option<&String>, clock: &Clock) -> Self {
         match udp {
             Some(address) => {
@@ -53,7 +53,7 @@ impl GroundLine {
         }
     }
 
-    /// Bytes that may be sent in a second with 15 % to spare; `None` without a limit.
+    /// Capacity of the line, bytes per second, with a margin of 15 %; `None` without a limit.
     pub fn budget(&self) -> Option<f64> {
         match self {
             Self::Serial(serial) => Some(0.85 * f64::from(serial.baud) / 10.0),
@@ -61,7 +61,7 @@ impl GroundLine {
         }
     }
 
-    /// Reads what there is into `buffer`, waiting for it up to `deadline`; how many bytes.
+    /// Reads into `buffer`, waiting until `deadline`; returns the number of bytes.
     pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> usize {
         match self {
             Self::Serial(serial) => match serial.port.read_until(buffer, deadline) {
@@ -76,7 +76,7 @@ impl GroundLine {
         }
     }
 
-    /// Writes `bytes`, waiting up to `deadline` for the line to take them; whether it did.
+    /// Writes `bytes`, waiting until `deadline`; returns whether all were accepted.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> bool {
         match self {
             Self::Serial(serial) => serial.port.write(bytes, deadline).is_ok(),
@@ -120,7 +120,7 @@ impl Udp {
         let wait = self.clock.until(deadline).max(LEAST_WAIT);
         let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
         read.unwrap_or_else(|_| {
-            // Where nobody listens yet the host reports that at once; an emulated clock stood still.
+            // Without a listener the read fails at once, and an emulated clock did not advance.
             self.clock.sleep_until(deadline);
             0
         })
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn datagrams_go_to_the_address_and_its_answer_comes_back() {
+    fn datagrams_reach_the_address_and_its_answer_is_received() {
         let ground = UdpSocket::bind("127.0.0.1:0").unwrap();
         ground.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
         let clock = Clock::start();

@@ -1,4 +1,4 @@
-//! What happens in flight, put into words.
+//! Texts, severities and causes of flight events.
 
 use std::io;
 
@@ -7,12 +7,13 @@ use hovernav::autopilot::{Distrust, Health, Mode, ProgrammeChange, Reason, Trust
 use hovernav::flight_control::{ControlNotice, HandedBack};
 use hovernav_log::record::{Level, Part, ShortText, Status};
 
-/// Of an autopilot without the model of its vehicle.
-pub const UNTRIED_GAINS: &str = "the autopilot's gains have been tried on no model: set [autopilot] model in \
-     fly.toml to the vehicle's, and they are before each flight";
+/// Warning for an autopilot without a model of its vehicle.
+pub const UNTRIED_GAINS: &str = "the autopilot's gains are not checked: set [autopilot] model in \
+                                 fly.toml to the vehicle's model, which checks them before each \
+                                 flight";
 
-/// A part of the estimate that is trusted otherwise than before: whose fault it is, its name, and what of it
-/// now. `again` is whether it was good before.
+/// Cause, severity and text for a changed trust in the part `name` of the estimate. `again` is whether that part
+/// was valid earlier in the flight.
 pub fn of_trust(
     name: &str,
     trust: Trust,
@@ -31,35 +32,36 @@ pub fn of_trust(
         }
         (Trust::Lost, Some(why), _) => {
             let is_all = health.tilt.is_err();
-            // Without attitude nobody but the pilot can fly; that the rest is lost with it goes without saying.
+            // Without attitude only the pilot can fly. The loss of the other parts follows from it and is only a
+            // warning.
             let (level, what) = match name {
                 "attitude" if is_all => (Level::Critical, "; fly by hand"),
                 _ => (Level::Warning, ""),
             };
-            let text = format_args!("{name} is not to be flown by: {why}{what}");
+            let text = format_args!("{name} is not usable: {why}{what}");
             (part_of(why, is_all), level, ShortText::new(text))
         }
         (_, _, Some(since)) => (
             Part::Receiver,
             Level::Warning,
             ShortText::new(format_args!(
-                "{name} is by dead reckoning: the last fix was accepted at second {:.2}",
+                "{name} is from dead reckoning: the last fix was accepted at {:.2} s",
                 since.seconds()
             )),
         ),
         _ => {
-            let text = ShortText::new(format_args!("{name} is doubtful, but good enough"));
+            let text = ShortText::new(format_args!("{name} is degraded but usable"));
             (Part::Estimator, Level::Info, text)
         }
     }
 }
 
-/// Whose fault it is that an estimate is not to be flown by; `is_all` is whether nothing of it is.
+/// The cause of an unusable estimate; `is_all` is whether all of the estimate is unusable.
 const fn part_of(why: Distrust, is_all: bool) -> Part {
     match why {
         Distrust::Stale | Distrust::Missing => Part::InertialUnit,
         Distrust::Frozen if is_all => Part::InertialUnit,
-        // Without fixes these grow.
+        // These errors grow without fixes.
         Distrust::Frozen
         | Distrust::Velocity
         | Distrust::VerticalVelocity
@@ -69,7 +71,7 @@ const fn part_of(why: Distrust, is_all: bool) -> Part {
     }
 }
 
-/// Whether the flight is being recorded, after it was not or was.
+/// Severity and text for a change of the recording.
 pub fn of_record(good: bool, status: &Status) -> (Level, ShortText) {
     match (good, status.os_error) {
         (true, _) => (Level::Info, ShortText::new("the record is written again")),
@@ -81,10 +83,10 @@ pub fn of_record(good: bool, status: &Status) -> (Level, ShortText) {
     }
 }
 
-/// How much what flight control tells matters.
+/// Severity of a notice of flight control.
 pub fn control_level(notice: &ControlNotice) -> Level {
     match notice {
-        // Somebody has to fly, or to keep clear.
+        // The pilot must fly, or people must keep clear.
         ControlNotice::HandedBack(HandedBack::NoAttitude | HandedBack::Late)
         | ControlNotice::Descends => Level::Critical,
         ControlNotice::Mode(transition) => match (transition.to, transition.reason) {
@@ -106,7 +108,7 @@ pub fn control_level(notice: &ControlNotice) -> Level {
     }
 }
 
-/// Whose doing it is.
+/// Cause of a notice of flight control.
 pub fn control_part(notice: &ControlNotice) -> Part {
     match notice {
         ControlNotice::Released
@@ -129,7 +131,7 @@ pub fn control_part(notice: &ControlNotice) -> Part {
     }
 }
 
-/// How much a change of a port matters.
+/// Severity of a change of a port.
 pub fn port_level(event: &PortEvent) -> Level {
     if *event == PortEvent::Opened { Level::Info } else { Level::Warning }
 }
@@ -148,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_somebody_has_to_act_on_at_once_is_critical_and_names_whose_fault_it_is() {
+    fn notices_that_need_immediate_action_are_critical_and_name_the_cause() {
         let frozen = Reason::Distrust(Distrust::Frozen);
         let stale = Reason::Distrust(Distrust::Stale);
         for (notice, part) in [
@@ -176,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_bad_is_not_good_again() {
+    fn a_first_valid_estimate_is_not_good_again() {
         let health = Health::none(Distrust::Missing);
         let words = |again| of_trust("attitude", Trust::Valid, &health, again).2;
         assert_eq!(words(false).as_str(), "attitude is good");

@@ -1,4 +1,4 @@
-//! The flight computer: the real-time loop and the lines around it.
+//! The flight computer: the real-time loop and its lines.
 
 mod cycle_timer;
 mod downlink;

@@ -1,4 +1,4 @@
-//! What happens in flight, in words: to the record, and to whoever watches.
+//! Events of a flight as text, to the record and to observers.
 
 use std::fmt;
 use std::sync::mpsc::SyncSender;
@@ -9,21 +9,21 @@ use super::repeats::Repeats;
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Part, Recorder, ShortText};
 
-/// Something that happened, for whoever watches the flight.
+/// An event, for an observer of the flight.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Notification {
-    /// When, on the flight's clock.
+    /// Time on the flight clock.
     pub time: Time,
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// Whose it is: which sensor or part did it or is at fault.
+    /// The sensor or part that caused it.
     pub part: Part,
-    /// In words.
+    /// Text of the event.
     pub text: ShortText,
 }
 
-/// The record of a flight, the queue to whoever watches it and the lines to the ground. Neither is ever waited for.
+/// The record of a flight, the queue to the observer and the lines to the ground. The flight never waits for them.
 pub struct EventLog {
     pub recorder: Recorder,
     notifications: SyncSender<Notification>,
@@ -40,12 +40,12 @@ impl EventLog {
         Self { recorder, notifications, repeats: Repeats::default(), downlinks }
     }
 
-    /// Records an event under the name `kind`, which tells whose it is, and notifies of it.
+    /// Records an event under the name `kind`, which determines the part, and sends a notification.
     pub fn event(&mut self, now: Time, level: Level, kind: &'static str, text: impl fmt::Display) {
         self.event_of(Part::of_kind(kind), now, level, kind, text);
     }
 
-    /// The same of `part`, where the kind does not tell.
+    /// As [`event`](Self::event), for a `part` that `kind` does not determine.
     pub fn event_of(
         &mut self,
         part: Part,
@@ -59,7 +59,7 @@ impl EventLog {
         self.notify(part, now, level, text);
     }
 
-    /// Records an event each time, and notifies of it with growing pauses.
+    /// Records every event, and sends notifications with growing pauses.
     pub fn repeated_event(
         &mut self,
         now: Time,
@@ -72,7 +72,7 @@ impl EventLog {
         self.repeated(part, now, level, text);
     }
 
-    /// Notifies with growing pauses of what the record holds each time in another form.
+    /// Sends notifications with growing pauses, for events that the record already contains in another form.
     pub fn repeated(&mut self, part: Part, now: Time, level: Level, text: impl fmt::Display) {
         let text = ShortText::new(text);
         if let Some(text) = self.repeats.hear(now, level, part, text) {
@@ -80,21 +80,21 @@ impl EventLog {
         }
     }
 
-    /// Once a cycle: says what is left to say of what no longer repeats.
+    /// Sends the count of an event that has stopped repeating; call once per cycle.
     pub fn settle_repeats(&mut self, now: Time) {
         if let Some(rest) = self.repeats.over(now) {
             self.notify(rest.part, now, rest.level, rest.text);
         }
     }
 
-    /// At the end: says all that is left.
+    /// Sends the counts of all repeated events, at the end of the flight.
     pub fn end_repeats(&mut self, now: Time) {
         while let Some(rest) = self.repeats.last() {
             self.notify(rest.part, now, rest.level, rest.text);
         }
     }
 
-    /// Records and tells what a port to the ground did.
+    /// Records and reports a change of a port to the ground.
     pub fn tell_changed_ports(&mut self, now: Time) {
         if let Some((port, event)) = self.downlinks.change() {
             let text = ShortText::new(port.changed(&event));
@@ -102,13 +102,13 @@ impl EventLog {
         }
     }
 
-    /// Tells the ground what UTC is less the flight's clock, ns.
+    /// Sends the offset from the flight clock to UTC, ns, to the ground.
     pub fn tell_utc(&self, offset_ns: i64) {
         self.downlinks.tell_utc(offset_ns);
     }
 
     fn notify(&self, part: Part, time: Time, level: Level, text: ShortText) {
-        // Where the queue is full, the watcher misses it and the record has it.
+        // If the queue is full, the observer misses the event; the record has it.
         let _ = self.notifications.try_send(Notification { time, level, part, text });
         self.downlinks.say(time, level, text);
     }

@@ -1,11 +1,11 @@
-//! What a port is called: whose it is, its key in `fly.toml` and its path.
+//! Names of ports in messages: owner, key in `fly.toml`, and path.
 
 use std::fmt;
 use std::path::Path;
 
 use crate::serial::{PortEvent, WriteError};
 
-/// A port as a message names it.
+/// The name of a port in messages.
 pub struct PortName {
     whose: &'static str,
     key: &'static str,
@@ -13,18 +13,18 @@ pub struct PortName {
 }
 
 impl PortName {
-    /// The port at `path`, which stands at `key` of `fly.toml`.
+    /// The port at `path`, which is set by `key` in `fly.toml`.
     pub fn new(whose: &'static str, key: &'static str, path: &Path) -> Self {
         Self { whose, key, path: path.display().to_string() }
     }
 
-    /// A change of it in words. The path stands last: of a text that is too long the end is lost.
+    /// The message for a change. The path is last because long texts are truncated at the end.
     pub fn changed(&self, event: &PortEvent) -> impl fmt::Display {
         let Self { whose, key, path } = self;
         format!("{whose}: port {event} ({key} = \"{path}\")")
     }
 
-    /// What it did not take, in words.
+    /// The message for a failed write.
     pub fn not_written(&self, error: &WriteError) -> impl fmt::Display {
         let Self { whose, key, path } = self;
         format!("{whose}: {error} ({key} = \"{path}\")")
@@ -42,7 +42,8 @@ mod tests {
         let missing = PortEvent::CannotOpen(PortFault::Missing);
         assert_eq!(
             name.changed(&missing).to_string(),
-            "inertial unit: port cannot be opened: there is no such device ([dmu] port = \"/dev/ttyS7\")"
+            "inertial unit: port cannot be opened: there is no such device ([dmu] port = \
+             \"/dev/ttyS7\")"
         );
         let closed = name.not_written(&WriteError::Closed).to_string();
         assert!(closed.contains("([dmu] port = \"/dev/ttyS7\")"), "{closed}");

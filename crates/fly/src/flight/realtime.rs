@@ -1,14 +1,14 @@
-//! The loop's priority among the system's threads.
+//! Real-time priority of the flight loop.
 
 use thread_priority::{
     RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
     set_thread_priority_and_policy, thread_native_id,
 };
 
-/// Puts the calling thread among the real-time threads (`SCHED_FIFO`) at `priority`, 1 to 99.
+/// Gives the calling thread the real-time `priority` 1 to 99 (`SCHED_FIFO`).
 ///
 /// # Errors
-/// The reason in words: a priority out of range, or no right to it.
+/// The reason as text: a priority out of range, or a missing permission.
 pub fn take_priority(priority: u8) -> Result<(), String> {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let priority = ThreadPriority::Crossplatform(ThreadPriorityValue::try_from(priority)?);

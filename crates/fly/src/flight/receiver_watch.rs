@@ -1,14 +1,14 @@
-//! Whether fixes come: when they stay away, when they are back, and where none ever came.
+//! Monitors the arrival of fixes: lost, recovered, or never received.
 
 use hovernav::time::Time;
 use hovernav_log::record::Level;
 
-/// The receiver counts as lost when its last good fix came longer ago than this, s.
+/// Age of the last good fix from which on the receiver counts as lost, s.
 const FIX_FRESH_S: f64 = 3.0;
-/// A receiver that knows its almanac has its first fix after this, s.
+/// Time to the first fix of a receiver with a valid almanac, s.
 const FIRST_FIX_S: f64 = 30.0;
 
-/// When good fixes came, and what has been said of it.
+/// Times of good fixes, and the reported state.
 #[derive(Debug)]
 pub struct ReceiverWatch {
     start: Time,
@@ -22,7 +22,7 @@ impl ReceiverWatch {
         Self { start, last_fix: None, is_good: false, is_told_absent: false }
     }
 
-    /// A good fix has arrived.
+    /// Reports the arrival of a good fix.
     pub fn hear_fix(&mut self, now: Time) {
         self.last_fix = Some(now);
     }
@@ -32,24 +32,25 @@ impl ReceiverWatch {
         self.last_fix
     }
 
-    /// Whether fixes come.
+    /// Whether good fixes arrive.
     pub const fn is_good(&self) -> bool {
         self.is_good
     }
 
-    /// What there is to say `now`.
+    /// The message due at `now`, if any.
     pub fn look(&mut self, now: Time) -> Option<(Level, &'static str)> {
         let is_good = self.last_fix.is_some_and(|arrival| now - arrival < FIX_FRESH_S);
         if std::mem::replace(&mut self.is_good, is_good) != is_good {
             return Some(match is_good {
-                true => (Level::Info, "fixes come"),
+                true => (Level::Info, "good fixes arrive"),
                 false => (Level::Warning, "no good fix for 3 s"),
             });
         }
         let is_absent = self.last_fix.is_none() && now - self.start >= FIRST_FIX_S;
         (is_absent && !std::mem::replace(&mut self.is_told_absent, true)).then_some((
             Level::Warning,
-            "no fix in 30 s; look at the receiver's power, antenna and line, [receiver] protocol and baud",
+            "no fix in 30 s; check the receiver's power, antenna and line, and [receiver] protocol \
+             and baud",
         ))
     }
 }
@@ -73,15 +74,20 @@ mod tests {
     }
 
     #[test]
-    fn a_receiver_that_never_gives_a_fix_is_told_once() {
+    fn a_receiver_that_never_sends_a_fix_is_reported_once() {
         let told = told(&[], 300);
         assert!(matches!(told[..], [(30, text)] if text.starts_with("no fix in 30 s")), "{told:?}");
     }
 
     #[test]
-    fn fixes_that_stay_away_and_come_back_are_told() {
+    fn lost_and_recovered_fixes_are_reported() {
         let told = told(&[2.0, 3.0, 50.0], 60);
-        let expected = ["fixes come", "no good fix for 3 s", "fixes come", "no good fix for 3 s"];
+        let expected = [
+            "good fixes arrive",
+            "no good fix for 3 s",
+            "good fixes arrive",
+            "no good fix for 3 s",
+        ];
         assert_eq!(told.iter().map(|(second, _)| *second).collect::<Vec<_>>(), [2, 6, 50, 53]);
         assert_eq!(told.iter().map(|(_, text)| *text).collect::<Vec<_>>(), expected);
     }

@@ -1,35 +1,35 @@
-//! What says the same again and again: told at once, then with growing pauses, with the count of what was not.
+//! Repeated messages: reported at once, then with growing pauses and the count of the suppressed ones.
 
 use hovernav::time::Time;
 use hovernav_log::record::{Level, Part, ShortText};
 
-/// Texts that are watched at a time; where there are more, the one heard longest ago gives way.
+/// Number of texts tracked at a time; a new one replaces the one with the oldest occurrence.
 const WATCHED: usize = 16;
-/// From the first telling to the second, s, at least; then twice as long each time,
+/// Shortest pause from the first report to the second, s; it doubles with each report,
 const FIRST_PAUSE_S: f64 = 2.0;
 /// up to this.
 const LONGEST_PAUSE_S: f64 = 60.0;
-/// and up to this where somebody has to act.
+/// and up to this for critical messages.
 const LONGEST_CRITICAL_PAUSE_S: f64 = 4.0;
-/// What has not been heard for so long is over, s.
+/// Time without an occurrence after which a message is over, s.
 const OVER_S: f64 = 10.0;
 
-/// A text that comes again and again.
+/// A repeated text.
 #[derive(Clone, Copy, Debug)]
 struct Repeated {
     key: u64,
     level: Level,
     part: Part,
     text: ShortText,
-    /// When it was last told, and last heard.
+    /// Time of the last report and of the last occurrence.
     told: Time,
     heard: Time,
     pause_s: f64,
-    /// How often it was heard and not told since.
+    /// Number of occurrences since the last report.
     untold: u32,
 }
 
-/// What is left to say of a text that has not been heard for a while.
+/// The final report of a text that has stopped repeating.
 #[derive(Clone, Copy, Debug)]
 pub struct Rest {
     pub level: Level,
@@ -37,12 +37,12 @@ pub struct Rest {
     pub text: ShortText,
 }
 
-/// The texts that come again and again.
+/// The repeated texts.
 #[derive(Clone, Debug, Default)]
 pub struct Repeats([Option<Repeated>; WATCHED]);
 
 impl Repeats {
-    /// Takes in `text` at `now`: what is to be told, if anything is.
+    /// Counts `text` at `now`; returns the text to report, if any.
     pub fn hear(
         &mut self,
         now: Time,
@@ -87,12 +87,12 @@ impl Repeats {
         Some(text)
     }
 
-    /// One of the texts that are over at `now`, with what of it was not told; all are forgotten in turn.
+    /// Removes texts that are over at `now`, up to the first with unreported occurrences, and returns that one.
     pub fn over(&mut self, now: Time) -> Option<Rest> {
         self.end(|one| now - one.heard > OVER_S)
     }
 
-    /// The same of any, for the end of a flight.
+    /// As [`over`](Self::over), for all texts at the end of a flight.
     pub fn last(&mut self) -> Option<Rest> {
         self.end(|_| true)
     }
@@ -109,7 +109,7 @@ impl Repeats {
     }
 }
 
-/// The same of texts that differ in their numbers alone (FNV-1a).
+/// A hash (FNV-1a) that is equal for texts that differ only in their digits.
 fn key(text: &str) -> u64 {
     let letters = text.bytes().filter(|byte| !byte.is_ascii_digit());
     letters.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_that_repeats_is_told_with_growing_pauses_and_every_one_is_counted() {
+    fn a_repeated_fault_is_reported_with_growing_pauses_and_counted() {
         let mut repeats = Repeats::default();
         let mut told: Vec<(f64, String)> = Vec::new();
         let faults: u32 = 400;
@@ -156,9 +156,9 @@ mod tests {
         assert_eq!(all, faults as usize);
     }
 
-    /// Who has to act hears of it every 4 s.
+    /// Critical messages are repeated at least every 4 s.
     #[test]
-    fn what_is_critical_is_told_again_soon() {
+    fn critical_messages_are_repeated_soon() {
         let mut repeats = Repeats::default();
         let text = ShortText::new("the attitude is not known");
         let told: Vec<i32> = (0..60)
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn another_fault_is_told_at_once_and_one_that_is_over_with_what_is_left() {
+    fn another_fault_is_reported_at_once_and_one_that_is_over_with_its_count() {
         let mut repeats = Repeats::default();
         assert!(hear(&mut repeats, 0.0, "fix refused: a jump of 30 m").is_some());
         assert!(hear(&mut repeats, 1.0, "fix refused: a jump of 31 m").is_none());
@@ -181,12 +181,12 @@ mod tests {
         let rest = repeats.over(at(11.5)).unwrap();
         assert_eq!(rest.text.as_str(), "fix refused: a jump of 31 m (1 more, the last at 1.0 s)");
         assert!(repeats.over(at(12.0)).is_none());
-        // After that it is news again.
+        // After that it is reported at once again.
         assert!(hear(&mut repeats, 12.0, "fix refused: a jump of 29 m").is_some());
     }
 
     #[test]
-    fn more_faults_than_are_watched_are_told_all_the_same() {
+    fn more_faults_than_are_tracked_are_still_reported() {
         let mut repeats = Repeats::default();
         for (index, letter) in ('a'..='z').enumerate() {
             assert!(hear(&mut repeats, index as f64, &letter.to_string()).is_some());

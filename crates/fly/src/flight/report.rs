@@ -1,4 +1,4 @@
-//! What the flight computer measured of a flight.
+//! Measurements of the flight computer about a flight.
 
 use std::fmt;
 
@@ -8,39 +8,39 @@ use crate::serial::{Dropped, PortCounts};
 use hovernav::gps;
 use hovernav_log::record;
 
-/// What the flight computer measured of a flight. Its `Display` is a few lines for a terminal.
+/// Measurements of the flight computer about a flight. `Display` writes a few lines for a terminal.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct FlightReport {
-    /// From start to end, s.
+    /// Duration of the flight, s.
     pub duration_s: f64,
-    /// Inertial samples the estimator took, each a cycle of the loop.
+    /// Number of inertial samples that the estimator processed, one per cycle of the loop.
     pub cycles: u64,
-    /// Fixes the estimator was given.
+    /// Number of fixes passed to the estimator.
     pub fixes: u64,
-    /// Busy time of each cycle: all the loop does between two waits, from one sample to the next.
+    /// Work of each cycle: the time from one sample to the next, without waits.
     pub work: DurationHistogram,
-    /// From reading the last byte of an inertial packet to the servos having their command: decoding,
-    /// estimator, autopilot and the writing of it, without the waking of the loop.
+    /// Time from reading the last byte of an inertial packet to the output of the servo command: decoding,
+    /// estimator, autopilot and writing, without the wake-up of the loop.
     pub turnaround: DurationHistogram,
-    /// Between two packets' arrivals, less the time between their samples by the unit's own timer.
+    /// Difference between the interval of two packet arrivals and of their samples, from the IMU's timer.
     pub jitter: DurationHistogram,
-    /// How late the loop woke where it had asked to be woken at a time.
+    /// Delay of timed wake-ups of the loop.
     pub wake_latency: DurationHistogram,
-    /// Cycles whose work took longer than a cycle lasts, or that began more than half a cycle late
-    /// because the loop woke late: deadlines missed by the loop's own fault.
+    /// Number of cycles whose work took longer than a cycle, or that began more than half a cycle late because the
+    /// loop woke late. Delays of the line are not counted.
     pub missed_deadlines: u64,
-    /// Times the inertial unit's link started over.
+    /// Number of restarts of the link to the IMU.
     pub dmu_restarts: u64,
-    /// Packets the unit's line lost: asked for and not come.
+    /// Number of requested packets of the IMU that did not arrive.
     pub dmu_packets_missing: u64,
-    /// The unit's port.
+    /// Port of the IMU.
     pub dmu_port: PortCounts,
-    /// The receiver's port.
+    /// Port of the receiver.
     pub gps_port: PortCounts,
-    /// The receiver's messages.
+    /// Messages of the receiver.
     pub gps_messages: gps::MessageCounts,
-    /// What the receiver sent and the loop did not take in time.
+    /// Data of the receiver that were dropped from a full queue.
     pub gps_dropped: Dropped,
     /// Telemetry in packed frames.
     pub telemetry: DownlinkCounts,
@@ -76,8 +76,8 @@ impl fmt::Display for FlightReport {
         }
         writeln!(
             f,
-            "  inertial unit     {} bytes, {} packets missing, link started over {} times, port lost {} \
-             times",
+            "  inertial unit     {} bytes, {} packets missing, link restarted {} times, port lost \
+             {} times",
             self.dmu_port.bytes_read,
             self.dmu_packets_missing,
             self.dmu_restarts,
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_measured_is_none_and_not_0() {
+    fn missing_measurements_are_none_and_not_zero() {
         let mut report = FlightReport::default();
         report.work.add(0.002);
         let text = report.to_string();

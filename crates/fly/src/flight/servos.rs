@@ -1,4 +1,4 @@
-//! The pilot's pulses in, the servos' pulses out.
+//! Input of the pilot's pulses and output of the servo pulses.
 
 use super::error::FlyError;
 use super::messages::port_level;
@@ -16,14 +16,14 @@ use hovernav::time::Time;
 use hovernav_log::record::{Level, Line, Part};
 use hovernav_log::{CaptureSection, FlyConfig};
 
-/// Pieces of the pilot's stream that may wait: 5 s of them.
+/// Length of the queue of the pilot's stream: 5 s.
 const QUEUE: usize = 256;
 
-/// How long after the start the pilot's pulses may stay away before that is told, s: a port is looked for every
-/// half second, a receiver sends every 20 ms.
+/// Time after the start without pilot pulses until that is reported, s. Ports are retried every 0.5 s, and a
+/// receiver sends every 20 ms.
 const FIRST_PULSES_S: f64 = 1.0;
 
-/// Where the pilot's pulses come from; there is one in a flight.
+/// Source of the pilot's pulses; there is one per flight.
 #[allow(clippy::large_enum_variant)]
 enum PilotInput {
     Absent,
@@ -31,22 +31,22 @@ enum PilotInput {
     Gpio(GpioCapture),
 }
 
-/// What happened on the way.
+/// Events of the pilot's line and the servos.
 pub enum ServoEvent<'a> {
-    /// Bytes of the pilot's stream, to be recorded.
+    /// Bytes of the pilot's stream, for the record.
     Raw(&'a [u8], Time),
     /// The pilot's line changed.
     Port(&'a PortName, PortEvent),
     /// The line to the servos changed.
     OutputPort(&'a PortName, PortEvent),
-    /// The pilot's signal became this.
+    /// The new state of the pilot's signal.
     Signal(Signal),
-    /// The source or the servos failed, for the first time since they worked.
+    /// First failure of the source or the servos after they worked.
     Failed(String),
 }
 
 impl ServoEvent<'_> {
-    /// Records it, and notifies of it unless it is only bytes.
+    /// Records the event, and sends a notification unless it is raw bytes.
     pub fn log(&self, log: &mut EventLog, now: Time) {
         let pilot = "pilot_signal";
         match self {
@@ -59,10 +59,10 @@ impl ServoEvent<'_> {
                 log.event_of(Part::Servos, now, port_level(event), "servo_port", text);
             }
             Self::Signal(Signal::Good) => {
-                log.event(now, Level::Info, pilot, "the pilot's signal is there");
+                log.event(now, Level::Info, pilot, "the pilot's signal is good");
             }
             Self::Signal(Signal::Stale(channel)) => {
-                let text = format_args!("no pulses of the pilot's {channel}");
+                let text = format_args!("no pulses on the pilot's {channel} channel");
                 log.event(now, Level::Error, pilot, text);
             }
             Self::Signal(Signal::Failsafe) => {
@@ -73,40 +73,40 @@ impl ServoEvent<'_> {
     }
 }
 
-/// What the pilot sends.
+/// The pilot's signal in one cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PilotState {
-    /// Everything known of the pulses.
+    /// All data of the pulses.
     pub pulses: PilotPulses,
-    /// Widths that are fresh, ms.
+    /// Widths of fresh pulses, ms.
     pub widths_ms: Channels<Option<f64>>,
-    /// The aux channel's, ms.
+    /// Width of the aux channel, ms.
     pub aux_ms: Option<f64>,
-    /// State of the signal; `None` where no pilot is configured.
+    /// State of the signal; `None` if no pilot is configured.
     pub signal: Option<Signal>,
 }
 
 impl PilotState {
-    /// Pulses that were lost, the most of any channel.
+    /// Number of lost pulses, the maximum over the channels.
     pub fn pulses_lost(&self) -> u32 {
         self.pulses.channels.iter().map(|(_, channel)| channel.errors).max().unwrap_or(0)
     }
 }
 
-/// Where the servos' pulses go.
+/// Output of the servo pulses.
 enum ServoOutput {
     Absent,
     Pwm(PwmOutput),
     Stream(StreamOutput, PortName),
 }
 
-/// What became of a command.
+/// Result of a command.
 pub struct Sent {
-    /// What the servos are sent, ms; `None` before the pilot's first pulses.
+    /// Widths sent to the servos, ms; `None` before the pilot's first pulses.
     pub widths_ms: Channels<Option<f64>>,
-    /// Whether they took it.
+    /// Whether the output accepted them.
     pub good: bool,
-    /// When they had it; `None` where nothing is sent.
+    /// Time of the output; `None` if nothing was sent.
     pub at: Option<Time>,
 }
 
@@ -120,19 +120,19 @@ pub struct Servos {
     limiter: Limiter,
     output: ServoOutput,
     started: bool,
-    /// When the lines were opened.
+    /// Time at which the lines were opened.
     opened: Time,
     last_signal: Option<Signal>,
-    /// What the source failed by in this cycle.
+    /// Failure of the source in this cycle.
     source_failure: Option<String>,
     failed: bool,
 }
 
 impl Servos {
-    /// What `config` names; servos stay silent until the pilot's first pulses.
+    /// Opens the lines in `config`. The servos stay silent until the pilot's first pulses.
     ///
     /// # Errors
-    /// A GPIO line or PWM output that cannot be had, settings that cannot be, no thread.
+    /// A GPIO line or PWM output that cannot be opened, invalid settings, or a thread that cannot be started.
     pub fn open(config: &FlyConfig, clock: &Clock) -> Result<Self, FlyError> {
         let section = &config.servo;
         let pilot = match &section.capture {
@@ -174,7 +174,7 @@ impl Servos {
         })
     }
 
-    /// Takes in the pilot's pulses.
+    /// Reads the pilot's pulses.
     pub fn poll(&mut self, now: Time, mut on_event: impl FnMut(ServoEvent<'_>)) -> PilotState {
         let Some((pulses, failure)) = self.pilot.poll(now, &mut on_event) else {
             return PilotState::default();
@@ -196,16 +196,15 @@ impl Servos {
         }
     }
 
-    /// The widths, ms, that pass the pilot on, mixed where the swashplate needs it; NaN where there is
-    /// nobody.
+    /// The widths, ms, that pass the pilot's command on, mixed if the swashplate needs it; NaN without a pilot.
     pub fn passed_on_ms(&self, pilot: &PilotState) -> Channels<f64> {
-        // In failsafe the pulses are the receiver's own, not the pilot's.
+        // In failsafe the receiver generates the pulses, not the pilot.
         let is_pilots = pilot.signal != Some(Signal::Failsafe);
         let own_ms = pilot.widths_ms.map(|width_ms| width_ms.filter(|_| is_pilots));
         self.swashplate.passed_on_ms(&self.channels, &own_ms)
     }
 
-    /// Sends widths, ms, to the servos within range and rate, once the pilot has been there.
+    /// Sends widths, ms, to the servos, limited in range and rate, after the first good signal of the pilot.
     pub fn send(
         &mut self,
         command_ms: &Channels<f64>,
@@ -246,7 +245,7 @@ impl Servos {
         Sent { widths_ms: limited_ms.map(Some), good, at }
     }
 
-    /// The pilot's sticks; `None` unless all four are fresh.
+    /// The pilot's stick positions; `None` unless all four are fresh.
     pub fn sticks(&self, pilot: &PilotState) -> Option<Sticks> {
         self.swashplate.pilot_sticks(&self.channels, &pilot.widths_ms)
     }
@@ -286,7 +285,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pulses_that_stay_away_are_told_once_they_have_had_their_time() {
+    fn missing_pulses_are_reported_once_after_a_second() {
         let text = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n\
                     [servo.capture]\nserial = { port = '/nowhere/pilot' }\n";
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();

@@ -1,34 +1,33 @@
-//! The time of day: by this computer's clock until the receiver says it.
+//! UTC: from this computer's clock until the receiver sends it.
 
 use chrono::{DateTime, SecondsFormat};
 use hovernav::time::Time;
 use hovernav_log::record::{Level, ShortText};
 
-/// By how much the receiver's time of day has to move to be told again, ns: more than fixes differ in how
-/// late they come.
+/// Change of the receiver's UTC that is reported, ns: more than the variation of the latency of fixes.
 const MOVED_NS: i64 = 1_000_000_000;
-/// A computer whose clock is off by more than this is told so, s.
+/// Error of this computer's clock from which on a warning is given, s.
 const OFF_S: f64 = 2.0;
 
-/// UTC from what comes of the receiver, at the flight's own clock.
+/// UTC from the receiver, relative to the flight clock.
 #[derive(Clone, Copy, Debug)]
 pub struct UtcClock {
-    /// UTC since the start of 1970 less the flight's clock, ns: by this computer, and as the receiver was last
-    /// told to have it.
+    /// UTC since 1970 minus the flight clock, ns: from this computer, and the last reported value from the
+    /// receiver.
     system_ns: i64,
     told_ns: Option<i64>,
 }
 
 impl UtcClock {
-    /// By this computer it is `unix_ns` after the start of 1970 at `now` of the flight's clock.
+    /// `unix_ns` is this computer's UTC, ns since 1970, at `now` on the flight clock.
     pub const fn new(now: Time, unix_ns: i64) -> Self {
         Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), told_ns: None }
     }
 
-    /// UTC less the flight's clock, ns, where a fix of the moment `unix_ns`, which came at `arrival`, is the
-    /// first to tell it or to tell it otherwise.
+    /// UTC minus the flight clock, ns, from a fix at UTC `unix_ns` that arrived at `arrival`. Returned only for the
+    /// first fix and after a change.
     ///
-    /// It is behind by what the fix took to come: tenths of a second.
+    /// It is late by the latency of the fix, tenths of a second.
     pub fn hear(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;
@@ -39,17 +38,17 @@ impl UtcClock {
         is_news.then_some(offset_ns)
     }
 
-    /// The news in words: what time it is at `now`, and how far this computer's clock is off.
+    /// The message: UTC at `now`, and the error of this computer's clock.
     pub fn in_words(&self, now: Time, offset_ns: i64) -> (Level, ShortText) {
         let utc = DateTime::from_timestamp_nanos(offset_ns.saturating_add(now.nanoseconds()));
         let utc = utc.to_rfc3339_opts(SecondsFormat::Secs, true);
         let ahead_s = offset_ns.saturating_sub(self.system_ns) as f64 * 1e-9;
         if ahead_s.abs() <= OFF_S {
-            return (Level::Info, ShortText::new(format_args!("UTC {utc} by the receiver")));
+            return (Level::Info, ShortText::new(format_args!("UTC {utc} from the receiver")));
         }
         let side = if ahead_s > 0.0 { "behind" } else { "ahead" };
         let text = format_args!(
-            "UTC {utc} by the receiver: this computer's clock is {:.0} s {side}",
+            "UTC {utc} from the receiver: this computer's clock is {:.0} s {side}",
             ahead_s.abs()
         );
         (Level::Warning, ShortText::new(text))
@@ -61,11 +60,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_told_once_and_again_where_the_receiver_changes_its_mind() {
+    fn utc_is_reported_once_and_again_after_a_change() {
         let at = |seconds: i64| Time::from_nanoseconds(seconds * 1_000_000_000);
         let unix_ns = 1_700_000_000_000_000_000;
         let mut utc = UtcClock::new(at(10), unix_ns);
-        // The computer's clock is 100 s behind, and fixes come 0.1 to 0.3 s late.
+        // The computer's clock is 100 s behind; the latency of fixes is 0.1 to 0.3 s.
         let heard = |utc: &mut UtcClock, second: i64, late_ms: i64, leap_s: i64| {
             let moment_ns = unix_ns + (second - 10 + 100 + leap_s) * 1_000_000_000;
             utc.hear(
@@ -73,16 +72,16 @@ mod tests {
                 moment_ns,
             )
         };
-        let offset_ns = heard(&mut utc, 20, 300, 0).expect("the first tells it");
+        let offset_ns = heard(&mut utc, 20, 300, 0).expect("the first fix is reported");
         assert_eq!(heard(&mut utc, 21, 100, 0), None);
         assert_eq!(heard(&mut utc, 22, 300, 0), None);
         let (level, text) = utc.in_words(at(20), offset_ns);
         assert_eq!(level, Level::Warning);
         assert_eq!(
             text.as_str(),
-            "UTC 2023-11-14T22:15:09Z by the receiver: this computer's clock is 100 s behind"
+            "UTC 2023-11-14T22:15:09Z from the receiver: this computer's clock is 100 s behind"
         );
-        assert!(heard(&mut utc, 23, 100, -18).is_some(), "leap seconds that it has learned of");
+        assert!(heard(&mut utc, 23, 100, -18).is_some(), "a change by the leap seconds");
 
         let offset_ns = UtcClock::new(at(10), unix_ns).hear(at(11), unix_ns).unwrap();
         let (level, _) = UtcClock::new(at(10), unix_ns).in_words(at(11), offset_ns);

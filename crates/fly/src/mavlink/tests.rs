@@ -57,7 +57,7 @@ fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
     messages
 }
 
-/// All messages of one snapshot, read back by the crate that others read them with.
+/// All messages of one snapshot, decoded with the `mavlink` crate.
 fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
     let mut bytes = Vec::new();
     mavlink.encode(snapshot, &mut bytes);
@@ -66,7 +66,7 @@ fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
 }
 
 #[test]
-fn a_flight_is_told_in_the_units_of_the_message_set() {
+fn messages_have_the_units_of_the_message_set() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(10.0));
     let messages = told(&mut mavlink, &flying(at(12.5)));
     let [heartbeat, attitude, imu, local, global, gps, servos, status] = &messages[..] else {
@@ -94,7 +94,7 @@ fn a_flight_is_told_in_the_units_of_the_message_set() {
 
     let MavMessage::GLOBAL_POSITION_INT(global) = global else { panic!() };
     assert_eq!((global.lat, global.lon), (13_456_789, 1_036_801_234));
-    // Of 38 m above the ellipsoid the geoid takes 6.75.
+    // 38 m above the ellipsoid, with a geoid height of 6.75 m.
     assert_eq!((global.alt, global.relative_alt, global.hdg), (31_250, 0, 17_000));
     assert_eq!((global.vx, global.vy, global.vz), (125, -50, 3));
 
@@ -116,7 +116,7 @@ fn a_flight_is_told_in_the_units_of_the_message_set() {
 }
 
 #[test]
-fn what_is_not_known_is_left_out_or_marked() {
+fn unknown_values_are_omitted_or_marked() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let messages = told(&mut mavlink, &Snapshot::at(Time::ZERO));
     let [heartbeat, imu, gps, servos, _] = &messages[..] else { panic!("{messages:?}") };
@@ -133,7 +133,7 @@ fn what_is_not_known_is_left_out_or_marked() {
 }
 
 #[test]
-fn messages_are_numbered_and_come_as_often_as_they_should_within_the_modem() {
+fn messages_are_numbered_and_have_their_rates_within_the_modem_capacity() {
     let config = MavlinkConfig { system_id: 42, component_id: 7, ..MavlinkConfig::default() };
     let mut mavlink = Mavlink::new(config, Time::ZERO);
     let (mut bytes, mut cycles) = (Vec::new(), 0);
@@ -155,12 +155,12 @@ fn messages_are_numbered_and_come_as_often_as_they_should_within_the_modem() {
     assert_eq!(count(|m| matches!(m, MavMessage::GPS_RAW_INT(_))), 40);
     assert_eq!(count(|m| matches!(m, MavMessage::LOCAL_POSITION_NED(_))), 200);
     assert_eq!(count(|m| matches!(m, MavMessage::HIGHRES_IMU(_))), 400);
-    // 33 Hz is just below what the loop of 30.3 ms makes.
+    // 33 Hz is just below the rate of the loop with a period of 30.3 ms.
     assert!((650..=cycles as usize).contains(&count(|m| matches!(m, MavMessage::ATTITUDE(_)))));
 }
 
 #[test]
-fn a_clock_that_is_set_back_and_a_gap_silence_nothing_and_burst_nothing() {
+fn a_clock_set_back_and_a_gap_cause_neither_silence_nor_bursts() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let mut heartbeats = |t: f64| {
         let messages = told(&mut mavlink, &flying(at(t)));
@@ -171,7 +171,7 @@ fn a_clock_that_is_set_back_and_a_gap_silence_nothing_and_burst_nothing() {
 }
 
 #[test]
-fn rates_of_zero_or_nonsense_are_silence() {
+fn messages_with_a_rate_of_zero_or_an_invalid_rate_are_not_sent() {
     for rate_hz in [0.0, -1.0, f64::NAN] {
         let rates = MavlinkRates { heartbeat_hz: rate_hz, ..MavlinkRates::default() };
         let config = MavlinkConfig { rates, ..MavlinkConfig::default() };
@@ -181,7 +181,7 @@ fn rates_of_zero_or_nonsense_are_silence() {
 }
 
 #[test]
-fn the_time_of_day_is_told_once_it_is_known() {
+fn utc_is_sent_once_it_is_known() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     mavlink.set_utc(1_790_000_000_000_000_000, at(100.0));
     let messages = told(&mut mavlink, &flying(at(100.5)));
@@ -197,7 +197,7 @@ fn the_time_of_day_is_told_once_it_is_known() {
 }
 
 #[test]
-fn local_positions_count_from_the_first_that_is_a_place() {
+fn local_positions_are_relative_to_the_first_valid_position() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let first = flying(at(0.0));
     let nowhere = Geodetic { latitude_rad: f64::NAN, longitude_rad: 0.0, height_m: 0.0 };
@@ -218,7 +218,7 @@ fn local_positions_count_from_the_first_that_is_a_place() {
 }
 
 #[test]
-fn a_long_text_goes_out_in_whole_words_and_none_of_it_is_lost() {
+fn a_long_text_is_split_at_words_without_loss() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
     let text =
         "one-sigma of horizontal velocity, m/s: 0.812, at most 0.4; age of the last fix, s: über";
@@ -239,7 +239,7 @@ fn a_long_text_goes_out_in_whole_words_and_none_of_it_is_lost() {
 }
 
 #[test]
-fn how_grave_a_text_is_goes_along_with_it() {
+fn a_text_is_sent_with_its_severity() {
     use common::MavSeverity::*;
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
     for (level, expected) in [
@@ -257,7 +257,7 @@ fn how_grave_a_text_is_goes_along_with_it() {
 }
 
 #[test]
-fn only_a_vehicle_whose_servos_are_driven_is_armed() {
+fn only_a_vehicle_with_driven_servos_is_armed() {
     let armed = |snapshot: &Snapshot| {
         let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
         let messages = told(&mut mavlink, snapshot);

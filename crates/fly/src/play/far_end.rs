@@ -1,4 +1,4 @@
-//! The device's end of a line: of a pseudo-terminal, or of a line of an emulation.
+//! The device's end of a line: a pseudo-terminal, or a line of an emulation.
 
 use std::path::Path;
 
@@ -7,21 +7,21 @@ use super::terminal::Terminal;
 use crate::serial::{Clock, DeviceEnd};
 use hovernav::time::Time;
 
-/// How often to look whether somebody has opened the port, s.
+/// Interval at which an unopened port is checked, s.
 const LOOK_S: f64 = 0.005;
 
-/// What came from the host.
+/// Data from the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Received {
-    /// So many bytes.
+    /// Number of bytes received.
     Bytes(usize),
-    /// Nothing.
+    /// No data.
     Nothing,
     /// The port is not open.
     Closed,
 }
 
-/// The device's end of a line; the line vanishes with it.
+/// The device's end of a line; dropping it removes the line.
 #[derive(Debug)]
 pub(super) enum FarEnd {
     Terminal(Terminal),
@@ -29,7 +29,7 @@ pub(super) enum FarEnd {
 }
 
 impl FarEnd {
-    /// Makes a line that is to be found at `path`.
+    /// Creates a line at `path`.
     pub fn open(path: &Path, clock: &Clock) -> Result<Self, PlayError> {
         if !clock.is_emulated() {
             return Ok(Self::Terminal(Terminal::open(path)?));
@@ -38,7 +38,7 @@ impl FarEnd {
         Ok(Self::Emulated(DeviceEnd::new(path, clock).ok_or_else(occupied)?))
     }
 
-    /// Sends to the host what its port takes at once; gives how many bytes that was.
+    /// Sends as many bytes as the host's port accepts at once; returns their number.
     pub fn send(&mut self, bytes: &[u8]) -> Result<usize, PlayError> {
         match self {
             Self::Terminal(terminal) => terminal.send(bytes),
@@ -46,7 +46,7 @@ impl FarEnd {
         }
     }
 
-    /// Waits up to `deadline` for bytes from the host.
+    /// Waits until `deadline` for bytes from the host.
     pub fn receive(
         &mut self,
         buffer: &mut [u8],

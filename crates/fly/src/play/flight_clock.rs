@@ -1,4 +1,4 @@
-//! The clock of a flight that is played.
+//! The clock of a played flight.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -6,15 +6,14 @@ use std::time::Duration;
 use crate::serial::Clock;
 use hovernav::time::Time;
 
-/// How long before the flight the clock stands when the devices are switched on, s: whatever time
-/// goes by until it begins, nothing has been measured yet.
+/// Time before the flight that the clock shows when the devices are switched on, s. It is so long that no
+/// measurement is due before the flight begins.
 const BEFORE_S: f64 = 1e8;
 
-/// After the last byte is due the flight is not yet over for this long, s: the host has to read it.
+/// Time from the last byte to the end of the flight, s: the host needs it to read that byte.
 const LINGER_S: f64 = 0.5;
 
-/// The time of the devices, on the host's clock: it runs from long before the flight, and skips to its
-/// beginning.
+/// The time of the devices. It starts long before the flight and jumps to the beginning of the flight.
 #[derive(Debug)]
 pub(super) struct FlightClock {
     clock: Clock,
@@ -25,9 +24,9 @@ pub(super) struct FlightClock {
 
 #[derive(Debug)]
 struct State {
-    /// What this clock shows more than the host's, ns.
+    /// This clock minus the host's clock, ns.
     ahead_ns: i64,
-    /// Devices that have yet to start before the flight begins.
+    /// Number of devices that must still start before the flight begins.
     not_started: usize,
     has_begun: bool,
 }
@@ -45,7 +44,7 @@ impl FlightClock {
         &self.clock
     }
 
-    /// Lets the flight begin after `wait`.
+    /// Starts the flight after `wait`.
     pub fn begin_after(&self, wait: Duration) {
         let mut state = self.state();
         let shown = self.first + -wait.as_secs_f64() * self.clock.speed();
@@ -53,7 +52,7 @@ impl FlightClock {
         state.has_begun = true;
     }
 
-    /// One more device has started.
+    /// Counts a started device; the last one starts the flight.
     pub fn device_started(&self) {
         let mut state = self.state();
         state.not_started = state.not_started.saturating_sub(1);
@@ -67,19 +66,19 @@ impl FlightClock {
         self.shown(&self.state())
     }
 
-    /// Seconds since the flight began; `None` before it begins.
+    /// Time since the start of the flight, s; `None` before.
     pub fn elapsed_s(&self) -> Option<f64> {
         let state = self.state();
         Some(self.shown(&state) - self.first).filter(|flown| state.has_begun && *flown >= 0.0)
     }
 
-    /// Whether everything was sent half a second ago or earlier.
+    /// Whether the last byte was due at least [`LINGER_S`] ago.
     pub fn is_over(&self) -> bool {
         let state = self.state();
         state.has_begun && self.shown(&state) - self.last > LINGER_S * self.clock.speed()
     }
 
-    /// What the host's clock shows at `time`, if nothing changes.
+    /// The host's clock at `time`, if the offset does not change.
     pub fn on_host(&self, time: Time) -> Time {
         Time::from_nanoseconds(time.nanoseconds().saturating_sub(self.state().ahead_ns))
     }
@@ -93,7 +92,7 @@ impl FlightClock {
     }
 }
 
-/// By how much a clock that shows `shown` now is ahead of `clock`, ns.
+/// Offset from `clock` to a clock that now shows `shown`, ns.
 fn ahead_ns(clock: &Clock, shown: Time) -> i64 {
     shown.nanoseconds().saturating_sub(clock.now().nanoseconds())
 }

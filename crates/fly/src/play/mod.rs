@@ -1,9 +1,9 @@
-//! A flight played back as its sensors sent it: emulated devices behind pseudo-terminals, for a flight
-//! computer that cannot tell them from real ones. Needs a Unix.
+//! Plays back a flight from emulated devices behind pseudo-terminals. To the flight computer they look like real
+//! devices. Needs Unix.
 //!
-//! A [`Player`] gives each [`EmulatedPort`]'s device a pseudo-terminal and puts a link to it at the path
-//! that the flight computer is told to open. Lines can be cut on the way, silently or like an adapter
-//! that is pulled out ([`Cut`]).
+//! A [`Player`] creates a pseudo-terminal for the device of each [`EmulatedPort`], and a link to it at the path
+//! that the flight computer opens. Lines can be cut during the flight, silently or like an unplugged adapter
+//! ([`Cut`]).
 //!
 //! ```no_run
 //! use hovernav::gps::Protocol;
@@ -44,17 +44,17 @@ use hovernav::gps::Protocol;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// Full scale of the inertial unit where its dataset does not name one: °/s and g.
+/// Full scale of the IMU if the dataset has none: °/s and g.
 pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
 
-/// How soon a line hears of the end, of a cut or of the flight's beginning, s.
+/// Longest delay until a line notices the end, a cut or the start of the flight, s.
 const ATTENTION_S: f64 = 0.02;
 
-/// The inertial unit that measured a dataset, with the ranges that its manifest names, or else
-/// [`DEFAULT_RANGES`]. Its yaw is from the north that the dataset's is from.
+/// An emulated IMU that sends the samples of a dataset, with the ranges of its manifest, else [`DEFAULT_RANGES`].
+/// Its yaw has the same reference (true or magnetic north) as the dataset's.
 ///
 /// # Errors
-/// A range that no unit can have.
+/// An impossible range.
 pub fn dmu(dataset: &Dataset) -> Result<DmuDevice, RangeError> {
     let (rate_degps, acceleration_g) = DEFAULT_RANGES;
     let imu = &dataset.manifest.imu;
@@ -65,80 +65,80 @@ pub fn dmu(dataset: &Dataset) -> Result<DmuDevice, RangeError> {
     Ok(DmuDevice::measuring(&dataset.imu, &calibration))
 }
 
-/// A receiver that had the fixes of a dataset, each arriving as much later as the manifest says.
+/// An emulated receiver that sends the fixes of a dataset, each delayed by the latency in the manifest.
 #[must_use]
 pub fn gps(dataset: &Dataset, protocol: Protocol) -> GpsDevice {
     GpsDevice::new(protocol, &dataset.fixes, dataset.manifest.gps.latency_s)
 }
 
-/// Why a flight cannot be played.
+/// Reasons why a flight cannot be played.
 #[derive(Debug, thiserror::Error)]
 pub enum PlayError {
-    /// Something is at the path already.
-    #[error("{}: exists already; expected a path at which a link to a terminal can be made", path.display())]
+    /// The path exists.
+    #[error("{}: exists already, expected a free path for a link to a terminal", path.display())]
     Occupied {
         /// The path.
         path: PathBuf,
     },
-    /// The file system refused the link.
+    /// The link cannot be created.
     #[error("{}: {source}", path.display())]
     Link {
         /// The path.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The system gives no pseudo-terminal.
-    #[error("{}: no pseudo-terminal: {reason}", path.display())]
+    /// A pseudo-terminal cannot be created.
+    #[error("{}: cannot create a pseudo-terminal: {reason}", path.display())]
     NoTerminal {
-        /// The path that was to lead to it.
+        /// Path of the link to it.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         reason: String,
     },
     /// The pseudo-terminal failed.
     #[error("{}: the pseudo-terminal failed: {source}", path.display())]
     Terminal {
-        /// The path that led to it.
+        /// Path of the link to it.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// The system gives no thread.
-    #[error("no thread: {0}")]
+    /// A thread cannot be started.
+    #[error("cannot start a thread: {0}")]
     NoThread(io::Error),
-    /// No device has anything to send.
-    #[error("nothing to play: no device has anything to send")]
+    /// No device has data to send.
+    #[error("nothing to play: no device has data to send")]
     Nothing,
 }
 
-/// A line that is cut for a while.
+/// A temporary cut of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cut {
-    /// From when on, on the clock of the dataset.
+    /// Start of the cut, on the clock of the dataset.
     pub start: Time,
-    /// How long, s.
+    /// Duration, s.
     pub duration_s: f64,
-    /// In what way.
+    /// Kind of the cut.
     pub kind: CutKind,
 }
 
-/// In what way a line is cut.
+/// Kinds of cuts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CutKind {
-    /// The wire to the device: the port stays, and nothing passes.
+    /// The wire to the device: the port stays open, and no data pass.
     Wire,
-    /// The adapter: the port goes away, and comes back as another.
+    /// The adapter: the port disappears and returns as a new one.
     Adapter,
 }
 
-/// A device, and where its port is to be found.
+/// A device and the path of its port.
 pub struct EmulatedPort {
-    /// Where the link to its pseudo-terminal is made. Nothing may be there but such a link, left over.
+    /// Path of the link to its pseudo-terminal. It must not exist, except as a stale link.
     pub path: PathBuf,
     /// The device.
     pub device: Box<dyn Device>,
-    /// When its line is cut.
+    /// Cuts of its line.
     pub cuts: Vec<Cut>,
 }
 
@@ -149,16 +149,16 @@ impl EmulatedPort {
     }
 }
 
-/// When the flight begins.
+/// Start of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Begin {
-    /// Once every port is open and the inertial unit has been asked for packets.
+    /// As soon as every port is open and the IMU has received a request for packets.
     WhenAsked,
-    /// This long after the ports are there, whether or not anybody listens.
+    /// After this time from the creation of the ports, whether or not they are open.
     After(Duration),
 }
 
-/// What passed through a port, bytes.
+/// Statistics of a port, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EmulatedPortCounts {
     /// Sent to the host.
@@ -169,7 +169,7 @@ pub struct EmulatedPortCounts {
     pub received: u64,
 }
 
-/// A flight that is being played. It ends when this is dropped.
+/// A flight during playback. Dropping it ends the playback.
 #[derive(Debug)]
 pub struct Player {
     flight: Arc<FlightClock>,
@@ -178,13 +178,12 @@ pub struct Player {
 }
 
 impl Player {
-    /// Makes all `ports` and plays by `clock`, as fast as that runs; in an emulation the ports are of
-    /// it too.
+    /// Creates all `ports` and plays at the speed of `clock`. In an emulation the ports are emulated too.
     ///
-    /// When this returns, the ports can be opened. The host's clock has to run as fast.
+    /// The ports can be opened when this returns. The clock of the host must run at the same speed.
     ///
     /// # Errors
-    /// [`PlayError`] names the port that cannot be made, or that there is nothing to play.
+    /// [`PlayError`] for a port that cannot be created, or without data to play.
     pub fn start(ports: Vec<EmulatedPort>, clock: &Clock, begin: Begin) -> Result<Self, PlayError> {
         let spans = || ports.iter().filter_map(|port| port.device.span());
         let first = spans().map(|(first, _)| first).min().ok_or(PlayError::Nothing)?;
@@ -210,7 +209,7 @@ impl Player {
         Ok(player)
     }
 
-    /// Seconds since the flight began; `None` before it begins.
+    /// Time since the start of the flight, s; `None` before.
     #[must_use]
     pub fn elapsed_s(&self) -> Option<f64> {
         self.flight.elapsed_s()
@@ -222,14 +221,14 @@ impl Player {
         self.flight.is_over() || self.tasks.iter().any(Task::is_finished)
     }
 
-    /// Ends it, and takes the ports away.
+    /// Ends the playback and removes the ports.
     ///
     /// # Errors
-    /// What made a port fail.
+    /// The error of the first port that failed.
     pub fn stop(mut self) -> Result<Vec<EmulatedPortCounts>, PlayError> {
         self.stop.store(true, Ordering::Relaxed);
         let ended = self.tasks.drain(..).map(Task::join);
-        // A thread that panicked has already said so.
+        // A panic has already printed its message.
         ended.map(|ended| ended.unwrap_or(Ok(EmulatedPortCounts::default()))).collect()
     }
 }
@@ -243,7 +242,7 @@ impl Drop for Player {
     }
 }
 
-/// Plays one port until it is to stop.
+/// Plays one port until `stop` is set.
 fn play(
     mut port: EmulatedPort,
     end: FarEnd,
@@ -283,8 +282,8 @@ fn play(
             Some(end) => end.receive(&mut buffer, host, deadline)?,
         };
         match received {
-            // The host let go of the port. Had it been killed, the port would stay locked for as long
-            // as this end is held.
+            // The host closed the port. This end is closed too: if the host was killed, the port would otherwise
+            // stay locked.
             Received::Closed if opened => (opened, end) = (false, None),
             Received::Closed => {}
             Received::Nothing => opened = true,

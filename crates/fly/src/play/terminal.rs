@@ -1,4 +1,4 @@
-//! A pseudo-terminal behind a link.
+//! A pseudo-terminal with a link to it.
 
 use std::fs;
 use std::io::{self, ErrorKind, Read as _, Write as _};
@@ -11,10 +11,10 @@ use serialport::{SerialPort as _, TTYPort};
 use super::PlayError;
 use super::far_end::Received;
 
-/// Bytes written at once: a pseudo-terminal that takes one takes as many without blocking.
+/// Bytes written at once: a pseudo-terminal with room for one byte has room for this many.
 const CHUNK: usize = 256;
 
-/// The device's end of a pseudo-terminal, whose other end stands at a path. Both vanish with it.
+/// The device's end of a pseudo-terminal, with a link to the host's end. Dropping it removes both.
 #[derive(Debug)]
 pub(super) struct Terminal {
     device: TTYPort,
@@ -23,13 +23,13 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// Makes a pseudo-terminal, and a link to it at `link`.
+    /// Creates a pseudo-terminal and a link to it at `link`.
     pub fn open(link: &Path) -> Result<Self, PlayError> {
         let fails = |source| PlayError::Link { path: link.into(), source };
         match fs::symlink_metadata(link) {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(fails(error)),
-            // A link that leads nowhere was left over.
+            // A broken link is stale.
             Ok(found) if found.is_symlink() && !link.exists() => {}
             Ok(_) => return Err(PlayError::Occupied { path: link.into() }),
         }
@@ -37,7 +37,7 @@ impl Terminal {
         let (device, host) = TTYPort::pair().map_err(|error| no_terminal(error.to_string()))?;
         let target = host.name().ok_or_else(|| no_terminal("it has no name".into()))?;
         let terminal = Self { device, link: link.into(), target: target.into() };
-        // Made beside it and moved there, the link is there as a whole or not at all.
+        // Created under another name and renamed, so the link appears atomically.
         let mut beside = link.as_os_str().to_owned();
         beside.push(format!(".{}", std::process::id()));
         symlink(&terminal.target, &beside).map_err(fails)?;
@@ -45,7 +45,7 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// Sends to the host what its port takes at once; gives how many bytes that was.
+    /// Sends as many bytes as the host's port accepts at once; returns their number.
     pub fn send(&mut self, bytes: &[u8]) -> Result<usize, PlayError> {
         let mut sent = 0;
         let _ = self.device.set_timeout(Duration::ZERO);
@@ -77,7 +77,7 @@ impl Terminal {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        // Somebody may have put another there.
+        // Another link may have replaced it.
         if fs::read_link(&self.link).is_ok_and(|target| target == self.target) {
             let _ = fs::remove_file(&self.link);
         }
@@ -88,7 +88,7 @@ fn is_passing(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock)
 }
 
-/// Whether nobody has the other end open: a hang-up, or EIO, which has no kind of its own.
+/// Whether the other end is closed: a hang-up, or EIO, which has no `ErrorKind` of its own.
 fn is_closed(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Other)
 }

@@ -1,4 +1,4 @@
-//! The one clock of a flight.
+//! The clock of a flight.
 
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,14 +11,13 @@ use hovernav::time::Time;
 
 /// Later than any flight.
 const NEVER: Time = Time::from_nanoseconds(i64::MAX);
-/// UTC at the start of an emulation: 20 March 2026, 04:09:30, as the emulated receiver has it.
+/// UTC at the start of an emulation: 20 March 2026, 04:09:30, as in the emulated receiver.
 const EMULATED_UNIX_NS: i64 = 1_773_979_770_000_000_000;
 
-/// Time since the flight's start, the same for all that hold a copy.
+/// Time since the start of the flight, the same for all copies of the clock.
 ///
-/// A flight flies by the machine's monotonic clock. In an [emulation](Self::emulated) time passes
-/// only while all threads wait: a flight takes as long as its computation and does the same every
-/// time.
+/// A real flight uses the machine's monotonic clock. In an [emulation](Self::emulated), time passes only while all
+/// threads wait: a flight takes only its computing time and is reproducible.
 ///
 /// ```
 /// use hovernav_fly::serial::Clock;
@@ -48,26 +47,25 @@ impl Clock {
         Self(Kind::Machine { start: Instant::now(), speed: 1.0 })
     }
 
-    /// A clock that shows [`Time::ZERO`] now and runs `speed` times as fast as time does: for flights
-    /// that are played. `None` unless `speed` is between 0.001 and 1000.
+    /// A clock that shows [`Time::ZERO`] now and runs at `speed` times real time, for played flights. `None` unless
+    /// `speed` is between 0.001 and 1000.
     #[must_use]
     pub fn at_speed(speed: f64) -> Option<Self> {
         let is_possible = (0.001..=1e3).contains(&speed);
         is_possible.then(|| Self(Kind::Machine { start: Instant::now(), speed }))
     }
 
-    /// The clock of an emulation, which shows [`Time::ZERO`]. Its threads are the calling one and
-    /// those that [`spawn`](Self::spawn) starts; its serial lines are in memory.
+    /// The clock of a new emulation, at [`Time::ZERO`]. Its threads are the calling one and those that
+    /// [`spawn`](Self::spawn) starts; its serial lines are in memory.
     ///
-    /// The threads run one after the other, and computation takes no time. A thread of the emulation
-    /// that waits for another has to wait by this clock.
+    /// One thread runs at a time, and computation takes no time. A thread of the emulation that waits for another
+    /// must wait with this clock.
     #[must_use]
     pub fn emulated() -> Self {
         Self(Kind::Emulated { emulation: Arc::new(Emulation::begin()), processor: 0 })
     }
 
-    /// The same clock for the threads of another processor, which can be [held](Self::hold_until) by
-    /// itself.
+    /// The same clock for the threads of another processor, which can be [held](Self::hold_until) separately.
     #[must_use]
     pub fn on_another_processor(&self) -> Self {
         match &self.0 {
@@ -79,8 +77,8 @@ impl Clock {
         }
     }
 
-    /// Keeps the threads of this emulated processor from running before `time`, as a processor that
-    /// is busy with something else. The machine's own cannot be held.
+    /// Holds the threads of this emulated processor until `time`, like a processor that is busy with other work. No
+    /// effect on the machine's clock.
     pub fn hold_until(&self, time: Time) {
         if let Kind::Emulated { emulation, processor } = &self.0 {
             emulation.hold_until(*processor, time);
@@ -94,7 +92,7 @@ impl Clock {
             Kind::Machine { start, speed } => {
                 let elapsed = start.elapsed();
                 if *speed == 1.0 {
-                    // Integer nanoseconds, however long the flight.
+                    // Integer nanoseconds keep their resolution in long flights.
                     return Time::from_nanoseconds(
                         i64::try_from(elapsed.as_nanos()).unwrap_or(i64::MAX),
                     );
@@ -119,8 +117,8 @@ impl Clock {
         }
     }
 
-    /// How long to wait for `time` outside of this clock; zero if it is past, and by an emulated
-    /// clock, which does not pass meanwhile.
+    /// Real duration until `time`, for waits without this clock. Zero if it is past, and for an emulated clock,
+    /// which does not advance during such a wait.
     #[must_use]
     pub fn until(&self, time: Time) -> Duration {
         match &self.0 {
@@ -140,10 +138,10 @@ impl Clock {
         }
     }
 
-    /// Runs `work` in a thread of this clock.
+    /// Runs `work` in a new thread of this clock.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// A thread cannot be started.
     pub fn spawn<T: Send + 'static>(
         &self,
         name: impl Into<String>,
@@ -172,12 +170,12 @@ impl Clock {
         Ok(Task { thread, clock: self.clone(), ended })
     }
 
-    /// Whether time waits for the threads, as in an emulation, and so for a disk too.
+    /// Whether this is the clock of an emulation, in which time also waits for the disk.
     pub(crate) fn is_emulated(&self) -> bool {
         matches!(self.0, Kind::Emulated { .. })
     }
 
-    /// The emulation, where this is the clock of one.
+    /// The emulation of this clock, if any.
     pub(super) fn emulation(&self) -> Option<&Arc<Emulation>> {
         match &self.0 {
             Kind::Machine { .. } => None,
@@ -185,7 +183,7 @@ impl Clock {
         }
     }
 
-    /// How many times as fast as time it runs.
+    /// Speed relative to real time.
     #[cfg(unix)]
     pub(crate) fn speed(&self) -> f64 {
         match &self.0 {
@@ -194,7 +192,7 @@ impl Clock {
         }
     }
 
-    /// Gives `guard` of `mutex` back until `signal` is raised, `deadline` has come or nothing happened.
+    /// Releases `guard` of `mutex` until `signal` is raised or `deadline` has passed; may also return earlier.
     pub(super) fn wait<'a, T>(
         &self,
         signal: &Signal,
@@ -225,7 +223,7 @@ impl Clock {
     }
 }
 
-/// What threads of a [`Clock`] wait for.
+/// A signal that threads of a [`Clock`] wait for.
 #[derive(Debug)]
 pub(super) struct Signal {
     condvar: Condvar,
@@ -239,7 +237,7 @@ impl Default for Signal {
     }
 }
 
-/// A panic elsewhere leaves nothing half done in what the threads of a flight share.
+/// Locks `mutex`. A panic in another thread leaves the shared state of a flight consistent.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -259,7 +257,7 @@ struct End {
     signal: Signal,
 }
 
-/// Tells of the end of a thread, panicked or not, when it is dropped.
+/// Signals the end of a thread, also after a panic, when it is dropped.
 struct Ending {
     clock: Clock,
     ended: Arc<End>,
@@ -272,10 +270,10 @@ impl<T> Task<T> {
         *lock(&self.ended.is_over)
     }
 
-    /// Waits for the end of the thread, and gives what it came to.
+    /// Waits for the end of the thread and returns its result.
     ///
     /// # Errors
-    /// What it panicked with.
+    /// The payload of its panic.
     pub fn join(self) -> thread::Result<T> {
         let End { is_over, signal } = &*self.ended;
         let mut over = lock(is_over);

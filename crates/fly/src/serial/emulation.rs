@@ -1,4 +1,4 @@
-//! Emulated time: it passes only while every thread of the emulation waits.
+//! Emulated time, which passes only while every thread of the emulation waits.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,8 @@ use hovernav::time::Time;
 
 /// The time and the serial lines that the threads of an emulation share.
 ///
-/// One thread runs at a time. A thread that waits takes a ticket; the earliest ticket runs next, and
-/// of equal ones the first that was taken. The order of events therefore depends on the threads
-/// alone, not on the machine.
+/// One thread runs at a time. A waiting thread holds a ticket; the earliest ticket runs next, and of equal ones the
+/// one issued first. The order of events therefore depends only on the threads, not on the machine.
 #[derive(Debug)]
 pub(super) struct Emulation {
     state: Mutex<State>,
@@ -22,13 +21,13 @@ pub(super) struct Emulation {
 #[derive(Debug)]
 struct State {
     now: Time,
-    /// Tickets taken so far.
+    /// Number of tickets issued.
     taken: u64,
-    /// Tickets of the threads that wait.
+    /// Tickets of the waiting threads.
     tickets: Vec<Ticket>,
-    /// Ticket of the thread that runs.
+    /// Ticket of the running thread.
     running: u64,
-    /// Until when each processor is held.
+    /// Time until which each processor is held.
     held_until: Vec<Time>,
 }
 
@@ -36,14 +35,14 @@ struct State {
 struct Ticket {
     number: u64,
     at: Time,
-    /// Signal that brings the ticket forward.
+    /// Signal that ends the wait early.
     signal: Option<u64>,
     processor: usize,
     thread: Thread,
 }
 
 impl Emulation {
-    /// An emulation whose one thread is the caller's, on processor 0.
+    /// An emulation with the calling thread only, on processor 0.
     pub fn begin() -> Self {
         let state = State {
             now: Time::ZERO,
@@ -73,7 +72,7 @@ impl Emulation {
         *held_until = time.max(*held_until);
     }
 
-    /// Lets the others run until `at`, or until `signal` is raised.
+    /// Lets the other threads run until `at`, or until `signal` is raised.
     pub fn wait(&self, processor: usize, at: Time, signal: Option<u64>) {
         let mut state = self.state();
         let at = at.max(state.now);
@@ -83,7 +82,7 @@ impl Emulation {
         self.wait_for_turn(number);
     }
 
-    /// Ends the wait of the threads that wait for `signal`.
+    /// Wakes the threads that wait for `signal`.
     pub fn raise(&self, signal: u64) {
         let mut state = self.state();
         let now = state.now;
@@ -92,31 +91,31 @@ impl Emulation {
         }
     }
 
-    /// A ticket's number for a thread that is not there yet.
+    /// Reserves a ticket number for a thread before it starts.
     pub fn reserve(&self) -> u64 {
         self.state().next_number()
     }
 
-    /// Lets `thread` run at the next opportunity, under the ticket that was reserved for it.
+    /// Adds `thread` with its reserved ticket, to run as soon as possible.
     pub fn admit(&self, number: u64, processor: usize, thread: Thread) {
         let mut state = self.state();
         let at = state.now;
         state.tickets.push(Ticket { number, at, signal: None, processor, thread });
     }
 
-    /// Waits until the ticket's turn.
+    /// Waits for the turn of the ticket.
     pub fn wait_for_turn(&self, number: u64) {
         while self.state().running != number {
             thread::park();
         }
     }
 
-    /// The calling thread ends; another runs.
+    /// Ends the calling thread; another runs.
     pub fn leave(&self) {
         self.state().run_next();
     }
 
-    /// The serial lines, by their paths.
+    /// The serial lines by path.
     pub fn wires(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Arc<Wire>>> {
         self.wires.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -126,7 +125,7 @@ impl Emulation {
         self.wires().get(path).map(Arc::clone)
     }
 
-    /// A panic elsewhere leaves nothing half done here.
+    /// A panic in another thread leaves this state consistent.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -150,7 +149,7 @@ impl State {
         number
     }
 
-    /// Lets the thread of the earliest ticket run.
+    /// Runs the thread with the earliest ticket.
     fn run_next(&mut self) {
         let at = |ticket: &Ticket| ticket.at.max(self.held_until[ticket.processor]);
         let tickets = self.tickets.iter().enumerate();

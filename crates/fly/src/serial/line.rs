@@ -1,4 +1,4 @@
-//! An open serial line: the system's, or one of an emulation.
+//! An open serial line of the operating system or of an emulation.
 
 use std::io;
 use std::path::Path;
@@ -11,14 +11,14 @@ use super::port::{PortConfig, PortFault};
 use super::wire::HostEnd;
 use hovernav::time::Time;
 
-/// An open line; closed when it is dropped.
+/// An open line; dropping it closes the line.
 pub(super) enum Line {
     System(Box<dyn SerialPort>),
     Emulated(HostEnd),
 }
 
 impl Line {
-    /// Opens the line of `config`, without what came before, which is of unknown age.
+    /// Opens the line of `config` and discards earlier input, whose age is unknown.
     pub fn open(config: &PortConfig, clock: &Clock) -> Result<Self, PortFault> {
         if clock.is_emulated() {
             let mut line = HostEnd::open(Path::new(&config.path), clock)?;
@@ -36,7 +36,7 @@ impl Line {
         Ok(Self::System(line))
     }
 
-    /// Reads what there is, waiting for it up to `deadline`.
+    /// Reads the available bytes, waiting until `deadline` for the first.
     pub fn read(&mut self, buffer: &mut [u8], clock: &Clock, deadline: Time) -> io::Result<usize> {
         match self {
             Self::System(line) => {
@@ -47,7 +47,7 @@ impl Line {
         }
     }
 
-    /// Writes what the line takes, waiting up to `deadline` for it to take any.
+    /// Writes as many bytes as the line accepts, waiting until `deadline` for room.
     pub fn write(&mut self, bytes: &[u8], clock: &Clock, deadline: Time) -> io::Result<usize> {
         match self {
             Self::System(line) => {
@@ -58,7 +58,7 @@ impl Line {
         }
     }
 
-    /// Drops what was written and not sent: a driver may wait for it before it closes.
+    /// Discards unsent output: otherwise a driver may wait for it when the line is closed.
     pub fn clear_output(&self) {
         if let Self::System(line) = self {
             let _ = line.clear(ClearBuffer::Output);

@@ -1,8 +1,8 @@
-//! Serial lines to the sensors: opened, read until a deadline, and opened again when they are lost.
+//! Serial lines to the sensors: read until a deadline, and reopened after a loss.
 //!
-//! A [`Port`] is one line; it never blocks past the time it is given, and reports every change as a
-//! [`PortEvent`]. A [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All
-//! times are those of one [`Clock`]. Nothing here knows a protocol:
+//! A [`Port`] is one line; it never blocks beyond its deadline, and reports every change as a [`PortEvent`]. A
+//! [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All times are on one [`Clock`].
+//! This module is independent of protocols:
 //!
 //! ```no_run
 //! use hovernav::dmu::{Flow, Link, LinkAction, Mode};
@@ -36,15 +36,13 @@
 //!
 //! # The line
 //!
-//! Eight data bits, one stop bit, no flow control, raw, and exclusively ours. A byte whose parity
-//! fails is read as 0x00: that is how `serialport` sets a terminal (`INPCK` without `IGNPAR` or
-//! `PARMRK`), and it offers no other way. TSIP, which has no checksum, loses by it: a damaged byte
-//! keeps its place, so the packet's length is right and one of its values is wrong. A zero in a
-//! packet's frame breaks the packet; one in a value is caught by range and quality checks only as far
-//! as it matters to them.
+//! Eight data bits, one stop bit, no flow control, raw mode, exclusive access. A byte with a parity error is read
+//! as 0x00, because `serialport` sets `INPCK` without `IGNPAR` or `PARMRK` and offers no other setting. This
+//! affects TSIP, which has no checksum: the packet keeps its length, but one of its values is wrong. A zero in the
+//! frame of a packet breaks the packet. A zero in a value is detected only by range and quality checks.
 //!
-//! A USB adapter may hold bytes back to fill its packets, 16 ms with FTDI's default latency timer;
-//! that is the adapter's setting, not the port's.
+//! A USB adapter may delay bytes to fill its packets, by 16 ms with FTDI's default latency timer. That is a setting
+//! of the adapter, not of the port.
 
 mod clock;
 mod emulation;

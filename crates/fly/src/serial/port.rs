@@ -1,4 +1,4 @@
-//! One serial line that comes back by itself.
+//! A serial line that is reopened automatically.
 
 use std::fmt;
 use std::io;
@@ -10,24 +10,23 @@ use super::Clock;
 use super::line::Line;
 use hovernav::time::Time;
 
-/// The wait after a first failure to open, s; it doubles up to [`LONGEST_BACK_OFF_S`].
+/// Wait after the first failure to open, s; it doubles up to [`LONGEST_BACK_OFF_S`].
 const SHORTEST_BACK_OFF_S: f64 = 0.05;
-/// A device in flight that is plugged in again is wanted at once, and looking for it costs nothing.
+/// Longest wait between attempts, s: a device that reconnects in flight is needed at once, and an attempt is cheap.
 const LONGEST_BACK_OFF_S: f64 = 0.5;
 
-/// A port that was lost sooner than this after it opened is opened again no sooner than the back-off
-/// had come to, s.
+/// Time for which a port must stay open to reset the back-off, s.
 const STEADY_S: f64 = 1.0;
 
-/// Bytes written at once. A terminal that takes a byte takes as many without blocking: drivers wake
-/// a writer only when there is room for hundreds.
+/// Bytes written at once. A terminal with room for one byte has room for this many: drivers wake a writer only when
+/// there is room for hundreds.
 const WRITE_CHUNK: usize = 64;
 
-/// Which line, and how it is set: eight data bits, one stop bit, no flow control.
+/// Path and settings of a line: eight data bits, one stop bit, no flow control.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PortConfig {
-    /// The device, as `/dev/ttyUSB0` or `COM3`; a link is followed each time the port is opened.
+    /// The device, such as `/dev/ttyUSB0` or `COM3`; a link is resolved each time the port is opened.
     pub path: String,
     /// Bits per second.
     pub baud: u32,
@@ -36,31 +35,31 @@ pub struct PortConfig {
 }
 
 impl PortConfig {
-    /// The line at `path` at `baud` bits per second, without a parity bit.
+    /// The line at `path` with `baud` bits per second, without a parity bit.
     pub fn new(path: impl AsRef<Path>, baud: u32) -> Self {
         let path = path.as_ref().to_string_lossy().into_owned();
         Self { path, baud, parity: Parity::None }
     }
 
-    /// The same with another parity bit.
+    /// The same settings with another parity bit.
     #[must_use]
     pub fn with_parity(self, parity: Parity) -> Self {
         Self { parity, ..self }
     }
 }
 
-/// Why a port is not open.
+/// Reasons why a port is not open.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PortFault {
     /// There is no such device.
     Missing,
-    /// We are not allowed to open it.
+    /// No permission to open it.
     Denied,
-    /// Another program has it.
+    /// Another program uses it.
     Busy,
-    /// The device went away.
+    /// The device was disconnected.
     HungUp,
-    /// Anything else, in the system's words.
+    /// Any other error, as text of the operating system.
     Other(String),
 }
 
@@ -81,11 +80,11 @@ impl std::error::Error for PortFault {}
 /// A change of a port's state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PortEvent {
-    /// It is open.
+    /// The port was opened.
     Opened,
-    /// It cannot be opened. Reported at the first attempt and whenever the cause changes.
+    /// The port cannot be opened. Reported at the first attempt and when the cause changes.
     CannotOpen(PortFault),
-    /// It was open, and is no more.
+    /// The open port was lost.
     Lost(PortFault),
 }
 
@@ -99,33 +98,33 @@ impl fmt::Display for PortEvent {
     }
 }
 
-/// What a read came to.
+/// Result of a read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Read {
     /// Bytes, at the front of the buffer.
     Bytes {
-        /// How many, at least one.
+        /// Number of bytes, at least one.
         count: usize,
-        /// When the read returned: after the last byte came, by the time it took to wake up.
+        /// Time at which the read returned: the arrival of the last byte plus the wake-up delay.
         arrival: Time,
     },
-    /// Nothing until the deadline.
+    /// No data until the deadline.
     Silent,
     /// The port changed.
     Changed(PortEvent),
 }
 
-/// Why bytes were not written.
+/// Reasons why bytes were not written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WriteError {
     /// The port is not open.
     Closed,
-    /// The line took no more until the deadline.
+    /// The line accepted no more bytes until the deadline.
     Stuck {
-        /// Bytes that it took.
+        /// Number of bytes accepted.
         written: usize,
     },
-    /// The port was lost over it; the next read says so too.
+    /// The port was lost during the write; the next read reports it, too.
     Lost(PortFault),
 }
 
@@ -143,18 +142,18 @@ impl fmt::Display for WriteError {
 
 impl std::error::Error for WriteError {}
 
-/// What a port did since it was made.
+/// Statistics of a port since its creation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PortCounts {
     /// Bytes read.
     pub bytes_read: u64,
     /// Bytes written.
     pub bytes_written: u64,
-    /// Times it was opened.
+    /// Number of times it was opened.
     pub opened: u64,
-    /// Attempts to open it that failed.
+    /// Number of failed attempts to open it.
     pub failed_to_open: u64,
-    /// Times it was lost.
+    /// Number of times it was lost.
     pub lost: u64,
 }
 
@@ -170,19 +169,19 @@ enum State {
     },
 }
 
-/// A serial line that is opened when it is there, and again when it comes back.
+/// A serial line that is opened when available, and reopened after a loss.
 pub struct Port {
     config: PortConfig,
     clock: Clock,
     state: State,
     back_off_s: f64,
-    /// A change that has yet to be reported.
+    /// An unreported change.
     pending: Option<PortEvent>,
     counts: PortCounts,
 }
 
 impl Port {
-    /// The line of `config`, to be opened by the first read or write.
+    /// The line of `config`; the first read or write opens it.
     #[must_use]
     pub fn new(config: PortConfig, clock: &Clock) -> Self {
         let state = State::Closed { retry: clock.now(), reported: None };
@@ -190,9 +189,9 @@ impl Port {
         Self { config, clock: clock.clone(), state, back_off_s, pending: None, counts }
     }
 
-    /// Reads what there is, waiting for it up to `deadline`, and returns as soon as anything comes or
-    /// the port changes. What has come is read even if the deadline is past. A port that is not open
-    /// is tried 50 ms after it failed, then after twice as long each time, up to 0.5 s.
+    /// Reads the available bytes, waiting until `deadline`, and returns as soon as data arrive or the port changes.
+    /// Available bytes are read even if the deadline is past. A closed port is retried 50 ms after a failure; the
+    /// wait doubles each time, up to 0.5 s.
     pub fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> Read {
         loop {
             if let Some(event) = self.pending.take() {
@@ -226,11 +225,11 @@ impl Port {
         }
     }
 
-    /// Writes `bytes`, waiting up to `deadline` for the line to take them; not for them to be sent. A
-    /// port that is not open is tried when its time has come, as by a read.
+    /// Writes `bytes`, waiting until `deadline` for the line to accept them, not to send them. A closed port is
+    /// retried as by a read.
     ///
     /// # Errors
-    /// [`WriteError`]: why not all of them were taken.
+    /// [`WriteError`] if not all bytes were accepted.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> Result<(), WriteError> {
         if let State::Closed { retry, .. } = self.state
             && self.pending.is_none()
@@ -262,19 +261,19 @@ impl Port {
         Ok(())
     }
 
-    /// Whether the port is open, as far as is known.
+    /// Whether the port was open at the last read or write.
     #[must_use]
     pub fn is_open(&self) -> bool {
         matches!(self.state, State::Open { .. })
     }
 
-    /// What the port did so far.
+    /// Statistics of the port.
     #[must_use]
     pub fn counts(&self) -> PortCounts {
         self.counts
     }
 
-    /// Which line it is.
+    /// Path and settings of the line.
     #[must_use]
     pub fn config(&self) -> &PortConfig {
         &self.config
@@ -327,7 +326,7 @@ impl fmt::Debug for Port {
     }
 }
 
-/// Whether to try again: nothing came, or a signal did.
+/// Whether to try again: no data, or an interrupt by a signal.
 fn is_passing(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), TimedOut | Interrupted | WouldBlock)

@@ -1,4 +1,4 @@
-//! A port read in a thread of its own.
+//! Reads a port in a thread of its own.
 
 use std::collections::VecDeque;
 use std::io;
@@ -8,35 +8,35 @@ use super::clock::{Clock, Signal, Task, lock};
 use super::port::{Port, PortCounts, PortEvent, Read, WriteError};
 use hovernav::time::Time;
 
-/// Bytes of one read at most.
+/// Largest number of bytes per read.
 const PIECE: usize = 256;
 
-/// Silence after bytes that is reported, s: receivers do not pause as long within an epoch.
+/// Silence after data that is reported, s: receivers do not pause this long within an epoch.
 const SILENCE_S: f64 = 0.05;
 
-/// How soon the thread notices a command or the end, s.
+/// Longest delay until the thread notices a command or the end, s.
 const ATTENTION_S: f64 = 0.02;
 
-/// How long a command may take to be written, s.
+/// Timeout for writing a command, s.
 const WRITE_S: f64 = 0.2;
 
-/// Commands that wait to be written at most; there is never more than one in practice.
+/// Length of the queue of commands; in practice there is at most one.
 const COMMANDS: usize = 16;
 
-/// What came of a port.
+/// Data or an event of a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[expect(clippy::large_enum_variant, reason = "nearly all items are bytes, and none is allocated")]
 pub enum Item {
-    /// Bytes; none of them when the line fell silent, 50 ms after the last.
+    /// Bytes; empty when the line has been silent for 50 ms.
     Bytes {
-        /// When they came.
+        /// Arrival time.
         arrival: Time,
         /// The bytes.
         bytes: Piece,
     },
     /// The port changed.
     Changed(PortEvent),
-    /// A command was not written, or not all of it.
+    /// A command was not written completely.
     NotWritten(WriteError),
 }
 
@@ -55,12 +55,12 @@ impl std::ops::Deref for Piece {
     }
 }
 
-/// What was lost because it was not taken in time.
+/// Data lost from a full queue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// Items of any kind.
+    /// Number of items.
     pub items: u64,
-    /// Bytes in them.
+    /// Number of bytes in them.
     pub bytes: u64,
 }
 
@@ -73,8 +73,8 @@ struct Shared {
     stop: bool,
 }
 
-/// A thread that reads a port into a queue of bounded length; when the queue is full, the oldest
-/// goes and is counted. The thread ends when this is dropped.
+/// A thread that reads a port into a queue of bounded length. A full queue drops and counts its oldest item.
+/// Dropping this ends the thread.
 #[derive(Debug)]
 pub struct Reader {
     shared: Arc<(Mutex<Shared>, Signal)>,
@@ -83,10 +83,10 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Reads `port` from now on, keeping the last `capacity` items, at least one.
+    /// Starts reading `port`; the queue holds the last `capacity` items, at least one.
     ///
     /// # Errors
-    /// The system gives no thread.
+    /// A thread cannot be started.
     pub fn spawn(mut port: Port, clock: &Clock, capacity: usize) -> io::Result<Self> {
         let capacity = capacity.max(1);
         let items = VecDeque::with_capacity(capacity);
@@ -99,7 +99,7 @@ impl Reader {
         Ok(Self { shared, clock: clock.clone(), task: Some(task) })
     }
 
-    /// The oldest item; waits for one up to `deadline`.
+    /// The oldest item, waiting until `deadline`.
     #[must_use]
     pub fn receive(&self, deadline: Time) -> Option<Item> {
         let (mutex, arrived) = &*self.shared;
@@ -115,7 +115,7 @@ impl Reader {
         }
     }
 
-    /// Has `bytes` written, within some 20 ms. `false` if too many commands wait already.
+    /// Queues `bytes` to be written within about 20 ms. False if the queue of commands is full.
     pub fn write(&self, bytes: &[u8]) -> bool {
         let mut shared = lock(&self.shared.0);
         let room = shared.commands.len() < COMMANDS;
@@ -125,13 +125,13 @@ impl Reader {
         room
     }
 
-    /// What was lost because it was not taken in time.
+    /// Data lost from a full queue.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         lock(&self.shared.0).dropped
     }
 
-    /// What the port did so far.
+    /// Statistics of the port.
     #[must_use]
     pub fn counts(&self) -> PortCounts {
         lock(&self.shared.0).counts
@@ -142,7 +142,7 @@ impl Drop for Reader {
     fn drop(&mut self) {
         lock(&self.shared.0).stop = true;
         if let Some(task) = self.task.take() {
-            // A thread that panicked has already said so.
+            // A panic has already printed its message.
             let _ = task.join();
         }
     }
@@ -151,7 +151,7 @@ impl Drop for Reader {
 fn pump(port: &mut Port, clock: &Clock, capacity: usize, shared: &(Mutex<Shared>, Signal)) {
     let (shared, arrived) = shared;
     let mut buffer = [0; PIECE];
-    // When silence is to be reported.
+    // Time at which silence is to be reported.
     let mut silent_at = None;
     loop {
         let attention = clock.now() + ATTENTION_S;
@@ -194,7 +194,7 @@ fn pump(port: &mut Port, clock: &Clock, capacity: usize, shared: &(Mutex<Shared>
 impl Shared {
     fn push(&mut self, item: Item, capacity: usize) {
         if self.items.len() >= capacity {
-            // Old bytes are of no use; the changes of the port still have to be reported.
+            // Old bytes are useless, but changes of the port must be reported.
             let oldest = self.items.iter().position(|item| matches!(item, Item::Bytes { .. }));
             if let Some(Item::Bytes { bytes, .. }) = self.items.remove(oldest.unwrap_or(0)) {
                 self.dropped.bytes += bytes.len() as u64;

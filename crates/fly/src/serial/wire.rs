@@ -9,7 +9,7 @@ use super::Clock;
 use super::clock::{Signal, lock};
 use hovernav::time::Time;
 
-/// Bytes that each direction holds, as a pseudo-terminal's.
+/// Buffer size of each direction, bytes, as of a pseudo-terminal.
 const CAPACITY: usize = 4096;
 
 /// A serial line between two threads of an emulation.
@@ -23,20 +23,20 @@ pub(super) struct Wire {
 struct State {
     to_host: VecDeque<u8>,
     to_device: VecDeque<u8>,
-    /// Whether the host has it open.
+    /// Whether the host has opened it.
     is_open: bool,
-    /// Whether the device's end was taken away.
+    /// Whether the device's end was removed.
     is_gone: bool,
 }
 
-/// The host's end, open until it is dropped.
+/// The host's end; dropping it closes the line.
 #[derive(Debug)]
 pub(super) struct HostEnd {
     wire: Arc<Wire>,
     clock: Clock,
 }
 
-/// The device's end of an emulated line; the line is gone when it is dropped.
+/// The device's end of an emulated line; dropping it removes the line.
 #[cfg(unix)]
 #[derive(Debug)]
 pub(crate) struct DeviceEnd {
@@ -46,10 +46,10 @@ pub(crate) struct DeviceEnd {
 }
 
 impl HostEnd {
-    /// The line at `path`.
+    /// Opens the line at `path`.
     ///
     /// # Errors
-    /// `NotFound` where there is none, `ResourceBusy` where it is open already.
+    /// `NotFound` if there is no such line, `ResourceBusy` if it is already open.
     pub fn open(path: &Path, clock: &Clock) -> io::Result<Self> {
         let wire = clock.emulation().and_then(|emulation| emulation.wire(path));
         let wire = wire.ok_or(ErrorKind::NotFound)?;
@@ -61,7 +61,7 @@ impl HostEnd {
         Ok(Self { wire, clock: clock.clone() })
     }
 
-    /// Reads what there is, waiting for it up to `deadline`.
+    /// Reads the available bytes, waiting until `deadline` for the first.
     pub fn read(&mut self, buffer: &mut [u8], deadline: Time) -> io::Result<usize> {
         let Self { wire, clock } = self;
         let mut state = lock(&wire.state);
@@ -79,7 +79,7 @@ impl HostEnd {
         }
     }
 
-    /// Writes what there is room for, waiting for room up to `deadline`.
+    /// Writes as many bytes as there is room for, waiting until `deadline` for room.
     pub fn write(&mut self, bytes: &[u8], deadline: Time) -> io::Result<usize> {
         let Self { wire, clock } = self;
         let mut state = lock(&wire.state);
@@ -99,7 +99,7 @@ impl HostEnd {
         }
     }
 
-    /// Drops what came and was not read.
+    /// Discards unread input.
     pub fn clear_input(&mut self) {
         lock(&self.wire.state).to_host.clear();
     }
@@ -116,7 +116,7 @@ impl Drop for HostEnd {
 
 #[cfg(unix)]
 impl DeviceEnd {
-    /// A new line at `path`; `None` unless `clock` is that of an emulation in which nothing is there.
+    /// Creates a line at `path`; `None` unless `clock` is emulated and the path is free.
     pub fn new(path: &Path, clock: &Clock) -> Option<Self> {
         let mut wires = clock.emulation()?.wires();
         if wires.contains_key(path) {
@@ -127,7 +127,7 @@ impl DeviceEnd {
         Some(Self { wire, clock: clock.clone(), path: path.into() })
     }
 
-    /// Sends to the host what there is room for; gives how many bytes that was.
+    /// Sends as many bytes to the host as there is room for; returns their number.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         let mut state = lock(&self.wire.state);
         if !state.is_open {
@@ -140,8 +140,7 @@ impl DeviceEnd {
         count
     }
 
-    /// Takes what came from the host, waiting for it up to `deadline`; `None` while the host has not
-    /// opened the line.
+    /// Reads bytes from the host, waiting until `deadline`; `None` while the host has not opened the line.
     pub fn receive(&mut self, buffer: &mut [u8], deadline: Time) -> Option<usize> {
         let Self { wire, clock, .. } = self;
         let mut state = lock(&wire.state);

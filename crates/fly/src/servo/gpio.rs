@@ -9,37 +9,37 @@ use hovernav::controls::{Channel, Channels};
 use hovernav::servo::{EdgeTimer, Paired, PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
-/// Edges taken at most in one call: six channels make 18 to 24 in a cycle of 30 ms.
+/// Largest number of edges per call: six channels make 18 to 24 in a cycle of 30 ms.
 const MOST_EDGES: usize = 128;
-/// Edges that the kernel keeps for us.
+/// Size of the kernel's edge buffer.
 const KERNEL_EDGES: u32 = 512;
-/// An edge that seems this much later than any before, ns, shows that our own clock has stepped.
+/// Increase of the clock offset, ns, that indicates a step of the flight clock.
 const CLOCK_STEP_NS: i64 = 1_000_000_000;
 
-/// Why pulses cannot be captured.
+/// Reasons why pulses cannot be captured.
 #[derive(Debug, thiserror::Error)]
 pub enum GpioError {
-    /// The lines cannot be had.
-    #[error("{}: cannot watch lines {lines:?}: {source}", chip.display())]
+    /// The lines cannot be opened.
+    #[error("{}: cannot monitor lines {lines:?}: {source}", chip.display())]
     Open {
         /// The chip.
         chip: PathBuf,
-        /// The lines' numbers on it.
+        /// Numbers of the lines on the chip.
         lines: Vec<u32>,
-        /// What the system said.
+        /// Error of the operating system.
         source: gpiocdev::Error,
     },
-    /// Two channels are on one line.
+    /// Two channels use the same line.
     #[error("{first} and {second} are both on line {line}")]
     SameLine {
-        /// A channel.
+        /// The first channel.
         first: Channel,
-        /// Another.
+        /// The second channel.
         second: Channel,
         /// The line's number.
         line: u32,
     },
-    /// A channel and aux are on one line.
+    /// A channel and aux use the same line.
     #[error("{channel} and aux are both on line {line}")]
     AuxLine {
         /// The channel.
@@ -52,17 +52,17 @@ pub enum GpioError {
     Read {
         /// The chip.
         chip: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: gpiocdev::Error,
     },
 }
 
-/// The pilot's pulses on five lines of one GPIO chip, and on a sixth where aux has one.
+/// The pilot's pulses on five lines of one GPIO chip, and aux on an optional sixth.
 ///
-/// A width is the difference of two times that the kernel took at the interrupts, so it does not
-/// depend on when the loop comes round. The kernel's clock, CLOCK_MONOTONIC, is brought onto ours by
-/// the least delay seen between an edge and its reading; both must run at the same rate, as they do
-/// where [`Time`] is taken from `std::time::Instant`.
+/// A width is the difference of two interrupt times of the kernel, so it does not depend on the timing of the loop.
+/// Times of the kernel's clock, CLOCK_MONOTONIC, are converted to the flight clock with the smallest delay observed
+/// between an edge and its reading. Both clocks must run at the same rate, as with [`Time`] from
+/// `std::time::Instant`.
 #[derive(Debug)]
 pub struct GpioCapture {
     chip: PathBuf,
@@ -72,10 +72,11 @@ pub struct GpioCapture {
 }
 
 impl GpioCapture {
-    /// Watches `lines`, and that of `aux`, of the chip at `chip`, `/dev/gpiochip0` say.
+    /// Monitors `lines` and the line `aux` of the chip at `chip`, such as `/dev/gpiochip0`.
     ///
     /// # Errors
-    /// [`GpioError::SameLine`]; [`GpioError::Open`] where the chip or a line cannot be had.
+    /// [`GpioError::SameLine`], [`GpioError::AuxLine`]; [`GpioError::Open`] where the chip or a line cannot be
+    /// opened.
     pub fn open(chip: &Path, lines: &Channels<u32>, aux: Option<u32>) -> Result<Self, GpioError> {
         check(lines, aux)?;
         let numbers: Vec<u32> = lines.to_array().into_iter().chain(aux).collect();
@@ -97,7 +98,7 @@ impl GpioCapture {
         Ok(Self { chip: chip.to_path_buf(), request, raw, edges: Edges::new(*lines, aux) })
     }
 
-    /// Takes up to [`MOST_EDGES`] edges that wait.
+    /// Reads up to [`MOST_EDGES`] pending edges.
     fn read(&mut self, now: Time) -> Result<(), gpiocdev::Error> {
         if !self.request.has_edge_event()? {
             return Ok(());
@@ -135,7 +136,7 @@ fn check(lines: &Channels<u32>, aux: Option<u32>) -> Result<(), GpioError> {
     Ok(())
 }
 
-/// From the kernel's edges to pulses on our clock.
+/// Converts the kernel's edges to pulses on the flight clock.
 #[derive(Debug)]
 struct Edges {
     lines: Channels<u32>,
@@ -143,7 +144,7 @@ struct Edges {
     timers: Channels<EdgeTimer>,
     aux_timer: EdgeTimer,
     pulses: PilotPulses,
-    /// Our time less the kernel's, ns.
+    /// Flight clock minus kernel clock, ns.
     offset_ns: Option<i64>,
 }
 
@@ -164,7 +165,7 @@ impl Edges {
         };
         match timer.edge(rising, edge.line_seqno, edge.timestamp_ns) {
             Paired::Waiting => {}
-            // A fault has been counted.
+            // A rejected width is already counted.
             Paired::Width(width_ms) => drop(captured.push(width_ms, at)),
             Paired::Broken => captured.count_error(),
         }
@@ -197,8 +198,8 @@ mod tests {
         EdgeEvent { timestamp_ns, kind, offset, seqno: 0, line_seqno }
     }
 
-    /// Frames of 20 ms on the lateral line, each read `delay_ns` after its end on a clock that is
-    /// `ahead_ns` ahead of the kernel's; the age of the last pulse after each.
+    /// Reads frames of 20 ms on the lateral line, each `delay_ns` after its end, on a clock that is `ahead_ns`
+    /// ahead of the kernel's. Returns the age of the pulse after each frame.
     fn ages_ns(edges: &mut Edges, delays_ns: &[i64], ahead_ns: i64) -> Vec<i64> {
         let mut ages = Vec::new();
         for (frame, delay_ns) in (0u32..).zip(delays_ns) {
@@ -215,13 +216,13 @@ mod tests {
     }
 
     #[test]
-    fn a_width_does_not_depend_on_when_it_is_read_and_its_age_soon_does_not_either() {
+    fn a_width_does_not_depend_on_its_reading_time_and_its_age_soon_does_not() {
         let mut edges = Edges::new(lines(), Some(21));
         let delays_ns = [9_000_000, 200_000, 25_000_000, 100_000, 3_000_000];
         let ages = ages_ns(&mut edges, &delays_ns, 77_000_000_000);
         let least = |upto: usize| *delays_ns[..=upto].iter().min().unwrap();
         for (frame, age) in ages.iter().enumerate() {
-            // Right to the least delay so far.
+            // Exact up to the smallest delay so far.
             assert_eq!(*age, delays_ns[frame] - least(frame));
         }
         assert_eq!(edges.pulses.channels.lateral.errors, 0);
@@ -254,9 +255,9 @@ mod tests {
     }
 
     #[test]
-    fn a_chip_that_is_not_there_and_a_line_used_twice_are_named() {
+    fn errors_name_a_missing_chip_and_a_line_used_twice() {
         let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &lines(), None).unwrap_err();
-        assert!(error.to_string().starts_with("/dev/no-such-chip: cannot watch lines [5, 6"));
+        assert!(error.to_string().starts_with("/dev/no-such-chip: cannot monitor lines [5, 6"));
         let twice = Channels { pedal: 13, ..lines() };
         let error = GpioCapture::open(Path::new("/dev/no-such-chip"), &twice, None).unwrap_err();
         assert_eq!(error.to_string(), "longitudinal and pedal are both on line 13");

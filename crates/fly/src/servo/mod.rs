@@ -1,5 +1,5 @@
-//! Pulses through an operating system: a microcontroller's packets from any reader, GPIO lines whose
-//! edges the kernel dates, and the kernel's PWM outputs.
+//! Pulses through the operating system: packets of a microcontroller, GPIO lines with edges timed by the kernel,
+//! and the kernel's PWM outputs.
 
 #[cfg(target_os = "linux")]
 mod gpio;

@@ -14,19 +14,19 @@ use hovernav::servo::{LONGEST_MS, PulseOutput, SHORTEST_MS, is_plausible};
 use hovernav::time::Time;
 use hovernav_log::PwmLine;
 
-/// Where the kernel shows its PWM chips.
+/// Directory of the kernel's PWM chips.
 const ROOT: &str = "/sys/class/pwm";
-/// From pulse to pulse, ns: 50 Hz, which every servo takes.
+/// Period of the pulses, ns: 50 Hz, which every servo accepts.
 const PERIOD_NS: u32 = 20_000_000;
 
-/// What was being done to an output when it failed.
+/// The action that failed on an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PwmAction {
-    /// Asking the kernel for the output.
+    /// Export of the output by the kernel.
     Export,
     /// Opening one of its files.
     Open,
-    /// Setting the time from pulse to pulse.
+    /// Setting the period of the pulses.
     SetPeriod,
     /// Setting the width of the pulse.
     SetWidth,
@@ -49,23 +49,23 @@ impl fmt::Display for PwmAction {
     }
 }
 
-/// Why an output cannot be driven.
+/// Reasons why an output cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum PwmError {
-    /// The system refused.
+    /// The operating system returned an error.
     #[error("{channel}: cannot {action} by {}: {source}", path.display())]
     System {
         /// The channel.
         channel: Channel,
-        /// What was being done.
+        /// The action that failed.
         action: PwmAction,
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A width that no servo takes; the output keeps the width before it.
-    #[error("{channel}: a width of {width_ms} ms, expected {SHORTEST_MS} to {LONGEST_MS}")]
+    /// A width outside the range of servos; the output keeps its last width.
+    #[error("{channel}: found a width of {width_ms} ms, expected {SHORTEST_MS} to {LONGEST_MS}")]
     Width {
         /// The channel.
         channel: Channel,
@@ -84,30 +84,30 @@ struct Output {
 
 /// Servos on the kernel's PWM outputs, 50 pulses a second.
 ///
-/// An output is silent until its first width is written, so that no servo ever moves to a width that
-/// was not commanded. When this is dropped the outputs go on with the last widths: servos that hold
-/// are safer than servos that go limp. [`PwmOutput::disable`] stops them.
+/// An output is silent until its first width is written, so no servo moves to a width that was not commanded. When
+/// this is dropped, the outputs continue with the last widths: servos that hold are safer than unpowered ones.
+/// [`PwmOutput::disable`] stops them.
 #[derive(Debug)]
 pub struct PwmOutput {
     outputs: Channels<Option<Output>>,
 }
 
 impl PwmOutput {
-    /// Takes the outputs of the channels that have one.
+    /// Opens the outputs of the channels that have one.
     ///
-    /// An output is asked of the kernel if it is not there yet. Where its files need a rule of udev
-    /// before we may write them, have it exported when the system starts: the rule takes its time.
+    /// A missing output is exported by the kernel. If its files need a udev rule to be writable, export the output
+    /// at system start: the rule takes effect with a delay.
     ///
     /// # Errors
-    /// [`PwmError::System`] for the first that cannot be had.
+    /// [`PwmError::System`] for the first output that cannot be opened.
     pub fn open(lines: &Channels<Option<PwmLine>>) -> Result<Self, PwmError> {
         Self::open_at(Path::new(ROOT), lines)
     }
 
-    /// The same in another folder than `/sys/class/pwm`.
+    /// As [`open`](Self::open), with the chips in `root` instead of `/sys/class/pwm`.
     ///
     /// # Errors
-    /// [`PwmError::System`] for the first that cannot be had.
+    /// [`PwmError::System`] for the first output that cannot be opened.
     pub fn open_at(root: &Path, lines: &Channels<Option<PwmLine>>) -> Result<Self, PwmError> {
         let mut outputs = Channels::from_fn(|_| None);
         for (channel, line) in lines.iter() {
@@ -121,7 +121,7 @@ impl PwmOutput {
     /// Stops the pulses of every output.
     ///
     /// # Errors
-    /// The first output that cannot be stopped; the others have been all the same.
+    /// The error of the first output that cannot be stopped; the others are stopped anyway.
     pub fn disable(&mut self) -> Result<(), PwmError> {
         self.each(|output| {
             output.set(PwmAction::Disable, "enable", 0)?;
@@ -130,7 +130,7 @@ impl PwmOutput {
         })
     }
 
-    /// Does something to every output, and reports the first failure only then.
+    /// Applies `change` to every output, then returns the first error.
     fn each(
         &mut self,
         mut change: impl FnMut(&mut Output) -> Result<(), PwmError>,
@@ -168,8 +168,8 @@ impl Output {
             .open(&path)
             .map_err(|source| system(channel, PwmAction::Open, path, source))?;
         let output = Self { channel, folder, duty_cycle, enabled: false };
-        // Whoever had the output before may have left a pulse longer than our period, and the kernel
-        // refuses a period shorter than the pulse; it refuses any pulse while the period is 0.
+        // The previous user of the output may have left a pulse longer than the new period. The kernel rejects a
+        // period shorter than the pulse, and any pulse while the period is 0.
         if fs::read_to_string(output.folder.join("period")).is_ok_and(|text| text.trim() != "0") {
             output.set(PwmAction::Disable, "enable", 0)?;
             output.set(PwmAction::SetWidth, "duty_cycle", 0)?;
@@ -184,7 +184,7 @@ impl Output {
         }
         let width_ns = libm::round(width_ms * 1e6) as u32;
         let mut text = [b' '; 11];
-        // Seven digits and a line end at most.
+        // At most seven digits and a line end.
         let written = writeln!(&mut text[..], "{width_ns}")
             .and_then(|()| self.duty_cycle.write_all_at(text.trim_ascii_end(), 0));
         written.map_err(|source| {
@@ -204,8 +204,7 @@ impl Output {
     }
 }
 
-/// Writes a number to a file of the kernel's, which is never created: where it is missing, so is
-/// what it stands for.
+/// Writes a number to an existing file of the kernel. A missing file is an error and is not created.
 fn put(path: &Path, value: u32) -> io::Result<()> {
     let mut file = OpenOptions::new().write(true).truncate(true).open(path)?;
     writeln!(file, "{value}")
@@ -221,7 +220,7 @@ mod tests {
 
     use super::*;
 
-    /// A folder like the kernel's with `outputs` of chip 0 exported; each has the given period.
+    /// A directory like the kernel's, with `outputs` of chip 0 exported, each with the given period.
     fn chip(outputs: u32, period: &str) -> TempDir {
         let root = tempfile::tempdir().unwrap();
         for output in 0..outputs {
@@ -239,7 +238,7 @@ mod tests {
         Channels::from([0, 1, 2, 3, 4]).map(|output| Some(PwmLine { chip: 0, output }))
     }
 
-    /// What the kernel would read: the first line.
+    /// The first line of a file, which is what the kernel would read.
     fn read(root: &TempDir, output: u32, file: &str) -> String {
         let text = fs::read_to_string(root.path().join(format!("pwmchip0/pwm{output}/{file}")));
         text.unwrap().lines().next().unwrap_or_default().to_owned()
@@ -250,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn widths_reach_the_kernel_in_nanoseconds_and_silence_ends_with_the_first() {
+    fn widths_reach_the_kernel_in_nanoseconds_and_the_first_enables_the_output() {
         let root = chip(5, "0");
         let mut servos = PwmOutput::open_at(root.path(), &lines()).unwrap();
         for output in 0..5 {
@@ -266,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn an_output_left_running_by_someone_else_is_stopped_before_its_period_changes() {
+    fn a_running_output_is_stopped_before_its_period_changes() {
         let root = chip(5, "50000000");
         fs::write(root.path().join("pwmchip0/pwm3/duty_cycle"), "40000000\n").unwrap();
         fs::write(root.path().join("pwmchip0/pwm3/enable"), "1\n").unwrap();
@@ -278,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn an_output_that_is_not_there_is_asked_for_and_named_when_it_does_not_come() {
+    fn a_missing_output_is_exported_and_named_in_the_error() {
         let root = chip(4, "0");
         let error = PwmOutput::open_at(root.path(), &lines()).unwrap_err();
         assert_eq!(fs::read_to_string(root.path().join("pwmchip0/export")).unwrap(), "4\n");
@@ -297,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_width_that_no_servo_takes_stops_at_the_door_and_the_others_go_through() {
+    fn a_width_out_of_range_is_rejected_and_the_others_are_written() {
         let root = chip(5, "0");
         let mut servos = PwmOutput::open_at(root.path(), &lines()).unwrap();
         servos.write(&widths(), Time::ZERO).unwrap();
@@ -311,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_width_that_the_kernel_refuses_is_reported_and_the_others_are_written() {
+    fn a_width_that_the_kernel_rejects_is_reported_and_the_others_are_written() {
         let root = chip(5, "0");
         let duty_cycle = root.path().join("pwmchip0/pwm1/duty_cycle");
         fs::remove_file(&duty_cycle).unwrap();
@@ -339,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_without_an_output_are_left_alone() {
+    fn channels_without_an_output_are_ignored() {
         let root = chip(1, "0");
         let line = Some(PwmLine { chip: 0, output: 0 });
         let lines = Channels { collective: line, ..Channels::default() };

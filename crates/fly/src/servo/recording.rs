@@ -1,4 +1,4 @@
-//! An output that keeps what it was sent, for simulation and tests.
+//! An output that records its commands, for simulation and tests.
 
 use core::convert::Infallible;
 
@@ -6,10 +6,10 @@ use hovernav::controls::Channels;
 use hovernav::servo::PulseOutput;
 use hovernav::time::Time;
 
-/// Keeps every command with its time, in memory that grows with them.
+/// Records every command with its time; the memory grows with the number of commands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingOutput {
-    /// When, and the widths in ms.
+    /// Time and widths, ms.
     pub written: Vec<(Time, Channels<f64>)>,
 }
 

@@ -1,4 +1,4 @@
-//! Pulses from a microcontroller on a serial port, or on anything else that can be read.
+//! Pulses from a microcontroller on a serial port or another reader.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -6,15 +6,14 @@ use hovernav::servo::packet::{PacketCapture, PacketCounts};
 use hovernav::servo::{PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
-/// Bytes read at most in one call: a second of packets at 50 Hz fits, so the loop catches up after
-/// a stall without ever being held up by a line that babbles.
+/// Largest number of bytes per call. It exceeds one second of packets at 50 Hz, so the loop catches up after a
+/// stall, and continuous noise on the line cannot block it.
 const MOST_BYTES: usize = 1_024;
 
 /// Reads the packets of `docs/servo-packet.md` from `R`.
 ///
-/// `R` should not wait when nothing is there: a serial port with a time-out of 0, say. A read that
-/// finds nothing, by a count of 0, by `WouldBlock`, `TimedOut` or `Interrupted`, is no error: the
-/// pulses age.
+/// `R` should not block, for example a serial port with a timeout of 0. A read without data (a count of 0,
+/// `WouldBlock`, `TimedOut` or `Interrupted`) is not an error: the pulses become older.
 #[derive(Clone, Debug)]
 pub struct StreamCapture<R> {
     source: R,
@@ -27,7 +26,7 @@ impl<R: Read> StreamCapture<R> {
         Self { source, capture: PacketCapture::default() }
     }
 
-    /// What became of the stream so far.
+    /// Statistics of the stream so far.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         self.capture.counts()
@@ -67,7 +66,7 @@ mod tests {
     use hovernav::servo::packet::{LENGTH, ServoPacket};
     use hovernav::servo::{Signal, SignalConfig};
 
-    /// Gives out one piece or one error a call.
+    /// Returns one piece or one error per call.
     struct Script(Vec<io::Result<Vec<u8>>>);
 
     impl Read for Script {
@@ -102,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_port_that_is_gone_is_reported_and_what_was_known_stays() {
+    fn a_lost_port_is_reported_and_the_last_pulses_are_kept() {
         let gone = Err(ErrorKind::BrokenPipe.into());
         let mut capture = StreamCapture::new(Script(vec![Ok(packet(0).to_vec()), gone]));
         capture.poll(Time::ZERO).unwrap();
@@ -112,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_babbles_does_not_hold_up_the_loop() {
+    fn continuous_noise_does_not_block_the_loop() {
         let mut capture = StreamCapture::new(io::repeat(0x55));
         capture.poll(Time::ZERO).unwrap();
         assert_eq!(capture.counts().bytes, MOST_BYTES as u64);

@@ -1,17 +1,17 @@
-//! Pulses to a microcontroller on a serial port, which drives the servos.
+//! Servo pulses to a microcontroller on a serial port.
 
 use crate::serial::{Clock, Port, PortEvent, Read, WriteError};
 use hovernav::controls::Channels;
 use hovernav::servo::packet::ServoPacket;
 use hovernav::time::Time;
 
-/// How long a packet may take to be handed to the line, s.
+/// Timeout for writing a packet to the port, s.
 const WRITE_S: f64 = 0.003;
 
-/// Sends the packets of `docs/servo-packet.md` towards the servos.
+/// Sends the packets of `docs/servo-packet.md` to the servos.
 ///
-/// The microcontroller holds the last widths when packets stop and passes the receiver through after
-/// 200 ms: see the same page.
+/// When packets stop, the microcontroller holds the last widths, and after 200 ms passes the receiver's pulses
+/// through; see the same page.
 pub struct StreamOutput {
     port: Port,
     clock: Clock,
@@ -25,9 +25,9 @@ impl StreamOutput {
         Self { port, clock: clock.clone(), sequence: 0, started: false }
     }
 
-    /// Opens the port where it is not open, without waiting; a change of its state.
+    /// Opens a closed port without waiting; returns a change of its state.
     pub fn poll(&mut self, now: Time) -> Option<PortEvent> {
-        // What a microcontroller says back is not looked at.
+        // Data from the microcontroller are ignored.
         let mut said = [0; 64];
         match self.port.read_until(&mut said, now) {
             Read::Changed(event) => Some(event),

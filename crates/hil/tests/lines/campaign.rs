@@ -1,5 +1,4 @@
-//! Flights over the lines against those of a campaign, which has neither lines nor a clock: the same
-//! percentiles.
+//! Flights over the lines have the same percentiles as those of a campaign, which has neither lines nor a clock.
 
 use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav_log::Truth;
@@ -8,17 +7,17 @@ use hovernav_sim::campaign::{Campaign, SensorGrade, percentile};
 
 use crate::common::{Flown, Setup, all_flown, autopilot};
 
-/// Flights of the campaign, and over the lines: seeds 1 to 200 and 201 to 260.
+/// Seeds of the campaign, 1 to 200, and of the flights over the lines, 201 to 260.
 const CAMPAIGN: u64 = 200;
 const OVER_LINES: u64 = 60;
-/// No difference that chance makes once in a hundred, over all five.
+/// Smallest probability of the differences by chance: 1 %, over all five quantities.
 const LEAST_PROBABILITY: f64 = 0.01 / MEASURES.len() as f64;
 
 const MEASURES: [&str; 5] =
     ["u, m/s RMS", "v, m/s RMS", "w, m/s RMS", "heading, worst, deg", "heading error, deg RMS"];
 
-/// Winds of up to 5 m/s from any side with a quarter of it in gusts, at least 0.3 m/s; the thesis's sensors
-/// without a barometer; a minute, judged from second 25 on.
+/// Wind of up to 5 m/s from any direction, with gusts of a quarter of it, at least 0.3 m/s. The sensors of the
+/// thesis, without a barometer. Flights of 60 s, evaluated from 25 s on.
 fn campaign() -> Campaign {
     let mut campaign = Campaign::new(autopilot());
     campaign.grades = vec![SensorGrade::Thesis];
@@ -28,7 +27,7 @@ fn campaign() -> Campaign {
     campaign
 }
 
-/// Flight `seed`, with the airframe that the autopilot is for.
+/// Flight `seed`, with the airframe of the autopilot's design.
 fn flight(campaign: &Campaign, seed: u64) -> FlightConfig {
     let mut draw = campaign.draw(seed);
     draw.factors.fill(1.0);
@@ -55,7 +54,7 @@ fn of_lines(flown: &Flown, from_s: f64) -> [f64; 5] {
     };
     let first = yaw(&judged[0]);
     let worst = judged.iter().map(|truth| wrap_angle(yaw(truth) - first).abs());
-    // The estimate at each moment, against the truth nearest to it.
+    // The estimate at each time, compared with the nearest truth.
     let errors: Vec<f64> = flown
         .record
         .solutions
@@ -71,7 +70,7 @@ fn of_lines(flown: &Flown, from_s: f64) -> [f64; 5] {
     [body(0), body(1), body(2), worst.fold(0.0, f64::max).to_degrees(), rms(&errors)]
 }
 
-/// The greatest distance of two samples' distributions, and how likely chance makes a greater one.
+/// The largest distance of the distributions of two samples, and the probability of a larger one by chance.
 ///
 /// # Source
 /// W. Press et al., *Numerical Recipes*, section 14.3: Kolmogorov and Smirnov, two samples.
@@ -95,7 +94,7 @@ fn kolmogorov_smirnov(one: &[f64], other: &[f64]) -> (f64, f64) {
 }
 
 #[test]
-fn distributions_that_are_alike_and_that_are_not_are_told_apart() {
+fn equal_and_different_distributions_are_distinguished() {
     let uniform = |count: i32| (0..count).map(move |k| f64::from(k) / f64::from(count));
     let (one, same): (Vec<f64>, Vec<f64>) = (uniform(200).collect(), uniform(60).collect());
     let apart: Vec<f64> = uniform(60).map(|value| value + 0.3).collect();
@@ -105,7 +104,7 @@ fn distributions_that_are_alike_and_that_are_not_are_told_apart() {
 }
 
 #[test]
-fn flights_over_the_lines_and_of_a_campaign_have_the_same_percentiles() {
+fn flights_over_the_lines_have_the_percentiles_of_a_campaign() {
     let campaign = campaign();
     let judged_from_s = campaign.judged_from_s;
     let simulated: Vec<[f64; 5]> =

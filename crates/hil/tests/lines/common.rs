@@ -1,5 +1,5 @@
-//! A flight computer and the simulated helicopter at the two ends of serial lines, in one process: by emulated
-//! time, or in real time on pseudo-terminals.
+//! A flight computer and the simulated helicopter at the two ends of serial lines, in one process. Time is
+//! emulated, or real with pseudo-terminals.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -22,7 +22,7 @@ use hovernav_log::{FlyConfig, Manifest};
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
 
-/// The 60-class helicopter's autopilot.
+/// The autopilot of the 60-class helicopter.
 pub fn autopilot() -> HoverConfig {
     static DESIGNED: OnceLock<HoverConfig> = OnceLock::new();
     *DESIGNED.get_or_init(|| {
@@ -32,31 +32,31 @@ pub fn autopilot() -> HoverConfig {
     })
 }
 
-/// How often to look whether a flight is over, s.
+/// Interval at which the end of a flight is checked, s.
 const LOOK_S: f64 = 0.02;
 
-/// A flight to be flown over the lines.
+/// The setup of a flight over the lines.
 pub struct Setup {
-    /// What happens.
+    /// The acts of the flight.
     pub acts: Vec<String>,
-    /// What the sticks do while the autopilot flies: `override` or `steer`.
+    /// Effect of the sticks while the autopilot flies: `override` or `steer`.
     pub pilot: &'static str,
     /// The autopilot.
     pub autopilot: HoverConfig,
-    /// More of `fly.toml`, from a section's head on.
+    /// Additional text of `fly.toml`, beginning with a section header.
     pub keys: String,
     /// Vehicle, wind, sensors, duration and seed.
     pub flight: FlightConfig,
-    /// The sensors as the flight computer has them, where it is not by its defaults.
+    /// The sensors as configured in the flight computer, if not the defaults.
     pub navigation: Option<Manifest>,
-    /// When the flight computer's processor is held, and for how long, s.
+    /// Start and duration of a hold of the flight computer's processor, s.
     pub held: Vec<(f64, f64)>,
-    /// When the ground's port is pulled out, s, of a flight with telemetry.
+    /// Time at which the ground's port is unplugged, s, in a flight with telemetry.
     pub ground_lost_s: Option<f64>,
 }
 
 impl Setup {
-    /// A flight of `duration_s` in which `acts` happen.
+    /// A flight of `duration_s` with `acts`.
     pub fn new(duration_s: f64, acts: &[&str]) -> Self {
         let mut flight = FlightConfig::new(autopilot());
         flight.duration_s = duration_s;
@@ -74,37 +74,37 @@ impl Setup {
     }
 }
 
-/// A flight that was flown.
+/// The results of a flight.
 pub struct Flown {
     pub record: Record,
-    /// When the flight computer's clock began, on the clock of the vehicle, s.
+    /// Start of the flight computer's clock, on the clock of the vehicle, s.
     begun_s: f64,
     pub samples: Vec<LiveSample>,
     pub crashed_s: Option<f64>,
     pub report: FlightReport,
-    /// What was said on the terminal.
+    /// Notifications of the flight computer.
     pub said: Vec<Notification>,
-    /// From the inertial packet's last byte leaving the unit to the first byte at the servos.
+    /// Time from the last byte of an inertial packet to the first byte at the servos.
     pub over_lines: DurationHistogram,
 }
 
 impl Flown {
-    /// A time of the flight computer on the vehicle's clock, s.
+    /// A time of the flight computer, on the vehicle's clock, s.
     pub fn second(&self, time: Time) -> f64 {
         self.begun_s + time.seconds()
     }
 
-    /// What was told, when on the vehicle's clock, s.
+    /// Time, on the vehicle's clock, s, and text of each event.
     pub fn told(&self) -> impl Iterator<Item = (f64, &str)> {
         self.record.events.iter().map(|event| (self.second(event.time), event.text.as_str()))
     }
 
-    /// When this was first told.
+    /// Time of the first event with this text.
     pub fn at(&self, text: &str) -> Option<f64> {
         self.told().find(|(_, told)| told.contains(text)).map(|(second, _)| second)
     }
 
-    /// How long after second `start_s` this was told.
+    /// Time from `start_s` to the next event with this text, s.
     pub fn after(&self, start_s: f64, text: &str) -> f64 {
         let mut told =
             self.told().filter(|(second, told)| *second > start_s - 0.1 && told.contains(text));
@@ -148,12 +148,12 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
     config
 }
 
-/// Flies it by emulated time. The record must give the same sticks again, to the bit.
+/// Flies it with emulated time. The replay of the record must give bitwise equal sticks.
 pub fn flown(setup: &Setup) -> Flown {
     flown_by(&Clock::emulated(), setup)
 }
 
-/// Flies it by `clock`.
+/// Flies it with `clock`.
 pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     let directory = tempfile::tempdir().unwrap();
     let config = configuration(directory.path(), setup);
@@ -204,7 +204,7 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     Flown { record, begun_s, samples, crashed_s, report, said: said.iter().collect(), over_lines }
 }
 
-/// A ground that asks for frames every second, until its port is pulled out.
+/// A ground station that requests frames every second, until its port is unplugged.
 fn ground(directory: &Path, clock: &Clock, lost_s: f64) -> Player {
     let asks = (0..100).map(|second| (Time::ZERO + f64::from(second), b"#".to_vec()));
     let cut = Cut { start: Time::ZERO + lost_s, duration_s: f64::INFINITY, kind: CutKind::Adapter };
@@ -213,7 +213,7 @@ fn ground(directory: &Path, clock: &Clock, lost_s: f64) -> Player {
     Player::start(ports, clock, Begin::After(Duration::ZERO)).unwrap()
 }
 
-/// Flies all of them, as many at once as there are processors.
+/// Flies all of them, in parallel on all processors.
 pub fn all_flown<T: Sync>(flights: &[T], setup: impl Fn(&T) -> Setup + Sync) -> Vec<Flown> {
     let next = AtomicUsize::new(0);
     let fly_some = || {

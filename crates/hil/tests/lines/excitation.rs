@@ -1,4 +1,4 @@
-//! Test inputs flown over the lines, and what is identified from the record.
+//! Test inputs flown over the lines, and identification from the record.
 
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
@@ -25,14 +25,14 @@ fn inputs_are_flown_and_recorded_and_a_stick_ends_them() {
     let injected = whole.record.dataset().unwrap().injected;
     assert_eq!(injected.len(), whole.record.controls.len());
     let cycles = |is: &dyn Fn(&[f64; 4]) -> bool| injected.iter().filter(|one| is(one)).count();
-    // Two doublets of 1 s each way, less the way there and back at 4 full travels a second.
+    // Two doublets of 1 s per direction, minus the transitions at 4 full travels per second.
     assert!((62..=68).contains(&cycles(&|one| one[3] > 0.09)), "{}", cycles(&|one| one[3] > 0.09));
     assert!((60..=68).contains(&cycles(&|one| one[3] < -0.09)));
     assert!((46..=51).contains(&cycles(&|one| one[2] < -0.07)));
     for text in ["test input 1: pedal", "test input 3: collective", "all test inputs are flown"] {
         assert!(whole.at(text).is_some(), "{text}");
     }
-    // The doublet begins at 12.1 s; the stick is moved at 12.8 s, or the switch opened.
+    // The doublet begins at 12.1 s; at 12.8 s the stick is moved or the switch is opened.
     for (flown, why) in
         [(by_stick, "the pilot moved a stick"), (by_switch, "velocity is no longer held")]
     {
@@ -47,7 +47,7 @@ fn inputs_are_flown_and_recorded_and_a_stick_ends_them() {
 }
 
 #[test]
-fn a_model_is_identified_from_the_record_of_a_flight_that_excites_itself() {
+fn a_model_is_identified_from_the_record_of_a_flight_with_test_inputs() {
     let mut keys = "[autopilot.excitation]\nfirst_s = 8.0\npause_s = 4.0\n".to_owned();
     for (stick, amplitude) in
         [("pedal", 0.12), ("collective", 0.1), ("lateral", 0.08), ("longitudinal", 0.08)]

@@ -1,6 +1,6 @@
-//! Every failsafe of docs/flying.md flown over the lines, but for the record's ([`crate::full_record`]): in
-//! hover, while a stick steers, and as the autopilot has just taken over. The record tells what was done,
-//! when and why.
+//! Every failsafe of docs/flying.md flown over the lines, except that of the record ([`crate::full_record`]). Each
+//! is flown in hover, while a stick steers, and just after engagement. The record contains the response, its time
+//! and its reason.
 
 use hovernav::autopilot::Mode;
 use hovernav::earth::Geodetic;
@@ -12,25 +12,25 @@ use hovernav_hil::LiveSample;
 
 use crate::common::{Flown, Setup, all_flown, autopilot};
 
-/// A cycle, s.
+/// Duration of a cycle, s.
 const CYCLE_S: f64 = 1.0 / 33.0;
-/// What the lines add: an act falls between two of the pilot's packets, which take 24 ms; a sample is older
-/// than its cycle by its way.
+/// Delay of the lines: an act falls between two of the pilot's packets, which take 24 ms, and a sample is delayed
+/// by its transmission.
 const LINES_S: f64 = 0.025;
-/// Without pulses for this long the pilot is lost: the default of `signal.stale_after_s`.
+/// Time without pulses after which the pilot is lost: the default of `signal.stale_after_s`.
 const STALE_S: f64 = 0.1;
 /// The default of `health.age_s`.
 const AGE_S: f64 = 0.2;
 const FENCE_M: f64 = 5.0;
 
-/// When it happens.
+/// The moments of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
-    /// The autopilot has held a hover for six seconds.
+    /// The autopilot has held a hover for 6 s.
     Hover,
-    /// The pilot has a stick forward, and it goes there.
+    /// The pilot holds a stick forward, and the vehicle moves there.
     Manoeuvre,
-    /// It took over a quarter of a second ago.
+    /// The autopilot engaged 0.25 s ago.
     Engagement,
 }
 
@@ -42,12 +42,12 @@ impl Moment {
     }
 }
 
-/// What came of a loss.
+/// The response to a failure.
 struct Response {
     what: &'static str,
-    /// The delay that is promised, s.
+    /// The specified delay, s.
     within_s: f64,
-    /// The delay that was measured, s.
+    /// The measured delay, s.
     after_s: f64,
 }
 
@@ -55,16 +55,16 @@ fn response(what: &'static str, within_s: f64, after_s: f64) -> Response {
     Response { what, within_s, after_s }
 }
 
-/// A row of the table.
+/// A row of the table of failsafes.
 struct Failsafe {
     name: &'static str,
-    /// How long it is watched, s.
+    /// Duration of the flight, s.
     watched_s: f64,
-    /// Makes it happen at this moment.
+    /// Adds the failure to a flight, at a moment.
     stage: fn(&mut Setup, Moment),
-    /// What came of it.
+    /// Finds the responses in the flight.
     measure: fn(&Flown, Moment) -> Vec<Response>,
-    /// Whether nobody is left to keep it in the air.
+    /// Whether neither pilot nor autopilot can keep the vehicle in the air.
     may_crash: bool,
 }
 
@@ -101,7 +101,7 @@ const FAILSAFES: [Failsafe; 14] = [
         name: "position, then velocity",
         watched_s: 50.0,
         stage: |setup, moment| {
-            // As they are, velocity is lost before position.
+            // With the default limits, velocity is lost before position.
             setup.autopilot.health.position_sigma_m = 3.3;
             setup.autopilot.transfer.patience_s = 6.0;
             happens(setup, moment, "gps-cut", 60.0);
@@ -179,7 +179,7 @@ const FAILSAFES: [Failsafe; 14] = [
     Failsafe {
         name: "the loop's time",
         watched_s: 4.0,
-        // Let run for long enough to ask for a packet and have it, too late each time.
+        // The processor runs just long enough to request and receive a packet, too late each time.
         stage: |setup, moment| {
             setup.held = (0..20).map(|k| (moment.second() + 0.05 * f64::from(k), 0.04)).collect();
         },
@@ -208,7 +208,8 @@ const FAILSAFES: [Failsafe; 14] = [
         name: "the fence",
         watched_s: 20.0,
         stage: |setup, moment| {
-            // In hover gusts carry it over; else a stick is held outwards until it is well beyond.
+            // In hover, gusts carry the vehicle over the fence; otherwise a stick is held outwards until it is well
+            // beyond.
             setup.pilot = if moment == Moment::Hover { "override" } else { "steer" };
             let south_m = match moment {
                 Moment::Hover => 4.6,
@@ -255,7 +256,7 @@ const FAILSAFES: [Failsafe; 14] = [
         name: "a control at its end",
         watched_s: 8.0,
         stage: |setup, moment| {
-            // Less than a turn asks for.
+            // Less than a turn needs.
             setup.pilot = "steer";
             setup.autopilot.limits.lowest.pedal = -0.02;
             setup.autopilot.limits.highest.pedal = 0.02;
@@ -302,7 +303,7 @@ const FAILSAFES: [Failsafe; 14] = [
             let first = lateral(held.next().expect("a sample"));
             let left = held.find(|sample| (lateral(sample) - first).abs() > 1e-6);
             let left_s = second(left.expect("it goes to its failsafe width"));
-            let told_s = flown.after(moment.second(), "no pulses of the pilot's");
+            let told_s = flown.after(moment.second(), "no pulses on the pilot's");
             let held_s = left_s - moment.second() - told_s;
             vec![
                 response("widths are held", STALE_S + CYCLE_S, told_s),
@@ -333,7 +334,7 @@ fn pilot_lost_response(flown: &Flown, moment: Moment) -> Vec<Response> {
     });
     let (sum, count) = sinks_mps.fold((0.0, 0.0), |(sum, count), sink| (sum + sink, count + 1.0));
     let sinks_mps = sum / count;
-    // It is asked for 0.5 m/s, and the estimate of a 1 Hz receiver errs by a quarter of a metre per second.
+    // The commanded descent is 0.5 m/s, and the estimate with a 1 Hz receiver errs by 0.25 m/s.
     assert!((0.1..0.9).contains(&sinks_mps), "sinks at {sinks_mps} m/s");
     vec![
         response("it holds", STALE_S + CYCLE_S, held_s),
@@ -347,10 +348,10 @@ fn no_attitude(flown: &Flown, moment: Moment) -> Vec<Response> {
     vec![response("the pilot flies", AGE_S + CYCLE_S, told_s), hand_back(flown, moment, told_s)]
 }
 
-/// After the word of it the servos follow the pilot, to 2 % of travel: what is left fades with 0.25 s, and
-/// the pilot, who had the hands off, moves the sticks meanwhile.
+/// After the event the servos follow the pilot, within 2 % of travel. The difference fades with 0.25 s, and the
+/// pilot, who had released the sticks, moves them meanwhile.
 fn hand_back(flown: &Flown, moment: Moment, told_s: f64) -> Response {
-    // Until then a stick of the manoeuvre is forward.
+    // Until then the stick of the manoeuvre is forward.
     let told_s =
         (moment.second() + told_s).max(if moment == Moment::Manoeuvre { 14.5 } else { 0.0 });
     let follows = flown.samples.iter().find(|sample| {
@@ -373,7 +374,7 @@ fn autopilot_of(flown: &Flown) -> hovernav::autopilot::HoverConfig {
     section.flown.expect("what flew")
 }
 
-/// The first cycle after `from_s`, s, in this mode.
+/// Time of the first cycle in this mode after `from_s`, s.
 fn mode_from(flown: &Flown, from_s: f64, mode: Mode) -> f64 {
     let seconds = flown.record.cycles.iter().filter(|recorded| recorded.cycle.mode == mode);
     let mut seconds = seconds.map(|recorded| flown.second(recorded.time));
@@ -382,13 +383,13 @@ fn mode_from(flown: &Flown, from_s: f64, mode: Mode) -> f64 {
     })
 }
 
-/// A place so far south of where the flight begins, on the ground.
+/// A position at this distance south of the start, on the ground.
 fn middle(setup: &Setup, south_m: f64) -> Geodetic {
     let start = Geodetic { height_m: 0.0, ..setup.flight.start };
     start.displaced(Vector::new(-south_m, 0.0, 0.0))
 }
 
-/// The estimate without steps, as flight control had it.
+/// The estimate without steps, as used by flight control.
 fn stepless(flown: &Flown) -> Vec<Solution> {
     let record = &flown.record;
     let mut estimator = Estimator::<Full, 28>::new(record.header.settings().unwrap());
@@ -409,7 +410,7 @@ fn staged(failsafe: &Failsafe, moment: Moment) -> Setup {
     setup
 }
 
-/// A flight of `length_s` in which the autopilot flies, as it does at `moment`.
+/// A flight of `length_s` with the autopilot, prepared for `moment`.
 pub fn engaged_at(moment: Moment, length_s: f64) -> Setup {
     let mut setup = Setup::new(length_s, &[&format!("engage@8:{}", length_s - 9.0)]);
     setup.autopilot = autopilot();
@@ -446,7 +447,7 @@ fn every_failsafe(failsafes: &[&Failsafe], moments: &[Moment]) {
 }
 
 #[test]
-fn every_failsafe_answers_within_its_delay_at_three_moments() {
+fn every_failsafe_responds_within_its_delay_at_three_moments() {
     let failsafes: Vec<&Failsafe> = FAILSAFES.iter().collect();
     every_failsafe(&failsafes, &Moment::ALL);
 }

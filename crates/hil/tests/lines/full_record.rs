@@ -1,17 +1,17 @@
-//! A record that finds no room: the flight goes on, and says so.
+//! With a full disk, the flight continues and reports the failure of the record.
 
 use std::process::Command;
 
 use crate::common::flown;
 use crate::failsafes::{Moment, engaged_at};
 
-/// Says to the process with the limit which moment it is, by its number.
+/// Environment variable with the index of the moment, for the process with the limit.
 const MOMENT: &str = "HOVERNAV_FULL_AT_MOMENT";
 const LENGTH_S: f64 = 22.0;
-/// Growth of a record, bytes a second: a limit of its file puts its end at a moment.
+/// Growth of a record, bytes per second: a limit of the file size determines the time of its end.
 const RECORD_PER_S: f64 = 125e3;
 
-/// The flight, in a process whose files may not grow beyond a limit.
+/// The flight, in a process with a limited file size.
 #[test]
 fn flight_with_a_limit() {
     let Some(number) = std::env::var_os(MOMENT) else { return };
@@ -27,10 +27,10 @@ fn flight_with_a_limit() {
 }
 
 #[test]
-fn a_flight_goes_on_without_room_for_its_record() {
+fn a_flight_continues_without_space_for_its_record() {
     for (number, moment) in Moment::ALL.into_iter().enumerate() {
         let kibibytes = (moment.second() * RECORD_PER_S / 1024.0) as u32;
-        // The signal would end the process; ignored, writing fails as it does on a full disk.
+        // The signal would end the process. When it is ignored, writing fails as on a full disk.
         let limited = format!("trap '' XFSZ; ulimit -f {kibibytes}; exec \"$0\" \"$@\"");
         let flown = Command::new("bash")
             .args(["-c", &limited])

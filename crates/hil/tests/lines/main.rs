@@ -1,4 +1,4 @@
-//! Flights over the lines of a flight computer, by emulated time but for those that measure a machine.
+//! Flights over the lines of a flight computer, with emulated time except where the machine is measured.
 
 mod campaign;
 mod common;

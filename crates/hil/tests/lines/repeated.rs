@@ -1,4 +1,4 @@
-//! A flight by emulated time is the same every time, whatever else the machine does.
+//! A flight with emulated time is reproducible, independent of the load of the machine.
 
 use crate::common::{Setup, all_flown};
 
@@ -11,7 +11,7 @@ fn a_flight_is_the_same_every_time() {
     let all = flights.iter().map(|flown| {
         let record = &flown.record;
         let (cycles, solutions) = (&record.cycles, &record.solutions);
-        // Their texts name the directory.
+        // Their texts contain the directory.
         let events = record.events.iter().map(|event| (event.time, &event.kind, event.level));
         let events: Vec<_> = events.collect();
         format!("{:?} {cycles:?} {solutions:?} {events:?}", flown.samples)

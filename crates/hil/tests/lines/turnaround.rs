@@ -1,5 +1,5 @@
-//! How long the flight computer takes from the last byte of an inertial packet to the servos, its own time
-//! apart from the waking of both ends by the system.
+//! Time of the flight computer from the last byte of an inertial packet to the servos. Its own time and the wake-up
+//! delays of both ends are separate.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,18 +10,19 @@ use hovernav_fly::serial::Clock;
 
 use crate::common::{Flown, Setup, flown_by};
 
-/// The curves: name, colour, and which of a flight's times.
+/// The curves: name, colour, and histogram of a flight.
 type Curve = (&'static str, &'static str, fn(&Flown) -> &DurationHistogram);
 
 const CURVES: [Curve; 2] = [
     ("our own time", "#0072b2", |flown| &flown.report.turnaround),
-    ("over the lines, with the waking of both ends", "#d55e00", |flown| &flown.over_lines),
+    ("over the lines, with the wake-up of both ends", "#d55e00", |flown| &flown.over_lines),
 ];
 
-/// Half a minute of every flight is flown by hand, so that both ways to the servos are counted.
+/// Half a minute of every flight is flown by hand, so both paths to the servos are measured.
 #[test]
-#[ignore = "needs an idle machine: it measures how long the computer takes, over five minutes of real time"]
-fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
+#[ignore = "needs an idle machine: it measures how long the computer takes, over five minutes of \
+            real time"]
+fn the_servos_receive_their_command_within_a_millisecond_of_the_packet() {
     let taken_before = taken_ticks();
     let fly = |seed| {
         let mut setup = Setup::new(300.0, &["engage@30:260"]);
@@ -38,7 +39,8 @@ fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
             let took = of(flown);
             let [median, p99, p99_9] = [0.5, 0.99, 0.999].map(|part| 1e3 * took.quantile_s(part));
             println!(
-                "{name:<45} {} cycles: median {median:.3} ms, p99 {p99:.3}, p99.9 {p99_9:.3}, longest {:.3}",
+                "{name:<45} {} cycles: median {median:.3} ms, p99 {p99:.3}, p99.9 {p99_9:.3}, \
+                 longest {:.3}",
                 took.count(),
                 1e3 * took.longest_s()
             );
@@ -53,11 +55,15 @@ fn the_servos_have_their_command_within_a_millisecond_of_the_packet() {
         [after[0].saturating_sub(before[0]).max(1), after[1].saturating_sub(before[1])]
     });
     let taken_percent = 100.0 * taken as f64 / all as f64;
-    println!("of the processors' time the host of this machine took {taken_percent:.2} %");
-    assert!(own_s[0] <= 1e-3, "{own_s:?}, with {taken_percent:.2} % of the time taken by the host");
+    println!("the host of this machine used {taken_percent:.2} % of the processor time");
+    assert!(
+        own_s[0] <= 1e-3,
+        "{own_s:?}, with {taken_percent:.2} % of the processor time used by \
+         the host"
+    );
 }
 
-/// Ticks of all processors since they were started, and those of them that a virtual machine's host took for others.
+/// Ticks of all processors since boot, and those stolen by the host of a virtual machine.
 fn taken_ticks() -> Option<[u64; 2]> {
     let statistics = fs::read_to_string("/proc/stat").ok()?;
     let ticks: Vec<u64> = statistics
@@ -72,7 +78,7 @@ fn taken_ticks() -> Option<[u64; 2]> {
 
 /// Left, right, top and bottom of the plot.
 const FRAME: [f64; 4] = [70.0, 700.0, 50.0, 330.0];
-/// The powers of ten that the axes span: seconds, and the share of cycles that take longer.
+/// Powers of ten of the axes: seconds, and the share of cycles that take longer.
 const SECONDS: (i32, i32) = (-5, -1);
 const SHARES: (i32, i32) = (-4, 0);
 
@@ -87,7 +93,7 @@ fn at(seconds: f64, share: f64) -> (f64, f64) {
     )
 }
 
-/// Which share of the cycles takes longer, against how long.
+/// The share of cycles that take longer, over the duration.
 fn picture(flights: &[Flown]) -> String {
     let [left, right, top, bottom] = FRAME;
     let mut svg = String::from(
