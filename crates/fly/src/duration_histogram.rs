@@ -51,20 +51,20 @@ impl DurationHistogram {
         self.count
     }
 
-    /// Mean duration, s; 0 if there are none.
+    /// Mean duration, s; 0 without durations.
     #[must_use]
     pub fn mean_s(&self) -> f64 {
         if self.count == 0 { 0.0 } else { self.total_s / self.count as f64 }
     }
 
-    /// Longest duration, s; 0 if there are none.
+    /// Longest duration, s; 0 without durations.
     #[must_use]
     pub const fn longest_s(&self) -> f64 {
         self.longest_s
     }
 
-    /// Quantile `part`, 0 to 1, of the durations, s: at most 9 % above the true quantile and never below it. 0 if
-    /// there are no durations.
+    /// Quantile `part`, 0 to 1, of the durations, s: at most 9 % above the true quantile and never below it. 0
+    /// without durations.
     #[must_use]
     pub fn quantile_s(&self, part: f64) -> f64 {
         let wanted = (part.clamp(0.0, 1.0) * self.count as f64).ceil() as u64;

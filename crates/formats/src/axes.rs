@@ -15,8 +15,8 @@ pub(crate) fn attitude_frd_ned([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, 
 /// from 1 by 0.1 or more.
 ///
 /// # Source
-/// REP 103, *Standard Units of Measure and Coordinate Conventions*, section Coordinate Frame
-/// Conventions; the two rotations are by 180° each, about x and about the bisector of x and y.
+/// REP 103, *Standard Units of Measure and Coordinate Conventions*, section Coordinate Frame Conventions. The two
+/// rotations are by 180° each, about x and about the bisector of x and y.
 pub(crate) fn attitude_flu_enu([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let enu_to_ned = DQuat::from_xyzw(half, half, 0.0, 0.0);
@@ -42,7 +42,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     #[test]
-    fn level_and_facing_east_is_no_turn_of_enu_and_ninety_degrees_of_ned() {
+    fn level_and_facing_east_is_identity_in_enu_and_yaw_90_in_ned() {
         let attitude = attitude_flu_enu([1.0, 0.0, 0.0, 0.0]).unwrap().euler();
         let [roll, pitch, yaw] = attitude.to_degrees();
         assert_abs_diff_eq!(roll, 0.0, epsilon = 1e-9);
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn nose_up_is_positive_pitch_whatever_the_axes() {
+    fn nose_up_is_positive_pitch_in_all_axes() {
         // Nose up by 10° turns forward-left-up by −10° about left.
         let half = 5.0f64.to_radians();
         let attitude = attitude_flu_enu([half.cos(), 0.0, -half.sin(), 0.0]).unwrap().euler();

@@ -36,9 +36,9 @@ pub struct OnboardInnovation {
 /// Innovation statistics of one channel, of the onboard estimator and of hovernav.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct InnovationSizes {
-    /// Those of the onboard estimator.
+    /// Statistics of the onboard estimator.
     pub onboard: InnovationSize,
-    /// Those of hovernav in the same time span; `None` without innovations.
+    /// Statistics of hovernav in the same time span; `None` without innovations.
     pub ours: Option<InnovationSize>,
 }
 

@@ -11,9 +11,9 @@ use hovernav_log::LogError;
 /// Opens `log`; its format is recognised from its content.
 ///
 /// # Errors
-/// [`LogError::Io`] for a failed read; [`LogError::Bytes`] for an unknown format, with its likely type, or for
-/// damage, with the byte offset; [`LogError::LeftOut`] where this crate was built without the feature for the
-/// format; else the errors of the format's reader.
+/// [`LogError::Io`] for a failed read. [`LogError::Bytes`] for an unknown format, with the likely type of the file,
+/// or for damage, with the byte offset. [`LogError::LeftOut`] if this crate was built without the feature for the
+/// format. Otherwise the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = file_of_bag(log)?;
     let log = in_bag.as_deref().unwrap_or(log);

@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_are_told_by_their_first_bytes() {
+    fn formats_are_recognised_by_their_first_bytes() {
         let mut tlog = vec![0, 5, 0x9F, 0, 0, 0, 0, 0, 0xFE, 0, 1, 1, 1, 0, 0, 0];
         tlog.extend([0, 5, 0x9F, 0, 0, 0, 0, 1, 0xFD, 0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0]);
         for (head, format) in [
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn mcap_of_another_library_is_no_record() {
+    fn mcap_of_another_library_is_not_a_record() {
         let head = |library: &[u8]| {
             let mut head = MCAP.to_vec();
             head.extend([1, 0, 0, 0, 0, 0, 0, 0, 0]);
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_log_is_named() {
+    fn files_that_are_not_logs_are_named() {
         assert_eq!(looks_like(b"\x1f\x8b\x08"), "a gzip file: unpack it first");
         assert_eq!(looks_like(b""), "an empty file");
         assert_eq!(looks_like(&[0; 20]), "nothing but zeros");

@@ -4,10 +4,11 @@ use hovernav::autopilot::{ConfigError, HoverAutopilot, HoverConfig, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 
-/// Difference from the pilot's control above which another source moves it.
+/// Smallest difference between a command and the pilot's control that shows that another source moves it.
 const MOVED: f64 = 0.002;
 
-/// Time without a control moved by another source after which the pilot notices that nobody flies, s.
+/// Delay, after the last control movement by another source, until the pilot notices that the vehicle is not being
+/// flown, s.
 const NOTICES_S: f64 = 0.4;
 
 /// A pilot who holds the hover.

@@ -4,7 +4,7 @@ use hovernav::frames::{Body, Vector, wrap_angle};
 
 use crate::plant::LiveSample;
 
-/// Difference from the pilot's control above which the autopilot moves it.
+/// Smallest difference between a command and the pilot's control that shows that the autopilot moves it.
 const MOVED: f64 = 0.002;
 /// Largest delay from the pilot's sticks to the servos, cycles, also on a busy machine.
 const LATELY: usize = 12;

@@ -8,12 +8,12 @@
 //!
 //! A [`Device`] is at the far end of a serial line. It receives the bytes that the host wrote, and returns the
 //! bytes that have arrived at the host by a given time. Each byte takes its time on the line, so packets arrive in
-//! pieces and bursts arrive late, as from hardware; more than a second of backlog is lost. A device does no input
+//! pieces and bursts arrive late, as from hardware. More than a second of backlog is lost. A device does no input
 //! or output: [`play`](crate::play) connects it to a pseudo-terminal, and tests call it directly. [`encode`] writes
 //! the receivers' messages.
 //!
-//! Not emulated are noise and damage on the line (tests add their own), a receiver's acquisition and time to first
-//! fix, and the IMU's self-test and calibration commands.
+//! Not emulated: noise and damage on the line (tests add their own), a receiver's acquisition and time to first
+//! fix, the IMU's self-test and calibration commands.
 //!
 //! ```
 //! use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
@@ -59,7 +59,7 @@ pub trait Device: Send {
     /// Receives `bytes` from the host; the last byte arrives at `now`.
     fn receive(&mut self, bytes: &[u8], now: Time);
 
-    /// Time of the next transmission; `None` until the host sends a command.
+    /// Time of the next transmission; `None` if it sends only after a command of the host.
     fn next_transmission(&self) -> Option<Time>;
 
     /// Appends to `wire` the bytes that arrive at the host up to `now`.

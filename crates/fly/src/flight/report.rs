@@ -20,8 +20,8 @@ pub struct FlightReport {
     pub fixes: u64,
     /// Work of each cycle: the time from one sample to the next, without waits.
     pub work: DurationHistogram,
-    /// Time from reading the last byte of an inertial packet to the output of the servo command: decoding,
-    /// estimator, autopilot and writing, without the wake-up of the loop.
+    /// Time from reading the last byte of an inertial packet to the output of the servo command. It contains
+    /// decoding, estimator, autopilot and writing, but not the wake-up of the loop.
     pub turnaround: DurationHistogram,
     /// Difference between the interval of two packet arrivals and of their samples, from the IMU's timer.
     pub jitter: DurationHistogram,

@@ -7,7 +7,7 @@ use hovernav::servo::{PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
 /// Largest number of bytes per call. It exceeds one second of packets at 50 Hz, so the loop catches up after a
-/// stall, and continuous noise on the line cannot block it.
+/// stall. Continuous noise on the line cannot block the loop.
 const MOST_BYTES: usize = 1_024;
 
 /// Reads the packets of `docs/servo-packet.md` from `R`.

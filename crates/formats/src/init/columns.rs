@@ -126,7 +126,7 @@ impl Reader<'_> {
         self.look.layout.names[column].clone()
     }
 
-    /// The name of the column of a quantity; empty where there is none.
+    /// The name of the column of a quantity; empty if there is no such column.
     pub fn optional(&mut self, quantity: Quantity) -> String {
         self.known.column(quantity).map(|column| self.name(column)).unwrap_or_default()
     }

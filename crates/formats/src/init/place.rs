@@ -83,8 +83,8 @@ impl Reader<'_> {
         Some(Place { columns: [lat, lon], unit, letters })
     }
 
-    /// The column of the `letters` that give the sign of `column`, if its values are unsigned: the column
-    /// after it or before it, else the only such column of the file.
+    /// The column of the `letters` that give the sign of `column`, if its values are unsigned. It is the column
+    /// after or before `column`, else the only such column of the file.
     fn letters(&self, column: usize, letters: [u8; 2]) -> Option<usize> {
         if self.look.known(column).any(|value| value < 0.0) {
             return None;

@@ -143,8 +143,8 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     if are_apart(dataset) {
         doubts.push(
             "the fixes and the inertial samples do not overlap in time: check unit and scale under \
-             each [table.time] (GPS time is 18 s ahead of UTC and counts from 1980), or set its \
-             offset_s"
+             each [table.time], or set its offset_s. GPS time counts from 1980 and is 18 s ahead \
+             of UTC"
                 .into(),
         );
     }

@@ -63,8 +63,8 @@ impl Reader<'_> {
         self.known.meanings[column].is_some_and(|meaning| meaning.quantity == quantity)
     }
 
-    /// Whether a column contains times of day as hhmmss: seconds and minutes stay below 60, and each new minute
-    /// skips 40, which in plain seconds would be a gap. If no minute begins in the file, the name must contain utc,
+    /// Whether a column contains times of day as hhmmss. Seconds and minutes stay below 60, and each new minute
+    /// skips 40, which would be a gap in plain seconds. If no minute begins in the file, the name must contain utc,
     /// hms or hhmmss.
     fn is_hhmmss(&self, column: usize) -> bool {
         let is_shown = |value: f64| {
@@ -139,9 +139,9 @@ impl Reader<'_> {
         let count = self.look.largest(week);
         if count < TEN_BITS {
             doubts.push(format!(
-                "time: week {count} of {week_name} is between 1980 and 1999; if the receiver sends \
-                 only ten bits of the week, add 619315200 s per 1024 weeks as offset_s under \
-                 [table.time]"
+                "time: week {count} of {week_name} is between 1980 and 1999. If the receiver sends \
+                 only ten bits of the week, set offset_s under [table.time] to 619315200 s per \
+                 1024 weeks"
             ));
         }
         Some(week)

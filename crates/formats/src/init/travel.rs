@@ -195,8 +195,8 @@ pub(super) fn settle_speed(
         let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
         doubts.push(format!(
             "gps: the direction of motion differs from {columns} by a median of {angle_deg:.0}°: \
-             check for swapped columns, a wrong sign or course_unit under [table.gps], or a \
-             heading used as course"
+             check for swapped columns, a wrong sign, a wrong course_unit under [table.gps], or a \
+             heading instead of a course"
         ));
     }
 }

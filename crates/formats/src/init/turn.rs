@@ -14,8 +14,7 @@ const TRIAL_SAMPLES: usize = 60_000;
 /// Fixes that a trial needs to distinguish the candidates.
 const TRIAL_FIXES: usize = 15;
 
-/// Score of a trial from which on the innovations contradict the axes: the mean square of the innovations
-/// divided by its expected value.
+/// Smallest score of a trial at which the fixes contradict the axes.
 const DENIED: f64 = 1.0;
 
 /// The axes of each sensor.
@@ -171,9 +170,8 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
     turns
 }
 
-/// Score of `turn`, smaller is better: the mean square of the innovations of the first fixes, divided by its
-/// expected value, plus a penalty for a heading that differs from the IMU's own. Infinite where the filter
-/// cannot run.
+/// Score of `turn`; smaller is better. It is the mean square of the normalised innovations of the first fixes, plus
+/// a penalty for a heading that differs from the IMU's own. Infinite if the filter cannot run.
 fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
     let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));

@@ -24,8 +24,8 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     give(time, Quantity::Time);
     let first = time + 1;
     let step = look.step(time);
-    // Of the triples with the norm of gravity, those at a multiple of three columns after the time are
-    // preferred; among these, the one whose norm varies least.
+    // Triples with the norm of gravity at a multiple of three columns after the time are preferred. Among these,
+    // the one whose norm varies least is chosen.
     let variation = |at: usize| {
         let columns = [at, at + 1, at + 2];
         let (norm, high) = (look.median_norm(columns), look.high_norm(columns));

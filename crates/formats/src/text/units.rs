@@ -201,7 +201,7 @@ units! {
 }
 
 impl RateUnit {
-    /// Whether rows hold what was turned since the row before.
+    /// Whether rows contain increments since the row before.
     #[must_use]
     pub const fn is_increment(self) -> bool {
         matches!(self, Self::Radians | Self::Degrees)

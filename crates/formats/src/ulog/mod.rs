@@ -139,7 +139,7 @@ fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
         if let Clipping { samples: [x, y, z], span: Some((first, last)) } = clipping {
             to.say(format!(
                 "{sensors} at full scale between {first} and {last}, as marked in the log: {x} \
-                 samples in x, {y} in y, {z} in z; motion beyond full scale is lost"
+                 samples in x, {y} in y, {z} in z. Motion beyond full scale is lost"
             ));
         }
     }
@@ -152,8 +152,8 @@ fn remark_rows(rows: &Rows, survey: &Survey, to: &mut Assembly) {
     }
     if rows.without_ellipsoid > 0 {
         to.say(format!(
-            "GPS: {} fixes have only a height above mean sea level, which is used as height above \
-             the ellipsoid; the error is up to 100 m",
+            "GPS: {} fixes have only a height above mean sea level. It is used as height above the \
+             ellipsoid; the error is up to 100 m",
             rows.without_ellipsoid
         ));
     }
