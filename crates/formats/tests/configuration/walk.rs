@@ -18,7 +18,8 @@ pub struct Key {
     pub doc: String,
 }
 
-/// Types without keys of their own on the page.
+/// Fields that are plain tables in their structure, with the type of their keys; and fields that are not on the
+/// page.
 const TABLES: &[(&str, &str)] = &[
     ("Manifest.alignment", "AlignmentConfig"),
     ("Manifest.aiding", "Aiding"),
@@ -214,6 +215,6 @@ fn primitive(name: &str, path: &str) -> (&'static str, Json) {
                 json!({"type": "object", "properties": properties}),
             )
         }
-        other => panic!("{path}: nothing is known of the type {other}"),
+        other => panic!("{path}: unknown type {other}"),
     }
 }
