@@ -1,4 +1,4 @@
-"""What pymavlink reads of a DataFlash log: a line a sample, its kind, its time, its numbers."""
+"""Prints the samples that pymavlink reads from a DataFlash log, one per line: kind, time, numbers."""
 import math
 import sys
 

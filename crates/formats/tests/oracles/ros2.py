@@ -1,5 +1,5 @@
-"""Writes an MCAP file of ROS 2 with the reference library, packed as asked, and says what the
-reference library reads in it: times in ns, numbers as they stand in the messages."""
+"""Writes an MCAP file of ROS 2 with the reference library, with the given compression, and prints what the
+reference library reads from it: times in ns, numbers as in the messages."""
 import io
 import math
 import sys

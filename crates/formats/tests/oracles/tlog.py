@@ -1,4 +1,4 @@
-"""Writes a telemetry log with pymavlink, MAVLink 1 and 2 frames in turn, and says what is in it."""
+"""Writes a telemetry log with pymavlink, MAVLink 1 and 2 frames in turn, and prints its contents."""
 import math
 import struct
 import sys

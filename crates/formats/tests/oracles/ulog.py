@@ -1,4 +1,4 @@
-"""What pyulog reads of a ULog file: a line a sample, its kind, its time, its numbers."""
+"""Prints the samples that pyulog reads from a ULog file, one per line: kind, time, numbers."""
 import sys
 
 from pyulog import ULog
