@@ -9,7 +9,7 @@ use hovernav_log::{Dataset, LogError};
 /// Memory for a page and files, in addition to the log, bytes.
 const BESIDE: u64 = 64 << 20;
 
-/// Opens `log`, unless the estimated memory is more than is free. The estimate is `times` the size of the log in
+/// Opens `log`, unless the estimated memory exceeds the free memory. The estimate is `times` the size of the log in
 /// memory.
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     check(log, options, times)?;
