@@ -35,7 +35,7 @@ fn a_log_of_another_program_is_read_with_the_feature_formats() {
     let log = place("damaged-log").join("flight.ulg");
     std::fs::write(&log, b"ULog\x01\x12\x35\x01").unwrap();
     let message = refusal(&["info", text(&log)]);
-    assert!(message.contains("found the start of a PX4 ULog, expected its header"), "{message}");
+    assert!(message.contains("found a PX4 ULog that ends within its header"), "{message}");
 }
 
 #[test]

@@ -216,7 +216,7 @@ impl Assembly {
         let (controls, _) = self.controls.in_time_order(|row| row.0, path, others)?;
         if imu.is_empty() && fixes.is_empty() {
             let format = format.with_article();
-            let mut reason = format!("{format} without inertial samples and without fixes");
+            let mut reason = format!("found {format} without inertial samples and without fixes");
             for remark in [&self.imu_remarks, &self.gps_remarks] {
                 let summary = remark.summary();
                 if !summary.is_empty() {

@@ -22,13 +22,13 @@ impl Reader<'_> {
         if let Some(left) = bare.filter(|left| Some(*left) != height) {
             let why = match (named.or(pressure), self.known.column(Quantity::Latitude)) {
                 (Some(other), _) => format!(
-                    "there is no latitude and longitude with it, and {} is used as the barometer",
+                    "no position belongs to it, and {} is used as the barometer",
                     self.look.layout.names[other]
                 ),
-                (None, Some(_)) => "the latitude and longitude next to it are ignored".to_owned(),
+                (None, Some(_)) => "its latitude and longitude are ignored".to_owned(),
                 (None, None) => {
-                    "there is no latitude and longitude and no pressure with it; if it is from a \
-                     barometer, set it as column under [table.baro]"
+                    "the file has no latitude, longitude or pressure; if it is from a barometer, \
+                     set it as column under [table.baro]"
                         .to_owned()
                 }
             };

@@ -47,7 +47,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     let Some(gravity) = median_force(&dataset.imu) else { return found };
     let norm = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let [x, y, z] = gravity;
-    let mean = format!("specific force in the middle of the log: {x:+.2} {y:+.2} {z:+.2} m/s²");
+    let mean = format!("median specific force: {x:+.2} {y:+.2} {z:+.2} m/s²");
     let upward = (0..3).find(|&axis| gravity[axis].abs() > 0.85 * norm);
     let Some(axis) = upward.filter(|_| (6.0..14.0).contains(&norm)) else {
         found.doubts.push(format!(

@@ -37,8 +37,7 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
             LogError::bytes(
                 path,
                 0,
-                "found the start of a PX4 ULog, expected its header of 16 \
-                                      bytes"
+                "found a PX4 ULog that ends within its header, expected 16 bytes or more"
                     .to_owned(),
             )
         })
