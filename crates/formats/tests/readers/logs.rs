@@ -56,7 +56,7 @@ fn warnings_describe_the_deficiencies_of_a_log() {
         assert_eq!(log.dataset.manifest.gps.latency_s, 0.11);
     }
     if let Some(log) = read("px4-quad-motor-failure.ulg") {
-        assert!(says(&log, "integrate over 3 % of the time"));
+        assert!(says(&log, "integrate over 3 % of their interval"));
         let antenna_m = log.dataset.manifest.gps.antenna_lever_arm_m.to_array();
         assert!((antenna_m[1] - 0.046).abs() < 1e-6, "{antenna_m:?}");
     }
