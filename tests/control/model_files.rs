@@ -195,7 +195,8 @@ fn a_model_moves_along_its_slopes_and_by_nothing_else() {
     let model = thesis.clone().with_parameters(parameters.to_vec(), None).unwrap();
     let twice = vec![slope("Lp", "p", "p", 1.0), slope("Lp", "p", "p", 2.0)];
     let twice = model.clone().with_slopes(twice).unwrap_err().to_string();
-    assert!(twice.contains("slope 2, parameter: found \"Lp\", expected each parameter once"), "{twice}");
+    let expected = "slope 2, parameter: found \"Lp\", expected each parameter once";
+    assert!(twice.contains(expected), "{twice}");
     let slopes = vec![slope("Lp", "p", "p", 2.0), slope("Lp", "q", "lateral", -3.0)];
     let model = model.with_slopes(slopes).unwrap();
     let moved = model.moved(&[0.5, 0.01]).unwrap();
