@@ -50,7 +50,7 @@ fn a_manifest_that_cannot_be_true_is_refused_with_its_line() {
         ),
         (
             "[imu]\nlever_arm_m = [1, 2]\n",
-            "dataset.toml:2: [imu] lever_arm_m: found 2 of them, expected a list of 3",
+            "dataset.toml:2: [imu] lever_arm_m: found 2 elements, expected a list of 3",
         ),
         (
             "[gps]\n\nlatency_s = 'late'\n",

@@ -114,8 +114,8 @@ fn fixes_within_gaps_that_come_soon_after_each_other_are_no_fault_of_a_clock() {
 fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
     let found = findings(&["height-empty@100"]);
     assert_eq!(sentences(&found), [""; 0]);
-    assert!(found.iter().any(|finding| finding.words.contains("gps without a height from 99")
-        || finding.words.contains("gps without a height from 100")));
+    assert!(found.iter().any(|finding| finding.words.contains("gps without height from 99")
+        || finding.words.contains("gps without height from 100")));
 }
 
 #[test]
