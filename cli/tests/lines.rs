@@ -75,7 +75,10 @@ fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     interrupt(&flown);
     assert!(flown.wait().unwrap().success());
     let told = fs::read_to_string(at("told")).unwrap();
-    assert!(told.contains("good fixes arrive") && told.contains("the pilot's signal is good"), "{told}");
+    assert!(
+        told.contains("good fixes arrive") && told.contains("the pilot's signal is good"),
+        "{told}"
+    );
     interrupt(&simulated);
     let said: Vec<String> = said.collect();
     assert!(simulated.wait().unwrap().success(), "{said:?}");

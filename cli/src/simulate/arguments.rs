@@ -16,8 +16,7 @@ pub const OUT: &str = "out/simulated";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Directory to write the dataset and its report [default: out/simulated]. With --flight and --lines no report is
-    /// written; run `hovernav estimate` on the dataset for a report
+    /// Directory to write the dataset and its report [default: out/simulated]
     #[arg(long, visible_alias = "record", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Follow this path exactly, without the autopilot, instead of simulating the closed loop
@@ -49,7 +48,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME=VALUE[@SECOND]", allow_hyphen_values = true)]
     pub disturbance: Vec<TimedDisturbance>,
     /// Fly test points for `hovernav identify`, by a pilot who knows the true state. From 30 s on, each stick is
-    /// stepped three times by SIZE of its full travel, for 1.5 s each
+    /// stepped three times by SIZE of its full travel [default: 0.12], for 1.5 s each
     #[arg(
         long,
         value_name = "SIZE",
@@ -74,9 +73,8 @@ pub struct Arguments {
     /// jam-lateral, jam-longitudinal, jam-collective or jam-pedal the servo of that stick stays at its position
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
-    /// Duration of the flight, s [default: 120, or until 30 s after the last disturbance, test point or test input].
-    /// With --lines it is also the time to wait for the flight computer [default: no limit of the flight, 300 s for the
-    /// wait]
+    /// Duration of the flight, s [default: 120, or until 30 s after the last disturbance, test point or test input; 300
+    /// with --lines]. With --lines, a given value also limits the wait for the flight computer
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
     /// Wind: `calm`, or SPEED in m/s, FROM (the direction it comes from) in degrees, GUST (one sigma) in m/s [default:

@@ -109,10 +109,7 @@ fn what_is_not_there_is_told_with_what_was_expected() {
     let out = place("not_there");
     let csv = format!("{HELI}/imu.csv");
     for (arguments, expected) in [
-        (
-            &["estimate", &csv][..],
-            "imu.csv: found one file of the dataset that dataset.toml beside it",
-        ),
+        (&["estimate", &csv][..], "imu.csv: found one file of a dataset, expected its directory"),
         (&["score", "nowhere", HELI], "nowhere: no such file or directory, expected a trajectory"),
         (&["score", HELI, HELI], "heli-hover: found neither solution.csv nor mapping.toml"),
         (&["report", &csv], "imu.csv: at byte 0: found \"t_s,gyro\", expected an MCAP file"),
