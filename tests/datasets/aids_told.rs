@@ -61,7 +61,7 @@ fn assert_told(found: &[Finding], kind: FindingKind, from_s: f64, to_s: f64, wor
 fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_told_with_their_span() {
     let end_s = flight(1).imu.last().unwrap().time.seconds();
     for (from_s, to_s, cause) in
-        [(60.0, 90.0, "paused"), (100.0, 999.0, "to the end of the log"), (-1.0, 60.0, "late")]
+        [(60.0, 90.0, "paused"), (100.0, 999.0, "until the end of the log"), (-1.0, 60.0, "late")]
     {
         let mut dataset = flight(1);
         let start_s = if from_s < 0.0 { 3.0 } else { from_s };
