@@ -62,7 +62,7 @@ fn warnings_describe_the_deficiencies_of_a_log() {
     }
     if let Some(log) = read("ardupilot-short.bin") {
         assert!(says(&log, "heights are above mean sea level"));
-        assert!(says(&log, "points at 50 Hz"));
+        assert!(says(&log, "instantaneous values at 50 Hz"));
         assert!(says(&log, "at byte 65512: the file ends within a message"));
     }
 }
