@@ -52,26 +52,6 @@ pub struct History<T> {
     len: usize,
 }
 
-/// How many of its newest entries a filter of a bank keeps for itself.
-const RECENT: usize = 2;
-
-/// The newest entries' motion, newest first: see [`History::recent`].
-#[derive(Clone, Copy, Debug)]
-pub struct RecentMotion<T>([EntryMotion<T>; RECENT]);
-
-impl<T: Scalar> RecentMotion<T> {
-    /// No motion.
-    pub const NONE: Self = Self([EntryMotion::NONE; RECENT]);
-}
-
-/// Where a ring stands, with the extent of its newest entry, which may still grow.
-#[derive(Clone, Copy, Debug)]
-pub struct Cursor<T> {
-    next: usize,
-    len: usize,
-    newest: Option<(Time, T)>,
-}
-
 /// The present state as it must have been at an earlier moment, and how its errors hang together
 /// with the present ones.
 #[derive(Clone, Copy, Debug)]
@@ -160,61 +140,12 @@ impl<T: Scalar> History<T> {
         self.len = 0;
     }
 
-    /// Whether it remembers nothing.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// How long before `time` it may be looked back to, s: no longer than memories of all sample rates reach, and no
     /// further than where one begins for want of room.
     pub fn reach_s(&self, time: Time) -> T {
         let least = T::of(REACH_S);
         let oldest = self.newest(CAPACITY - 1);
         oldest.map_or(least, |entry| time.seconds_since::<T>(entry.end).max(T::ZERO).min(least))
-    }
-
-    /// For how long it will still be possible to look back to `time`, s, if entries come as they did.
-    pub fn remembers_for_s(&self, time: Time) -> f64 {
-        let Some(newest) = self.newest(0) else { return 0.0 };
-        let oldest = self.newest(CAPACITY - 1);
-        oldest.map_or(REACH_S - (newest.end - time), |oldest| time - oldest.end)
-    }
-
-    /// Takes over what another filter remembers.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.entries.copy_from_slice(&other.entries);
-        (self.next, self.len) = (other.next, other.len);
-    }
-
-    /// Where the ring stands.
-    pub fn cursor(&self) -> Cursor<T> {
-        let newest = self.newest(0).map(|entry| (entry.end, entry.interval_s));
-        Cursor { next: self.next, len: self.len, newest }
-    }
-
-    /// Puts the ring back to where it stood one step ago, but for the motion of the newest entry.
-    pub fn set_cursor(&mut self, cursor: Cursor<T>) {
-        (self.next, self.len) = (cursor.next, cursor.len);
-        if let (Some(entry), Some((end, interval_s))) = (self.newest_mut(0), cursor.newest) {
-            (entry.end, entry.interval_s) = (end, interval_s);
-        }
-    }
-
-    /// The motion of the newest entries.
-    pub fn recent(&self) -> RecentMotion<T> {
-        RecentMotion(core::array::from_fn(|back| {
-            self.newest(back).map_or(EntryMotion::NONE, |entry| entry.motion)
-        }))
-    }
-
-    /// Replaces the motion of the newest entries by that of another filter, which took the same
-    /// steps.
-    pub fn set_recent(&mut self, recent: &RecentMotion<T>) {
-        for (back, motion) in recent.0.iter().enumerate() {
-            if let Some(entry) = self.newest_mut(back) {
-                entry.motion = *motion;
-            }
-        }
     }
 
     fn slot(&self, back: usize) -> Option<usize> {
