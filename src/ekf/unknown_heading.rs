@@ -4,14 +4,14 @@
 use super::antenna::AntennaOffset;
 use super::excess::Excess;
 use super::filter::Ekf;
-use super::heading_search::GuessedMotion;
+use super::heading_search::{GuessedBias, GuessedMotion};
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
 use super::measurement::{BiasShift, Report, Unusable};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use crate::frames::{Body, Vector, wrap_angle};
+use crate::frames::{Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::Start;
 use crate::time::Time;
@@ -70,8 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.body_to_ned = motion.body_to_ned;
         let [north, east] = motion.velocity_mps.map(T::of);
         self.state.velocity_mps = Vector::new(north, east, self.state.velocity_mps.z());
-        let tilt = motion.tilt_sigma_rad;
-        self.open(ATTITUDE, [tilt, tilt, motion.heading_sigma_rad]);
+        self.open(ATTITUDE, motion.attitude_sigma_rad);
         let wander = self.gps_wander.map_or(0.0, |[_, _, level_mps, _]| f64::from(level_mps));
         for (axis, sigma_mps) in motion.velocity_sigma_mps.into_iter().enumerate() {
             let Some(first) = L::GPS_VELOCITY else {
@@ -88,9 +87,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turned.cast());
     }
 
-    /// Adds a gyro bias that the heading search has found, where it is surer of it.
-    pub(super) fn add_gyro_bias(&mut self, bias_radps: Vector<Body, T>, sigma_radps: [f64; 3]) {
-        let biases = bias_radps.to_array().into_iter().zip(sigma_radps);
+    /// Adds a gyro bias that the heading search has found.
+    pub(super) fn add_gyro_bias(&mut self, found: &GuessedBias<T>) {
+        let biases = found.bias_radps.to_array().into_iter().zip(found.sigma_radps);
         for (state, (bias, sigma_radps)) in (GYRO_BIAS..).zip(biases) {
             if let Some(parameter) = self.parameters.get_mut(state) {
                 *parameter += bias;

@@ -4,7 +4,7 @@
 //! After such a gap its heading is searched again, about what was known.
 
 use super::super::heading_search::{GuessedMotion, HeadingMethod};
-use super::super::layout::{ATTITUDE, Layout};
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -56,7 +56,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     fn search_about(&mut self, sigma_rad: f64) {
-        self.search.start_about(self.filter.state.body_to_ned, sigma_rad);
+        let filter = &self.filter;
+        let largest = |first: usize, count: usize| {
+            let variances = (first..first + count).map(|state| filter.covariance.variance(state));
+            Scalar::sqrt(variances.fold(0.0, f64::max))
+        };
+        let others = [largest(ATTITUDE, 2), largest(GYRO_BIAS, 3)];
+        self.search.start_about(filter.state.body_to_ned, sigma_rad, others);
         self.phase = Phase::Searching;
     }
 
@@ -68,8 +74,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         let Some(motion) = self.search.motion() else { return };
-        if let Some((bias_radps, sigma_radps)) = self.search.take_bias() {
-            self.filter.add_gyro_bias(bias_radps, sigma_radps);
+        if let Some(found) = self.search.take_bias() {
+            self.filter.add_gyro_bias(&found);
         }
         if motion.is_found {
             let time = self.filter.state.time;
@@ -93,7 +99,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.phase = Phase::Navigating;
         self.wheels = WheelWatch::UNSEEN;
         self.search.monitor(self.filter.state.body_to_ned);
-        let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
+        let GuessedMotion { turn_rad, attitude_sigma_rad: [.., sigma_rad], .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }
 }

@@ -3,7 +3,7 @@
 use super::super::config::GpsModel;
 use super::super::history::History;
 use super::super::scalar::Scalar;
-use super::{BetterHeading, GuessedMotion, HeadingSearch};
+use super::{BetterHeading, GuessedBias, GuessedMotion, HeadingSearch};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::ins::Start;
@@ -31,8 +31,13 @@ pub(in super::super) mod sealed {
         /// Searches all around from a start that is open about `axis`, with a gyro bias of this one-sigma, rad/s, unless the
         /// start states one.
         fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64);
-        /// Searches about a heading of this one-sigma, rad.
-        fn start_about(&mut self, body_to_ned: Rotation<Body, Ned, T>, sigma_rad: f64);
+        /// Searches about a heading of this one-sigma, rad, with these of tilt, rad, and gyro bias, rad/s.
+        fn start_about(
+            &mut self,
+            body_to_ned: Rotation<Body, Ned, T>,
+            sigma_rad: f64,
+            others: [f64; 2],
+        );
         /// Monitors a heading from the next fix on.
         fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>);
         /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
@@ -51,8 +56,8 @@ pub(in super::super) mod sealed {
             gps: &GpsModel,
             history: &History<T>,
         );
-        /// Gyro bias of the best guess beyond that of the filter, rad/s, and its one-sigmas; it is left out of the guesses.
-        fn take_bias(&mut self) -> Option<(Vector<Body, T>, [f64; 3])>;
+        /// Gyro bias of the best guess beyond that of the filter; it is left out of the guesses.
+        fn take_bias(&mut self) -> Option<GuessedBias<T>>;
         /// Motion by the best guess; `None` before a first fix.
         fn motion(&self) -> Option<GuessedMotion<T>>;
         /// Motion by the guess whose baseline points to `heading_rad`.
@@ -78,11 +83,16 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
         self.start(start, axis, bias_sigma_radps);
     }
-    fn start_about(&mut self, body_to_ned: Rotation<Body, Ned, T>, sigma_rad: f64) {
-        self.start_about(body_to_ned, sigma_rad);
+    fn start_about(
+        &mut self,
+        body_to_ned: Rotation<Body, Ned, T>,
+        sigma_rad: f64,
+        others: [f64; 2],
+    ) {
+        self.start_about(body_to_ned, sigma_rad, others);
     }
     fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.restart(body_to_ned);
+        self.monitor(body_to_ned);
     }
     fn feel(
         &mut self,
@@ -94,7 +104,7 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         self.feel(rate_radps, force_mps2, variances, interval_s);
     }
     #[inline(never)]
-    fn take_bias(&mut self) -> Option<(Vector<Body, T>, [f64; 3])> {
+    fn take_bias(&mut self) -> Option<GuessedBias<T>> {
         self.take_bias()
     }
     #[inline(never)]
@@ -134,10 +144,10 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
         Self
     }
     fn start(&mut self, _: &Start, _: Vector<Ned>, _: f64) {}
-    fn start_about(&mut self, _: Rotation<Body, Ned, T>, _: f64) {}
+    fn start_about(&mut self, _: Rotation<Body, Ned, T>, _: f64, _: [f64; 2]) {}
     fn monitor(&mut self, _: Rotation<Body, Ned, T>) {}
     fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: [T; 2], _: T) {}
-    fn take_bias(&mut self) -> Option<(Vector<Body, T>, [f64; 3])> {
+    fn take_bias(&mut self) -> Option<GuessedBias<T>> {
         None
     }
     fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &GpsModel, _: &History<T>) {}

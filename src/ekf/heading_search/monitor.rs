@@ -1,7 +1,7 @@
 //! The monitor of a heading that is known: whether the fixes confirm it.
 
 use super::super::scalar::Scalar;
-use super::{AGREED_RAD, HeadingSearch};
+use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
 use crate::time::Time;
 
@@ -46,13 +46,10 @@ impl Judgement {
 impl<T: Scalar> HeadingSearch<T> {
     /// The turn of an attitude's heading to that of the guesses; `None` while they do not agree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
-        self.last_fix.filter(|_| self.has_begun())?;
-        let (direction_rad, sigma_rad) = self.direction();
-        let [north, east, _] = (body_to_ned * self.body_to_level.inverse()).rows();
-        let [north_x, north_y, _] = north;
-        let [east_x, east_y, _] = east;
-        let own_rad = (east_x - north_y).atan2(north_x + east_y).wide();
-        let turn_rad = wrap_angle(direction_rad - own_rad);
+        let best = self.best().filter(|_| self.has_begun())?;
+        let (off_rad, sigma_rad) = self.heading_spread();
+        let start_to_ned = (body_to_ned * self.body_to_start.inverse()).cast();
+        let turn_rad = wrap_angle(turn_between(start_to_ned, best.start_to_ned, DOWN) + off_rad);
         let replaces = libm::fabs(turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
         (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad, replaces })
     }
