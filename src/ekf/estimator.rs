@@ -13,7 +13,7 @@ use super::config::AntennaHeadingModel;
 use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
 use super::gate::NEVER;
-use super::heading_search::{BetterHeading, HeadingMethod, HeadingSearch};
+use super::heading_search::{BetterHeading, HeadingMethod, HeadingSearch, Receiver};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::Prediction;
@@ -394,7 +394,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         let sigmas = self.filter.fix_sigmas(fix);
-        self.search.fix(fix, sigmas, &self.filter.config.gps, &self.filter.history);
+        let antenna = self.filter.mounting.antenna_from_imu().cast();
+        let receiver = Receiver { model: self.filter.config.gps, antenna };
+        self.search.fix(fix, sigmas, &receiver, &self.filter.history);
         if searches {
             self.follow_search(trace, notify);
         } else {

@@ -76,6 +76,19 @@ pub struct LookBack<T> {
     pub turn_s: [[T; 3]; 3],
 }
 
+/// Motion since an earlier moment, by the samples alone.
+#[derive(Clone, Copy, Debug)]
+pub struct FeltSince<To, T> {
+    /// Velocity change by specific force, m/s.
+    pub velocity_mps: Vector<To, T>,
+    /// Duration, s.
+    pub duration_s: T,
+    /// Attitude then.
+    pub attitude: Rotation<Body, To, T>,
+    /// Angular rate of the body then, rad/s.
+    pub angular_rate_radps: Vector<Body, T>,
+}
+
 impl<T: Scalar> EntryMotion<T> {
     const NONE: Self =
         Self { rotation_rad: Vector::ZERO, force_mps: Vector::ZERO, fall_mps: Vector::ZERO };
@@ -165,26 +178,32 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// What has been felt since `time`, m/s and for how long, s, in the axes to which `attitude` turns the body now; `None`
-    /// when `time` is older than the memory.
+    /// What has been felt since `time`, in the axes to which `attitude` turns the body now; `None` when `time` is older than
+    /// the memory.
     pub fn felt_since<To>(
         &self,
         time: Time,
-        mut attitude: Rotation<Body, To, T>,
-    ) -> Option<(Vector<To, T>, T)> {
-        let (mut felt_mps, mut felt_s) = (Vector::ZERO, T::ZERO);
+        attitude: Rotation<Body, To, T>,
+    ) -> Option<FeltSince<To, T>> {
+        let mut felt = FeltSince {
+            velocity_mps: Vector::ZERO,
+            duration_s: T::ZERO,
+            attitude,
+            angular_rate_radps: Vector::ZERO,
+        };
         // Turns: at most CAPACITY, one an entry.
         for entry in self.newest_first() {
+            felt.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = entry.end.seconds_since(time);
             if left_s <= T::ZERO {
-                return Some((felt_mps, felt_s));
+                return Some(felt);
             }
             let share = (left_s / entry.interval_s).min(T::ONE);
-            attitude = attitude.turned_in_from(entry.motion.rotation_rad * -share);
-            felt_mps += attitude * entry.motion.force_mps * share;
-            felt_s += share * entry.interval_s;
+            felt.attitude = felt.attitude.turned_in_from(entry.motion.rotation_rad * -share);
+            felt.velocity_mps += felt.attitude * entry.motion.force_mps * share;
+            felt.duration_s += share * entry.interval_s;
             if share < T::ONE {
-                return Some((felt_mps, felt_s));
+                return Some(felt);
             }
         }
         None

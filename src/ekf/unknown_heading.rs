@@ -32,6 +32,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
+        // What disagrees with the position now is the filter's own fault: it follows every velocity.
+        self.gates.doubt_filter(fix.time);
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let [_, level, _] = self.gps_learned;
@@ -39,9 +41,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [_, learned, _] = &mut self.gps_learned;
         *learned = level;
         let learns = |state: usize| {
-            let is_position =
-                L::GPS_POSITION.is_some_and(|first| (first..first + 3).contains(&state));
-            is_position || Some(state) == L::BARO || Some(state) == L::GROUND
+            let of = |first: usize| (first..first + 3).contains(&state);
+            L::GPS_POSITION.is_some_and(of)
+                || L::GPS_VELOCITY.is_some_and(of)
+                || Some(state) == L::BARO
+                || Some(state) == L::GROUND
         };
         for state in (GYRO_BIAS..N).filter(|state| !learns(*state)) {
             if let (Some(parameter), Some(before), Some(variance)) =
@@ -68,20 +72,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let turned = (motion.body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
         self.state.body_to_ned = motion.body_to_ned;
-        let [north, east] = motion.velocity_mps.map(T::of);
-        self.state.velocity_mps = Vector::new(north, east, self.state.velocity_mps.z());
         self.open(ATTITUDE, motion.attitude_sigma_rad);
-        let wander = self.gps_wander.map_or(0.0, |[_, _, level_mps, _]| f64::from(level_mps));
-        for (axis, sigma_mps) in motion.velocity_sigma_mps.into_iter().enumerate() {
-            let Some(first) = L::GPS_VELOCITY else {
-                self.covariance.set_variance(VELOCITY + axis, square(sigma_mps));
-                continue;
-            };
-            // The search has followed the slow errors of the fixes.
-            let slow = square(wander);
-            self.covariance.set_variance(VELOCITY + axis, square(sigma_mps) + slow);
-            self.covariance.set_variance(first + axis, slow);
-            self.covariance.set_cross(VELOCITY + axis, first + axis, -slow);
+        // The search follows the slow errors of the fixes.
+        let slow = |axis: usize| match L::GPS_VELOCITY {
+            Some(first) => (self.estimate(first + axis), self.covariance.variance(first + axis)),
+            None => (T::ZERO, 0.0),
+        };
+        let slow = [slow(0), slow(1)];
+        let [north, east] = motion.velocity_mps.map(T::of);
+        let [(slow_north, _), (slow_east, _)] = slow;
+        self.state.velocity_mps =
+            Vector::new(north - slow_north, east - slow_east, self.state.velocity_mps.z());
+        let sigmas = motion.velocity_sigma_mps.into_iter().zip(slow);
+        for (state, (sigma_mps, (_, slow))) in (VELOCITY..).zip(sigmas) {
+            self.covariance.rescale(state, square(sigma_mps) + slow);
         }
         trace.reset(0..N);
         trace.turned(turned.cast());

@@ -30,8 +30,12 @@ pub(super) struct Felt {
 
 impl Felt {
     /// Nothing felt.
-    pub const NONE: Self =
-        Self { velocity_mps: [0.0; 3], duration_s: 0.0, turned_s: [[0.0; 3]; 3], variances: [0.0; 2] };
+    pub const NONE: Self = Self {
+        velocity_mps: [0.0; 3],
+        duration_s: 0.0,
+        turned_s: [[0.0; 3]; 3],
+        variances: [0.0; 2],
+    };
 }
 
 /// Velocity of a fix, NED.
@@ -41,6 +45,8 @@ pub(super) struct Measured {
     pub axes: [Option<(f32, f32)>; 3],
     /// Whether it is the mean since the fix before, from positions.
     pub is_mean: bool,
+    /// Velocity of the antenna against the inertial unit, in the body axes at the start of the bank, m/s.
+    pub swing_mps: [f32; 3],
 }
 
 /// Result of a measurement.
@@ -86,7 +92,11 @@ impl Guess {
 
     /// Starts at a fix, with the attitude that it has.
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
-        self.velocity_mps = measured.axes.map(|axis| axis.map_or(0.0, |(value, _)| value));
+        let [x, y, z] = measured.swing_mps;
+        let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
+        self.velocity_mps = core::array::from_fn(|axis| {
+            measured.axes[axis].map_or(0.0, |(value, _)| value - swing[axis])
+        });
         self.bias_radps = [0.0; 3];
         self.covariance = [[0.0; STATES]; STATES];
         let (tilt, open) = (square(prior.tilt_sigma_rad), square(GUESS_SIGMA_RAD as f32));
@@ -165,18 +175,22 @@ impl Guess {
         change[2] += GRAVITY_MPS2 * felt.duration_s;
         self.propagate(&by_attitude, &half, &by_bias, felt, change);
 
+        let [x, y, z] = measured.swing_mps;
+        let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
+        let swing_by_attitude = cross(swing);
         let mut error = [0.0; STATES];
         let mut surprise = Surprise { horizontal_squares: 0.0, minus_two_log: 0.0 };
         for (axis, told) in measured.axes.into_iter().enumerate() {
             let Some((value, variance)) = told else { continue };
             let mut sensitivity = [0.0; STATES];
             sensitivity[axis] = 1.0;
-            let mut predicted = self.velocity_mps[axis];
+            let mut predicted = self.velocity_mps[axis] + swing[axis];
+            sensitivity[ATTITUDE..BIAS].copy_from_slice(&swing_by_attitude[axis]);
             if measured.is_mean {
                 // The mean over the interval lies half the velocity change before its end.
                 predicted -= 0.5 * change[axis];
                 for k in 0..3 {
-                    sensitivity[ATTITUDE + k] = -0.5 * by_attitude[axis][k];
+                    sensitivity[ATTITUDE + k] -= 0.5 * by_attitude[axis][k];
                     sensitivity[BIAS + k] = -0.5 * half[axis][k];
                 }
             }

@@ -1,9 +1,8 @@
 //! Whether an estimator can find a heading in motion: chosen by type, for it takes memory.
 
-use super::super::config::GpsModel;
 use super::super::history::History;
 use super::super::scalar::Scalar;
-use super::{BetterHeading, GuessedBias, GuessedMotion, HeadingSearch};
+use super::{BetterHeading, GuessedBias, GuessedMotion, HeadingSearch, Receiver};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::ins::Start;
@@ -53,7 +52,7 @@ pub(in super::super) mod sealed {
             &mut self,
             fix: &Fix,
             sigmas: ([f64; 3], [f64; 3]),
-            gps: &GpsModel,
+            receiver: &Receiver<T>,
             history: &History<T>,
         );
         /// Gyro bias of the best guess beyond that of the filter; it is left out of the guesses.
@@ -112,10 +111,10 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         &mut self,
         fix: &Fix,
         sigmas: ([f64; 3], [f64; 3]),
-        gps: &GpsModel,
+        receiver: &Receiver<T>,
         history: &History<T>,
     ) {
-        self.fix(fix, sigmas, gps, history);
+        self.fix(fix, sigmas, receiver, history);
     }
     #[inline(never)]
     fn motion(&self) -> Option<GuessedMotion<T>> {
@@ -150,7 +149,7 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn take_bias(&mut self) -> Option<GuessedBias<T>> {
         None
     }
-    fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &GpsModel, _: &History<T>) {}
+    fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &Receiver<T>, _: &History<T>) {}
     fn motion(&self) -> Option<GuessedMotion<T>> {
         None
     }

@@ -27,7 +27,7 @@ use super::square;
 use crate::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
-use crate::ins::Start;
+use crate::ins::{LeverArm, Start};
 use crate::time::Time;
 use guess::{Felt, Guess, Measured, Prior, Surprise};
 use monitor::Judgement;
@@ -77,6 +77,8 @@ pub struct HeadingSearch<T = f64> {
     guesses: [Guess; GUESSES],
     /// Attitude at the start of the bank, before it is turned for each guess.
     start_to_ned: Rotation<Body, Ned, T>,
+    /// Axis about which the attitude was open then.
+    axis: [f32; 3],
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite where it is unknown.
     prior_sigma_rad: f64,
@@ -90,6 +92,8 @@ pub struct HeadingSearch<T = f64> {
     variances: [T; 2],
     /// The part of it that came before the last fix arrived.
     since_fix: Felt,
+    /// Antenna from the inertial unit at that fix, in the axes at the start, m.
+    arm_m: Vector<Body, T>,
     /// Time and position of the fix that the guesses hold at.
     last_fix: Option<(Time, Geodetic)>,
     /// Whether the heading is monitored, not searched.
@@ -118,6 +122,15 @@ pub struct GuessedMotion<T> {
     pub turn_rad: f64,
     /// Whether the heading is found.
     pub is_found: bool,
+}
+
+/// The receiver of the fixes.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver<T> {
+    /// Its errors.
+    pub model: GpsModel,
+    /// Antenna from the inertial unit.
+    pub antenna: LeverArm<T>,
 }
 
 /// A gyro bias beyond that of the filter, rad/s, and its one-sigmas.
@@ -160,6 +173,7 @@ impl<T: Scalar> HeadingSearch<T> {
         Self {
             guesses: [Guess::NONE; GUESSES],
             start_to_ned: Rotation::IDENTITY,
+            axis: DOWN,
             prior: PRIOR,
             prior_sigma_rad: f64::INFINITY,
             body_to_start: Rotation::IDENTITY,
@@ -168,6 +182,7 @@ impl<T: Scalar> HeadingSearch<T> {
             turned_s: [[T::ZERO; 3]; 3],
             variances: [T::ZERO; 2],
             since_fix: Felt::NONE,
+            arm_m: Vector::ZERO,
             last_fix: None,
             is_monitor: true,
             is_fast: false,
@@ -182,6 +197,7 @@ impl<T: Scalar> HeadingSearch<T> {
     fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.guesses.fill(Guess::NONE);
         self.start_to_ned = body_to_ned;
+        self.axis = DOWN;
         self.prior = PRIOR;
         self.prior_sigma_rad = f64::INFINITY;
         self.body_to_start = Rotation::IDENTITY;
@@ -190,6 +206,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.turned_s = [[T::ZERO; 3]; 3];
         self.variances = [T::ZERO; 2];
         self.since_fix = Felt::NONE;
+        self.arm_m = Vector::ZERO;
         self.last_fix = None;
         self.is_monitor = true;
         self.is_fast = false;
@@ -204,8 +221,9 @@ impl<T: Scalar> HeadingSearch<T> {
         self.monitor(start.state.body_to_ned.cast());
         self.is_monitor = false;
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
+        self.axis = axis.to_array().map(|part| part as f32);
         self.prior = Prior {
-            axis: axis.to_array().map(|part| part as f32),
+            axis: self.axis,
             tilt_sigma_rad: tilt_rad as f32,
             bias_sigma_radps: start.gyro_bias_sigma_radps.unwrap_or(bias_sigma_radps) as f32,
         };
@@ -284,18 +302,24 @@ impl<T: Scalar> HeadingSearch<T> {
         &mut self,
         fix: &Fix,
         sigmas: ([f64; 3], [f64; 3]),
-        gps: &GpsModel,
+        receiver: &Receiver<T>,
         history: &History<T>,
     ) {
-        let Some((later_mps, later_s)) = history.felt_since(fix.time, self.body_to_start) else {
-            return;
-        };
+        let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
+        let gps = &receiver.model;
         self.body_to_start = self.body_to_start.renormalised();
-        let felt = self.felt_until(later_mps, later_s);
+        let felt = self.felt_until(since.velocity_mps, since.duration_s);
+        let arm_m = since.attitude * receiver.antenna.0;
+        let moved_m = arm_m - core::mem::replace(&mut self.arm_m, arm_m);
         let before = self.last_fix.replace((fix.time, fix.position));
         let interval_s = before.map(|(time, _)| fix.time - time);
         let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
-        let measured = self.measured(fix, sigmas, gps, before.zip(interval_s));
+        let mut measured = self.measured(fix, sigmas, gps, before.zip(interval_s));
+        let swing = match interval_s.filter(|_| measured.is_mean) {
+            Some(interval_s) => moved_m * T::of(1.0 / interval_s),
+            None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),
+        };
+        measured.swing_mps = swing.to_array().map(|part| part.wide() as f32);
         let Some(interval_s) = interval_s.filter(|_| self.has_begun()) else {
             self.begin(&measured);
             return;
@@ -347,12 +371,12 @@ impl<T: Scalar> HeadingSearch<T> {
                 let least = if self.is_monitor { at(&usual, axis) } else { gps.velocity_floor_mps };
                 let sigma_mps = WHITENED * at(&velocity_mps, axis).max(least);
                 let value = values.get(axis).copied().flatten()?;
-                Some((value as f32, square(sigma_mps) as f32))
+                finite(value, square(sigma_mps))
             });
-            return Measured { axes, is_mean: false };
+            return Measured { axes, is_mean: false, swing_mps: [0.0; 3] };
         }
         let Some(((_, place), interval_s)) = before else {
-            return Measured { axes: [None; 3], is_mean: true };
+            return Measured { axes: [None; 3], is_mean: true, swing_mps: [0.0; 3] };
         };
         let moved_m = fix.position.displacement_from(&place).to_array();
         let share = square(gps.position_wander_share.min(1.0));
@@ -365,9 +389,9 @@ impl<T: Scalar> HeadingSearch<T> {
             let sigma_m = at(&position_m, axis);
             let variance = (2.0 * (1.0 - share) + wandered) * square(sigma_m) + floor;
             let value = at(&moved_m, axis) / interval_s;
-            Some((value as f32, (variance / square(interval_s)) as f32))
+            finite(value, variance / square(interval_s))
         });
-        Measured { axes, is_mean: true }
+        Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
     }
 
     /// Whether the guesses hold at a fix.
@@ -504,8 +528,13 @@ impl<T: Scalar> HeadingSearch<T> {
             attitude_sigma_rad: [north, east, heading_rad],
             velocity_mps: [vn, ve],
             velocity_sigma_mps: velocities.map(sigma),
-            turn_rad: turn_between(self.start_to_ned.cast(), best.start_to_ned, self.prior.axis),
+            turn_rad: turn_between(self.start_to_ned.cast(), best.start_to_ned, self.axis),
             is_found: is_proven && agreed_rad < AGREED_RAD,
+        })
+        .filter(|motion| {
+            let speeds = motion.velocity_mps.iter().chain(&motion.velocity_sigma_mps);
+            speeds.chain(&motion.attitude_sigma_rad).all(|value| value.is_finite())
+                && motion.body_to_ned.is_finite()
         })
     }
 
@@ -533,6 +562,12 @@ impl<T: Scalar> HeadingSearch<T> {
             ..motion
         })
     }
+}
+
+/// A value and its variance in single precision, where that holds them.
+fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
+    let (value, variance) = (value as f32, variance as f32);
+    (value * value + variance).is_finite().then_some((value, variance))
 }
 
 /// Down, NED.
