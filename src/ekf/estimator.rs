@@ -395,7 +395,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let sigmas = self.filter.fix_sigmas(fix);
         let antenna = self.filter.mounting.antenna_from_imu().cast();
-        let receiver = Receiver { model: self.filter.config.gps, antenna };
+        let bias_radps = self.filter.imu_errors().gyro_bias_radps;
+        let receiver = Receiver { model: self.filter.config.gps, antenna, bias_radps };
         self.search.fix(fix, sigmas, &receiver, &self.filter.history);
         if searches {
             self.follow_search(trace, notify);

@@ -4,14 +4,14 @@
 use super::antenna::AntennaOffset;
 use super::excess::Excess;
 use super::filter::Ekf;
-use super::heading_search::{GuessedBias, GuessedMotion};
+use super::heading_search::GuessedMotion;
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
 use super::measurement::{BiasShift, Report, Unusable};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use crate::frames::{Vector, wrap_angle};
+use crate::frames::wrap_angle;
 use crate::gps::Fix;
 use crate::ins::Start;
 use crate::time::Time;
@@ -43,7 +43,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let learns = |state: usize| {
             let of = |first: usize| (first..first + 3).contains(&state);
             L::GPS_POSITION.is_some_and(of)
-                || L::GPS_VELOCITY.is_some_and(of)
                 || Some(state) == L::BARO
                 || Some(state) == L::GROUND
         };
@@ -63,44 +62,56 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Takes attitude and horizontal velocity from the heading search.
+    /// Takes attitude, velocity and gyro bias from the heading search.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.
     #[inline(never)]
     pub(super) fn follow(&mut self, motion: &GuessedMotion<T>, trace: &mut impl Trace<T, N>) {
+        const OF: [usize; 9] = [
+            VELOCITY,
+            VELOCITY + 1,
+            VELOCITY + 2,
+            ATTITUDE,
+            ATTITUDE + 1,
+            ATTITUDE + 2,
+            GYRO_BIAS,
+            GYRO_BIAS + 1,
+            GYRO_BIAS + 2,
+        ];
         self.catch_up(trace);
         let turned = (motion.body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
         self.state.body_to_ned = motion.body_to_ned;
-        self.open(ATTITUDE, motion.attitude_sigma_rad);
-        // The search follows the slow errors of the fixes.
-        let slow = |axis: usize| match L::GPS_VELOCITY {
-            Some(first) => (self.estimate(first + axis), self.covariance.variance(first + axis)),
-            None => (T::ZERO, 0.0),
-        };
-        let slow = [slow(0), slow(1)];
-        let [north, east] = motion.velocity_mps.map(T::of);
-        let [(slow_north, _), (slow_east, _)] = slow;
-        self.state.velocity_mps =
-            Vector::new(north - slow_north, east - slow_east, self.state.velocity_mps.z());
-        let sigmas = motion.velocity_sigma_mps.into_iter().zip(slow);
-        for (state, (sigma_mps, (_, slow))) in (VELOCITY..).zip(sigmas) {
-            self.covariance.rescale(state, square(sigma_mps) + slow);
+        self.state.velocity_mps = motion.velocity_mps;
+        let parameters = self.parameters.iter_mut().skip(GYRO_BIAS);
+        for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
+            *parameter += bias;
+        }
+        for state in OF {
+            self.covariance.set_variance(state, 0.0);
+        }
+        for (&state, row) in OF.iter().zip(&motion.covariance) {
+            for (&other, &value) in OF.iter().zip(row) {
+                self.covariance.set_cross(state, other, f64::from(value));
+            }
+        }
+        self.open_heading(motion.heading_sigma_rad);
+        // The search follows the slow errors of the fixes, and a position is no surer than they are.
+        let [place, _, level, vertical] = self.gps_wander.unwrap_or_default().map(f64::from);
+        for (axis, slow) in [level, level, vertical].into_iter().enumerate() {
+            self.covariance.add_variance(VELOCITY + axis, square(slow));
+            if let Some(first) = L::GPS_VELOCITY {
+                self.set_block(first, [T::ZERO; 3]);
+                self.covariance.set_variance(first + axis, square(slow));
+                self.covariance.set_cross(VELOCITY + axis, first + axis, -square(slow));
+            }
+        }
+        for state in [POSITION, POSITION + 1] {
+            let missing = square(place) - self.covariance.variance(state);
+            self.covariance.add_variance(state, missing.max(0.0));
         }
         trace.reset(0..N);
         trace.turned(turned.cast());
-    }
-
-    /// Adds a gyro bias that the heading search has found.
-    pub(super) fn add_gyro_bias(&mut self, found: &GuessedBias<T>) {
-        let biases = found.bias_radps.to_array().into_iter().zip(found.sigma_radps);
-        for (state, (bias, sigma_radps)) in (GYRO_BIAS..).zip(biases) {
-            if let Some(parameter) = self.parameters.get_mut(state) {
-                *parameter += bias;
-            }
-            let own = self.covariance.variance(state);
-            self.covariance.set_variance(state, own.min(square(sigma_radps)));
-        }
     }
 
     /// Goes on with a heading that the search has found, of at least `least_rad` one-sigma.

@@ -103,24 +103,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Sets a variance and keeps the state's correlation coefficients.
-    pub(super) fn rescale(&mut self, state: usize, variance: f64) {
-        let before = self.variance(state);
-        if !(before > 0.0 && variance > 0.0) {
-            self.set_variance(state, variance);
-            return;
-        }
-        let factor = T::of(Scalar::sqrt(variance / before));
-        for value in self.rows.iter_mut().filter_map(|row| row.get_mut(state)) {
-            *value = *value * factor;
-        }
-        if let Some(row) = self.rows.get_mut(state) {
-            for value in row.iter_mut() {
-                *value = *value * factor;
-            }
-        }
-    }
-
     /// Sets the covariance of two states, which must leave the whole positive semi-definite.
     pub fn set_cross(&mut self, a: usize, b: usize, covariance: f64) {
         for (row, column) in [(a, b), (b, a)] {

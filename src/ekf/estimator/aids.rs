@@ -143,7 +143,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
             if let Some(motion) = self.search.motion_at(baseline, reading.heading_rad) {
-                let [.., least_rad] = motion.attitude_sigma_rad;
+                let least_rad = motion.heading_sigma_rad;
                 self.accept_heading(&motion, (reading.time, least_rad), trace, notify);
             }
         }

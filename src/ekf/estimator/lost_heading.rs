@@ -74,9 +74,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         let Some(motion) = self.search.motion() else { return };
-        if let Some(found) = self.search.take_bias() {
-            self.filter.add_gyro_bias(&found);
-        }
         if motion.is_found {
             let time = self.filter.state.time;
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
@@ -99,7 +96,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.phase = Phase::Navigating;
         self.wheels = WheelWatch::UNSEEN;
         self.search.monitor(self.filter.state.body_to_ned);
-        let GuessedMotion { turn_rad, attitude_sigma_rad: [.., sigma_rad], .. } = *motion;
+        let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }
 }

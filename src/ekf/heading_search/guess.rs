@@ -12,6 +12,9 @@ const STATES: usize = 9;
 const ATTITUDE: usize = 3;
 const BIAS: usize = 6;
 
+/// Covariance of these states.
+pub type Block = [[f32; STATES]; STATES];
+
 /// Share of a velocity change that counts as error: fixes and samples differ in time.
 const TIMING: f32 = 0.1;
 
@@ -77,7 +80,7 @@ pub(super) struct Guess {
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: [f32; 3],
     bias_radps: [f32; 3],
-    covariance: [[f32; STATES]; STATES],
+    covariance: Block,
 }
 
 impl Guess {
@@ -117,14 +120,14 @@ impl Guess {
         self.variances(ATTITUDE)
     }
 
-    /// Velocity, NED, m/s, and its variances, (m/s)².
-    pub fn velocity_mps(&self) -> ([f32; 3], [f32; 3]) {
-        (self.velocity_mps, self.variances(0))
+    /// Gyro bias, rad/s.
+    pub fn bias_radps(&self) -> [f32; 3] {
+        self.bias_radps
     }
 
-    /// Gyro bias, rad/s, and its variances, (rad/s)².
-    pub fn bias_radps(&self) -> ([f32; 3], [f32; 3]) {
-        (self.bias_radps, self.variances(BIAS))
+    /// Covariance of velocity, attitude and gyro bias.
+    pub fn covariance(&self) -> &Block {
+        &self.covariance
     }
 
     fn variances(&self, first: usize) -> [f32; 3] {

@@ -2,7 +2,7 @@
 
 use super::super::history::History;
 use super::super::scalar::Scalar;
-use super::{BetterHeading, GuessedBias, GuessedMotion, HeadingSearch, Receiver};
+use super::{BetterHeading, GuessedMotion, HeadingSearch, Receiver};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::ins::Start;
@@ -55,12 +55,10 @@ pub(in super::super) mod sealed {
             receiver: &Receiver<T>,
             history: &History<T>,
         );
-        /// Gyro bias of the best guess beyond that of the filter; it is left out of the guesses.
-        fn take_bias(&mut self) -> Option<GuessedBias<T>>;
         /// Motion by the best guess; `None` before a first fix.
-        fn motion(&self) -> Option<GuessedMotion<T>>;
+        fn motion(&mut self) -> Option<GuessedMotion<T>>;
         /// Motion by the guess whose baseline points to `heading_rad`.
-        fn motion_at(&self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>>;
+        fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>>;
         /// A better heading than that of the filter, of this one-sigma, where the fixes confirm another one.
         fn better(
             &mut self,
@@ -103,10 +101,6 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         self.feel(rate_radps, force_mps2, variances, interval_s);
     }
     #[inline(never)]
-    fn take_bias(&mut self) -> Option<GuessedBias<T>> {
-        self.take_bias()
-    }
-    #[inline(never)]
     fn fix(
         &mut self,
         fix: &Fix,
@@ -117,11 +111,11 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         self.fix(fix, sigmas, receiver, history);
     }
     #[inline(never)]
-    fn motion(&self) -> Option<GuessedMotion<T>> {
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
         self.motion()
     }
     #[inline(never)]
-    fn motion_at(&self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
+    fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
         self.motion_at(baseline, heading_rad)
     }
     fn better(
@@ -146,14 +140,11 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     fn start_about(&mut self, _: Rotation<Body, Ned, T>, _: f64, _: [f64; 2]) {}
     fn monitor(&mut self, _: Rotation<Body, Ned, T>) {}
     fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: [T; 2], _: T) {}
-    fn take_bias(&mut self) -> Option<GuessedBias<T>> {
-        None
-    }
     fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &Receiver<T>, _: &History<T>) {}
-    fn motion(&self) -> Option<GuessedMotion<T>> {
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
         None
     }
-    fn motion_at(&self, _: Vector<Body>, _: f64) -> Option<GuessedMotion<T>> {
+    fn motion_at(&mut self, _: Vector<Body>, _: f64) -> Option<GuessedMotion<T>> {
         None
     }
     fn better(&mut self, _: Time, _: Rotation<Body, Ned, T>, _: T) -> Option<BetterHeading> {

@@ -29,7 +29,7 @@ use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use guess::{Felt, Guess, Measured, Prior, Surprise};
+use guess::{Block, Felt, Guess, Measured, Prior, Surprise};
 use monitor::Judgement;
 
 /// Number of guesses.
@@ -92,6 +92,8 @@ pub struct HeadingSearch<T = f64> {
     variances: [T; 2],
     /// The part of it that came before the last fix arrived.
     since_fix: Felt,
+    /// Gyro bias of the filter at that fix, rad/s.
+    filter_bias_radps: Option<Vector<Body, T>>,
     /// Antenna from the inertial unit at that fix, in the axes at the start, m.
     arm_m: Vector<Body, T>,
     /// Time and position of the fix that the guesses hold at.
@@ -107,17 +109,19 @@ pub struct HeadingSearch<T = f64> {
     judgement: Judgement,
 }
 
-/// Motion by the best guess, with one-sigmas over all guesses.
+/// Motion by the best guess, and its covariance over all guesses.
 #[derive(Clone, Copy, Debug)]
 pub struct GuessedMotion<T> {
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,
-    /// One-sigmas of the attitude about north, east and down, rad.
-    pub attitude_sigma_rad: [f64; 3],
-    /// Velocity north and east, m/s.
-    pub velocity_mps: [f64; 2],
-    /// One-sigma of each, m/s.
-    pub velocity_sigma_mps: [f64; 2],
+    /// Velocity, m/s.
+    pub velocity_mps: Vector<Ned, T>,
+    /// Gyro bias beyond that of the filter, rad/s.
+    pub bias_radps: Vector<Body, T>,
+    /// Covariance of velocity, attitude and gyro bias.
+    pub covariance: Block,
+    /// One-sigma of the heading, rad.
+    pub heading_sigma_rad: f64,
     /// Turn about the open axis from the start of the search, rad.
     pub turn_rad: f64,
     /// Whether the heading is found.
@@ -131,15 +135,8 @@ pub struct Receiver<T> {
     pub model: GpsModel,
     /// Antenna from the inertial unit.
     pub antenna: LeverArm<T>,
-}
-
-/// A gyro bias beyond that of the filter, rad/s, and its one-sigmas.
-#[derive(Clone, Copy, Debug)]
-pub struct GuessedBias<T> {
-    /// Bias, rad/s.
+    /// Gyro bias that the filter takes off the rates, rad/s.
     pub bias_radps: Vector<Body, T>,
-    /// One-sigmas over all guesses, rad/s.
-    pub sigma_radps: [f64; 3],
 }
 
 impl HeadingSearch {
@@ -182,6 +179,7 @@ impl<T: Scalar> HeadingSearch<T> {
             turned_s: [[T::ZERO; 3]; 3],
             variances: [T::ZERO; 2],
             since_fix: Felt::NONE,
+            filter_bias_radps: None,
             arm_m: Vector::ZERO,
             last_fix: None,
             is_monitor: true,
@@ -206,6 +204,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.turned_s = [[T::ZERO; 3]; 3];
         self.variances = [T::ZERO; 2];
         self.since_fix = Felt::NONE;
+        self.filter_bias_radps = None;
         self.arm_m = Vector::ZERO;
         self.last_fix = None;
         self.is_monitor = true;
@@ -267,6 +266,17 @@ impl<T: Scalar> HeadingSearch<T> {
         self.body_to_start = self.body_to_start.turned_in_from(turn_rad);
     }
 
+    /// Takes a change of the filter's own gyro bias off the guesses.
+    fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
+        let before = self.filter_bias_radps.replace(bias_radps);
+        if let Some(before) = before.filter(|_| !self.is_monitor) {
+            let change = (bias_radps - before).to_array().map(|part| part.wide() as f32);
+            for guess in &mut self.guesses {
+                guess.correct_bias(change);
+            }
+        }
+    }
+
     /// What was felt until a fix, of which `later_mps` over `later_s` came after it; the latter is left for the next fix.
     fn felt_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> Felt {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
@@ -307,6 +317,7 @@ impl<T: Scalar> HeadingSearch<T> {
     ) {
         let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
         let gps = &receiver.model;
+        self.follow_bias(receiver.bias_radps);
         self.body_to_start = self.body_to_start.renormalised();
         let felt = self.felt_until(since.velocity_mps, since.duration_s);
         let arm_m = since.attitude * receiver.antenna.0;
@@ -471,96 +482,92 @@ impl<T: Scalar> HeadingSearch<T> {
         (guess.start_to_ned.cast() * self.body_to_start).renormalised()
     }
 
-    /// Gyro bias of the best guess beyond that of the filter: it is left out of the guesses.
-    fn take_bias(&mut self) -> Option<GuessedBias<T>> {
-        let (middle, _) = self.best().filter(|_| self.has_begun())?.bias_radps();
-        let (mut sums, mut weights) = ([0.0; 3], 0.0);
-        for guess in &mut self.guesses {
-            let (bias, variances) = guess.bias_radps();
-            for (axis, sum) in sums.iter_mut().enumerate() {
-                let apart = at(&bias, axis) - at(&middle, axis);
-                *sum += guess.weight * f64::from(at(&variances, axis) + square(apart));
-            }
-            weights += guess.weight;
-            guess.correct_bias(middle);
-        }
-        Some(GuessedBias {
-            bias_radps: middle.map(|bias| T::of(f64::from(bias))).into(),
-            sigma_radps: sums.map(|sum| Scalar::sqrt(sum / weights)),
-        })
-    }
-
-    /// Motion by the best guess now; `None` before the first fix.
+    /// Motion by the best guess now; `None` before the first fix. Its gyro bias is left out of the guesses from now on: the
+    /// filter takes it.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
-    fn motion(&self) -> Option<GuessedMotion<T>> {
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
+        let best = *self.best().filter(|_| self.has_begun())?;
+        self.motion_of(&best)
+    }
+
+    fn motion_of(&mut self, guess: &Guess) -> Option<GuessedMotion<T>> {
         let (time, _) = self.last_fix?;
-        let best = self.best().filter(|_| self.has_begun())?;
-        let velocity_mps = best.velocity_after(&self.since_fix);
-        let [.., down] = best.start_to_ned.rows();
-        let (mut velocities, mut tilts) = ([0.0; 2], [0.0; 2]);
-        let mut weights = 0.0;
-        for guess in &self.guesses {
-            let there = guess.velocity_after(&self.since_fix);
-            let (_, variances) = guess.velocity_mps();
-            let attitudes = guess.attitude_variances();
-            let [.., own_down] = guess.start_to_ned.rows();
-            let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
-            for (axis, (velocity, attitude)) in velocities.iter_mut().zip(&mut tilts).enumerate() {
-                let apart = at(&there, axis) - at(&velocity_mps, axis);
-                *velocity += guess.weight * f64::from(at(&variances, axis) + square(apart));
-                *attitude += guess.weight * f64::from(at(&attitudes, axis) + 0.5 * tilt);
+        let (velocity_mps, bias_radps) =
+            (guess.velocity_after(&self.since_fix), guess.bias_radps());
+        let [.., down] = guess.start_to_ned.rows();
+        let mut covariance = [[0.0; 9]; 9];
+        let weights: f64 = self.guesses.iter().map(|other| other.weight).sum();
+        for other in &mut self.guesses {
+            let share = (other.weight / weights) as f32;
+            for (row, line) in covariance.iter_mut().zip(other.covariance()) {
+                for (sum, value) in row.iter_mut().zip(line) {
+                    *sum += share * value;
+                }
             }
-            weights += guess.weight;
+            let there = other.velocity_after(&self.since_fix);
+            let [.., own_down] = other.start_to_ned.rows();
+            let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
+            let mut spread = [0.0; 9];
+            for axis in 0..3 {
+                let apart = at(&there, axis) - at(&velocity_mps, axis);
+                let drift = at(&other.bias_radps(), axis) - at(&bias_radps, axis);
+                let of = [(axis, square(apart)), (3 + axis, 0.5 * tilt), (6 + axis, square(drift))];
+                for (state, variance) in of {
+                    if let Some(sum) = spread.get_mut(state) {
+                        *sum = variance;
+                    }
+                }
+            }
+            for (state, (row, variance)) in covariance.iter_mut().zip(spread).enumerate() {
+                if let Some(sum) = row.get_mut(state) {
+                    *sum += share * variance;
+                }
+            }
+            other.correct_bias(bias_radps);
         }
-        let sigma = |variance: f64| Scalar::sqrt(variance / weights);
         let (off_rad, agreed_rad) = self.heading_spread();
         let is_proven =
             self.is_fast || self.agreed_since.is_some_and(|since| time - since >= PROVEN_S);
         let least_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
-        let heading_rad =
+        let heading_sigma_rad =
             Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
-        let [north, east] = tilts.map(sigma);
-        let [vn, ve, _] = velocity_mps.map(f64::from);
-        Some(GuessedMotion {
-            body_to_ned: self.attitude(best),
-            attitude_sigma_rad: [north, east, heading_rad],
-            velocity_mps: [vn, ve],
-            velocity_sigma_mps: velocities.map(sigma),
-            turn_rad: turn_between(self.start_to_ned.cast(), best.start_to_ned, self.axis),
+        let wide = |value: f32| T::of(f64::from(value));
+        let taken = bias_radps.map(|bias| T::of(f64::from(bias)));
+        self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken.into());
+        let motion = GuessedMotion {
+            body_to_ned: self.attitude(guess),
+            velocity_mps: velocity_mps.map(wide).into(),
+            bias_radps: taken.into(),
+            covariance,
+            heading_sigma_rad,
+            turn_rad: turn_between(self.start_to_ned.cast(), guess.start_to_ned, self.axis),
             is_found: is_proven && agreed_rad < AGREED_RAD,
-        })
-        .filter(|motion| {
-            let speeds = motion.velocity_mps.iter().chain(&motion.velocity_sigma_mps);
-            speeds.chain(&motion.attitude_sigma_rad).all(|value| value.is_finite())
-                && motion.body_to_ned.is_finite()
-        })
+        };
+        let is_sound = motion.velocity_mps.is_finite()
+            && motion.body_to_ned.is_finite()
+            && covariance.as_flattened().iter().all(|value| value.is_finite());
+        is_sound.then_some(motion)
     }
 
     /// Motion by the guess whose attitude points a baseline of the body nearest to `heading_rad`, clockwise from north;
     /// `None` where the fixes deny it.
-    fn motion_at(&self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
-        let motion = self.motion()?;
-        let best = self.best()?;
+    fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
+        let best = self.best().filter(|_| self.has_begun())?;
         let turn_rad = |guess: &Guess| {
             let pointed = (self.attitude(guess) * baseline.cast()).azimuth_rad().wide();
             wrap_angle(heading_rad - pointed)
         };
         let off = |guess: &&Guess| libm::fabs(turn_rad(guess));
-        let nearest = self.guesses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let nearest = *self.guesses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
         if nearest.weight < LEAST_SHARE * best.weight {
             return None;
         }
-        let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad(nearest)));
-        let [north, east, _] = motion.attitude_sigma_rad;
-        let [vn, ve, _] = nearest.velocity_after(&self.since_fix).map(f64::from);
-        Some(GuessedMotion {
-            body_to_ned: self.attitude(nearest).turned_in_to(turn),
-            attitude_sigma_rad: [north, east, GUESS_SIGMA_RAD],
-            velocity_mps: [vn, ve],
-            ..motion
-        })
+        let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad(&nearest)));
+        let motion = self.motion_of(&nearest)?;
+        let body_to_ned = motion.body_to_ned.turned_in_to(turn);
+        Some(GuessedMotion { body_to_ned, heading_sigma_rad: GUESS_SIGMA_RAD, ..motion })
     }
 }
 

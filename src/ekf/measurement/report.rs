@@ -73,26 +73,6 @@ impl Report {
         self.contradicts
     }
 
-    /// Minus twice the logarithm of the measurement's likelihood, but for a constant: the squared
-    /// normalised innovations and the logarithms of their variances, those of position and of
-    /// velocity each counted at a share of their information.
-    ///
-    /// # Source
-    /// Equation (K10) of docs/equations.md.
-    #[must_use]
-    pub(crate) fn minus_two_log_likelihood(&self, [position, velocity]: [f64; 2]) -> f64 {
-        let share = |channel| match channel {
-            Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown => position,
-            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => velocity,
-            _ => 1.0,
-        };
-        self.innovations()
-            .map(|axis| {
-                share(axis.channel) * (square(axis.normalised()) + 2.0 * libm::log(axis.sigma))
-            })
-            .sum()
-    }
-
     /// Notes that the filter was opened for it, each axis by as much as it was `off`.
     pub(super) fn was_taken(&mut self, off: impl IntoIterator<Item = f64>) {
         for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
