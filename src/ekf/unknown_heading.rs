@@ -13,9 +13,11 @@ use super::square;
 use super::trace::Trace;
 use crate::frames::wrap_angle;
 use crate::gps::Fix;
-use crate::ins::Start;
+use crate::ins::{NavState, Start};
 use crate::time::Time;
 
+/// Least one-sigma of roll and pitch next to a heading just found, rad: the guesses share what their model lacks.
+const FOUND_TILT_RAD: f64 = 0.02;
 /// What gave the heading within this time, s, still gives it.
 const HEADING_GIVEN_S: f64 = 10.0;
 
@@ -62,12 +64,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Takes attitude, velocity and gyro bias from the heading search.
+    /// Takes attitude, velocity and gyro bias from the heading search, unless they are not those of a vehicle.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.
     #[inline(never)]
-    pub(super) fn follow(&mut self, motion: &GuessedMotion<T>, trace: &mut impl Trace<T, N>) {
+    pub(super) fn follow(
+        &mut self,
+        motion: &GuessedMotion<T>,
+        trace: &mut impl Trace<T, N>,
+    ) -> bool {
         const OF: [usize; 9] = [
             VELOCITY,
             VELOCITY + 1,
@@ -80,9 +86,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             GYRO_BIAS + 2,
         ];
         self.catch_up(trace);
-        let turned = (motion.body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
-        self.state.body_to_ned = motion.body_to_ned;
-        self.state.velocity_mps = motion.velocity_mps;
+        let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
+        let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
+        let state = NavState { body_to_ned, velocity_mps, ..self.state };
+        if !state.is_valid() {
+            return false;
+        }
+        self.state = state;
         let parameters = self.parameters.iter_mut().skip(GYRO_BIAS);
         for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
             *parameter += bias;
@@ -112,21 +122,30 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         trace.reset(0..N);
         trace.turned(turned.cast());
+        true
     }
 
-    /// Goes on with a heading that the search has found, of at least `least_rad` one-sigma.
+    /// Goes on with a heading that the search has found, of at least `least_rad` one-sigma, unless its motion is not that of
+    /// a vehicle.
     pub(super) fn accept_heading(
         &mut self,
         motion: &GuessedMotion<T>,
         least_rad: f64,
         trace: &mut impl Trace<T, N>,
-    ) {
+    ) -> bool {
         let before_rad = self.state.body_to_ned.heading_rad();
-        self.follow(motion, trace);
+        if !self.follow(motion, trace) {
+            return false;
+        }
         let turned_rad = wrap_angle((self.state.body_to_ned.heading_rad() - before_rad).wide());
         self.open_heading(least_rad);
+        for axis in [ATTITUDE, ATTITUDE + 1] {
+            let missing = square(FOUND_TILT_RAD) - self.covariance.variance(axis);
+            self.covariance.add_variance(axis, missing.max(0.0));
+        }
         self.heading_revision.replaced(turned_rad);
         self.attitude_lost = None;
+        true
     }
 
     /// Goes on, as the same filter, from a second alignment: the motion goes over, the errors of the sensors stay.

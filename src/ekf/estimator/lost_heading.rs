@@ -76,9 +76,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let Some(motion) = self.search.motion() else { return };
         if motion.is_found {
             let time = self.filter.state.time;
-            self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
             // A heading from motion alone has yet to prove itself; readings of antennas go on to correct theirs.
             self.filter.gates.doubt_heading(time);
+            self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
             self.filter.follow(&motion, trace);
         }
@@ -92,7 +92,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        self.filter.accept_heading(motion, least_rad, trace);
+        if !self.filter.accept_heading(motion, least_rad, trace) {
+            return;
+        }
         self.phase = Phase::Navigating;
         self.wheels = WheelWatch::UNSEEN;
         self.search.monitor(self.filter.state.body_to_ned);

@@ -5,7 +5,7 @@
 //! a velocity is refused soon after samples that hid the motion. It takes as many samples as any alignment. The fixes
 //! tell in which direction the force acts that the unit feels, whatever the filter makes of it.
 
-use super::super::heading_search::HeadingMethod;
+use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
@@ -133,6 +133,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let [.., down] = alignment.axis.to_array();
         if alignment.heading == HeadingSource::Unknown || down < STEEP {
             self.level = Level::Lost;
+            let [.., open_rad] = start.attitude_sigma_rad.to_array();
+            let open = HeadingSearch::turned_start(start, alignment.axis, 0.0, open_rad);
+            self.filter.realign(&open, trace);
             self.filter.attitude_lost = Some(self.filter.state.time);
             let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
             self.search.start(&start, alignment.axis, bias_sigma_radps);

@@ -1,6 +1,6 @@
 //! Alignment, what it passes over, and how the filter starts: at a given heading, or at one that a search has found.
 
-use super::super::heading_search::HeadingMethod;
+use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::prediction::ImuFault;
@@ -67,7 +67,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
-            self.begin_at(&alignment.start);
+            let [.., open_rad] = alignment.start.attitude_sigma_rad.to_array();
+            let Alignment { start, axis, .. } = *alignment;
+            self.begin_at(&HeadingSearch::turned_start(start, axis, 0.0, open_rad));
             let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
             self.search.start(&alignment.start, alignment.axis, bias_sigma_radps);
             self.phase = Phase::Searching;

@@ -68,8 +68,8 @@ const UNPROVEN_RAD: f64 = 1.05;
 const LEAST_SHARE: f64 = 0.01;
 /// Factor on the one-sigma of a fix: the guesses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
-/// Information share of a velocity from the difference of two positions: neighbours share a position.
-const DIFFERENCE_SHARE: f64 = 0.5;
+/// Information share of a velocity from the difference of two positions.
+const DIFFERENCE_SHARE: f64 = 1.0;
 
 /// A bank of guesses at the heading.
 #[derive(Clone, Debug)]

@@ -3,8 +3,7 @@
 use core::error::Error;
 use core::fmt;
 
-use super::super::innovation::{Channel, Innovation, Verdict};
-use super::super::square;
+use super::super::innovation::{Innovation, Verdict};
 
 /// What happened to the axes of one measurement, in the order they were taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
