@@ -34,14 +34,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
-        // What disagrees with the position now is the filter's own fault: it follows every velocity.
-        self.gates.doubt_filter(fix.time);
+        // A filter that follows every velocity has no witness against a position.
+        self.gates.lose_position(fix.time);
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
-        let [_, level, _] = self.gps_learned;
+        let learned = self.gps_learned;
         let result = self.take_in_gps(fix, report, trace);
-        let [_, learned, _] = &mut self.gps_learned;
-        *learned = level;
+        self.gps_learned = learned;
         let learns = |state: usize| {
             let of = |first: usize| (first..first + 3).contains(&state);
             L::GPS_POSITION.is_some_and(of)

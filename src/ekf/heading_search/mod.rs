@@ -316,6 +316,10 @@ impl<T: Scalar> HeadingSearch<T> {
         history: &History<T>,
     ) {
         let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
+        if since.duration_s > self.felt_s {
+            // It holds before the bank's start.
+            return;
+        }
         let gps = &receiver.model;
         self.follow_bias(receiver.bias_radps);
         self.body_to_start = self.body_to_start.renormalised();
