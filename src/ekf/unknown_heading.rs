@@ -17,7 +17,7 @@ use crate::ins::{NavState, Start};
 use crate::time::Time;
 
 /// Least one-sigma of roll and pitch next to a heading just found, rad: the guesses share what their model lacks.
-const FOUND_TILT_RAD: f64 = 0.02;
+const FOUND_TILT_RAD: f64 = 0.03;
 /// What gave the heading within this time, s, still gives it.
 const HEADING_GIVEN_S: f64 = 10.0;
 
@@ -43,9 +43,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_learned = learned;
         let learns = |state: usize| {
             let of = |first: usize| (first..first + 3).contains(&state);
-            L::GPS_POSITION.is_some_and(of)
-                || Some(state) == L::BARO
-                || Some(state) == L::GROUND
+            L::GPS_POSITION.is_some_and(of) || Some(state) == L::BARO || Some(state) == L::GROUND
         };
         for state in (GYRO_BIAS..N).filter(|state| !learns(*state)) {
             if let (Some(parameter), Some(before), Some(variance)) =

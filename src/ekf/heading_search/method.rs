@@ -58,7 +58,11 @@ pub(in super::super) mod sealed {
         /// Motion by the best guess; `None` before a first fix.
         fn motion(&mut self) -> Option<GuessedMotion<T>>;
         /// Motion by the guess whose baseline points to `heading_rad`.
-        fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>>;
+        fn motion_at(
+            &mut self,
+            baseline: Vector<Body>,
+            heading_rad: f64,
+        ) -> Option<GuessedMotion<T>>;
         /// A better heading than that of the filter, of this one-sigma, where the fixes confirm another one.
         fn better(
             &mut self,

@@ -517,7 +517,7 @@ impl<T: Scalar> HeadingSearch<T> {
             for axis in 0..3 {
                 let apart = at(&there, axis) - at(&velocity_mps, axis);
                 let drift = at(&other.bias_radps(), axis) - at(&bias_radps, axis);
-                let of = [(axis, square(apart)), (3 + axis, 0.5 * tilt), (6 + axis, square(drift))];
+                let of = [(axis, square(apart)), (3 + axis, tilt), (6 + axis, square(drift))];
                 for (state, variance) in of {
                     if let Some(sum) = spread.get_mut(state) {
                         *sum = variance;
