@@ -13,7 +13,7 @@ use super::config::AntennaHeadingModel;
 use super::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 use super::filter::Ekf;
 use super::gate::NEVER;
-use super::heading_search::{BetterHeading, HeadingMethod, HeadingSearch};
+use super::heading_search::{BetterHeading, HeadingMethod, HeadingSearch, Receiver};
 use super::layout::{ATTITUDE, Full, Layout, POSITION};
 use super::measurement::{Aid, Report, Unusable};
 use super::prediction::Prediction;
@@ -147,7 +147,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         Self {
             phase: Phase::Aligning,
             aligner: Aligner::new(config.alignment, config.mounting),
-            search: H::unstarted(config.ekf, config.mounting),
+            search: H::new(),
             filter: Ekf::unstarted(config.ekf, config.mounting),
             aiding: config.aiding,
             rangefinder: config.rangefinder,
@@ -220,22 +220,31 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
-        if self.phase == Phase::Navigating && !self.is_level_lost() {
-            Ok(&mut self.filter)
-        } else {
-            Err(Unusable::HeadingUnknown)
+    /// The filter, for a measurement that needs no heading.
+    fn moving(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
+        match self.phase {
+            Phase::Aligning => Err(Unusable::HeadingUnknown),
+            Phase::Searching | Phase::Navigating => Ok(&mut self.filter),
         }
     }
 
-    /// The filter, for what is compared with the present state and was true at `time`, unless that is the
-    /// time of another clock: it would shut out all that comes after it. Nor within a gap of the inertial samples, where
-    /// nobody knows the present state.
-    fn navigating_at(&mut self, time: Time) -> Result<&mut Ekf<L, N, T>, Unusable> {
+    /// The filter, for a measurement of the heading.
+    fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
+        let takes_heading = match self.phase {
+            Phase::Aligning => false,
+            Phase::Searching => self.is_searching_again() && self.level != Level::Lost,
+            Phase::Navigating => true,
+        };
+        if takes_heading { Ok(&mut self.filter) } else { Err(Unusable::HeadingUnknown) }
+    }
+
+    /// Checks the time of a measurement that is compared with the present state: the time of another clock would shut out
+    /// all later measurements, and within a gap of the inertial samples the present state is unknown.
+    fn check_time(&self, time: Time) -> Result<(), Unusable> {
         match self.time() - time {
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
             age_s if age_s < -self.filter.config.imu.gap_s => Err(Unusable::AheadOfImu),
-            _ => self.navigating(),
+            _ => Ok(()),
         }
     }
 
@@ -247,42 +256,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let before = self.filter.state.time;
-        if sample.time - before > self.filter.config.imu.gap_s && self.phase == Phase::Navigating {
-            self.take_held(before, trace, notify);
-            if self.is_searching_anew() {
-                self.settle(trace);
-            }
+        if self.phase == Phase::Aligning {
+            return;
         }
-        let result = match self.phase {
-            Phase::Aligning => return,
-            Phase::Searching => self.search.predict(sample),
-            Phase::Navigating => self.filter.predict_traced(sample, trace),
-        };
+        let before = self.filter.state.time;
+        if sample.time - before > self.filter.config.imu.gap_s {
+            self.take_held(before, trace, notify);
+        }
         let time = sample.time;
-        match result {
+        match self.filter.predict_traced(sample, trace) {
             Ok(Prediction::Stepped) => {
-                if self.is_searching_anew() {
-                    self.go_on_searching(sample, trace, notify);
-                } else if self.phase == Phase::Navigating {
-                    if self.filter.samples.suspicion.hides_motion() {
-                        self.search.stop_and_monitor(self.filter.state.body_to_ned);
-                    } else {
-                        self.feel(sample, time.seconds_since(before));
-                    }
-                    self.search_if_lost(time);
+                if self.filter.samples.suspicion.hides_motion() {
+                    self.search.monitor(self.filter.state.body_to_ned);
+                } else {
+                    self.feel(sample, time.seconds_since(before));
                 }
+                self.search_if_lost(time);
             }
             Ok(Prediction::BridgedGap { length_s }) => {
-                if self.phase == Phase::Navigating {
-                    self.search_anew(time, length_s);
-                }
+                self.search_again(time, length_s);
                 notify(Notice::GapBridged { time, length_s });
             }
             Ok(Prediction::Reset(cause)) => {
-                if self.phase == Phase::Navigating {
-                    self.search_anew(time, time - before);
-                }
+                self.search_again(time, time - before);
                 notify(Notice::CovarianceReset { time, cause });
             }
             Err(fault) => {
@@ -290,9 +286,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 return;
             }
         }
-        if self.phase == Phase::Navigating
-            && let Some(report) = self.filter.update_at_rest(trace)
-        {
+        if let Some(report) = self.filter.update_at_rest(trace) {
             notify(Notice::Updated(report));
         }
         if L::WHEELS && self.phase == Phase::Navigating {
@@ -307,9 +301,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 notify(Notice::SampleSuspect { time, suspicion });
             }
             self.suspected = time;
-        }
-        if self.phase == Phase::Searching {
-            self.end_search(None, notify);
         }
         self.take_held(self.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
@@ -343,6 +334,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.search.feel(
             mean.angular_rate_radps - errors.gyro_bias_radps,
             mean.specific_force_mps2 - errors.accel_bias_mps2,
+            self.filter.step_variances,
             interval_s,
         );
     }
@@ -384,22 +376,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         fix.two_dimensional |= self.holds_height(fix);
         let mut report = Report::default();
-        let searches_anew = self.is_searching_anew();
+        let searches = self.phase == Phase::Searching;
         let result = match self.phase {
             Phase::Aligning => return,
-            Phase::Searching => self.search.update_gps(fix).map(|told| report = told),
-            Phase::Navigating => self.filter.take_in_gps(fix, true, &mut report, trace),
+            Phase::Searching => self.filter.take_in_place(fix, &mut report, trace),
+            Phase::Navigating => self.filter.take_in_gps(fix, &mut report, trace),
         };
-        if searches_anew {
-            // What the filter makes of it is told; the headings' own reports weigh them.
-            let _ = self.search.update_gps(&self.filter.without_delay(fix));
-        }
-        if L::WHEELS
-            && self.phase == Phase::Navigating
-            && !searches_anew
-            && report.any_accepted()
-            && !report.any_rejected()
-        {
+        if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
         }
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
@@ -410,10 +393,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if report.contradicts_itself() {
             return;
         }
-        if self.phase == Phase::Navigating && !searches_anew {
+        let sigmas = self.filter.fix_sigmas(fix);
+        let antenna = self.filter.mounting.antenna_from_imu().cast();
+        let bias_radps = self.filter.imu_errors().gyro_bias_radps;
+        let receiver = Receiver { model: self.filter.config.gps, antenna, bias_radps };
+        self.search.fix(fix, sigmas, &receiver, &self.filter.history);
+        if searches {
+            self.follow_search(trace, notify);
+        } else {
             self.watch_heading(fix, trace, notify);
         }
-        self.filter.gates.set_heading_borne_out(self.search.bears_out());
+        self.filter.gates.set_heading_borne_out(self.search.is_confirmed());
         self.mind_level(fix, &report, trace, notify);
     }
 
@@ -428,11 +418,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         filter.catch_up(trace);
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
-        let (gps, body_to_ned) = (&filter.config.gps, filter.state.body_to_ned);
-        let (search, history) = (&mut self.search, &filter.history);
-        let Some(better) = search.better(fix, gps, history, body_to_ned, own_sigma_rad) else {
-            return;
-        };
+        let body_to_ned = filter.state.body_to_ned;
+        let Some(better) = self.search.better(fix.time, body_to_ned, own_sigma_rad) else { return };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
         if !replaces {
             filter.doubt_heading(turn_rad, trace);
@@ -446,16 +433,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.stop_and_monitor(filter.state.body_to_ned);
+        self.search.monitor(filter.state.body_to_ned);
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
-    }
-
-    /// Begins anew to watch the heading where the attitude was opened for a measured one.
-    fn watch_from(&mut self, report: &Report) {
-        if report.any_reopened() {
-            self.search.stop_and_monitor(self.filter.state.body_to_ned);
-        }
     }
 
     /// The filter, once alignment and the search for a heading are over.
@@ -471,17 +451,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     pub fn solution(&self) -> Option<Solution<T>> {
         match self.phase {
             Phase::Aligning => None,
-            Phase::Searching => self.search.solution(),
-            Phase::Navigating if self.is_searching_anew() => self.search.solution(),
-            Phase::Navigating => Some(self.filter.solution()),
+            Phase::Searching | Phase::Navigating => Some(self.filter.solution()),
         }
     }
 
     fn time(&self) -> Time {
         match self.phase {
             Phase::Aligning => Time::ZERO,
-            Phase::Searching => self.search.time(),
-            Phase::Navigating => self.filter.state().time,
+            Phase::Searching | Phase::Navigating => self.filter.state().time,
         }
     }
 }

@@ -15,9 +15,10 @@ use super::gate::Gates;
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::level_force::LevelForce;
 use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
-use super::own::Own;
+use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::rectification::Rectification;
 use super::scalar::Scalar;
@@ -45,8 +46,6 @@ pub(super) struct Samples<T> {
     pub rectification: Rectification,
     /// Mean rate of a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
-    /// The last sample that was watched: filters that share their samples watch each only once.
-    pub watched: Option<Time>,
 }
 
 impl<T: Scalar> Samples<T> {
@@ -58,7 +57,6 @@ impl<T: Scalar> Samples<T> {
         rest: Rest::NONE,
         rectification: Rectification::NONE,
         resting_rate_radps: None,
-        watched: None,
     };
 
     /// As [`Gates::clear`].
@@ -70,7 +68,6 @@ impl<T: Scalar> Samples<T> {
         self.rest = Rest::NONE;
         self.rectification = Rectification::NONE;
         self.resting_rate_radps = None;
-        self.watched = None;
     }
 }
 
@@ -107,12 +104,20 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) antenna_heading: AntennaHeadingMemory,
     /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
     pub(super) gps_wander: Option<[f32; 4]>,
-    /// Whether the covariance was found without the wander of the GPS, by a layout that has none.
-    pub(super) wander_unknown: bool,
     /// The steps that the covariance has not been propagated over yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
-    pub(super) own: Own<T>,
+    /// Angular rate against the ground's axes, less bias, rad/s.
+    pub(super) angular_rate_radps: Vector<Body, T>,
+    /// Time since the parameters last relaxed, s, at the last propagation.
+    pub(super) unrelaxed_s: T,
+    /// Learned size of the GPS errors against the stated or configured one: variances of position and of horizontal and
+    /// vertical velocity.
+    pub(super) gps_learned: [f32; 3],
+    pub(super) net_turn: NetTurn<T>,
+    pub(super) level_force: LevelForce<T>,
     pub(super) antenna: AntennaOffset,
+    /// Mean variances of an axis by sensor noise over the last step: angle, rad², and velocity, (m/s)².
+    pub(super) step_variances: [T; 2],
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
     pub(super) samples: Samples<T>,
@@ -153,10 +158,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
-            wander_unknown: false,
             unpropagated: None,
-            own: Own::START,
+            angular_rate_radps: Vector::ZERO,
+            unrelaxed_s: T::ZERO,
+            gps_learned: [1.0; 3],
+            net_turn: NetTurn::NONE,
+            level_force: LevelForce::NONE,
             antenna: AntennaOffset::UNSEEN,
+            step_variances: [T::ZERO; 2],
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
             samples: Samples::NONE,
@@ -183,10 +192,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
-        self.wander_unknown = false;
         self.unpropagated = None;
-        self.own = Own::START;
+        self.angular_rate_radps = Vector::ZERO;
+        self.unrelaxed_s = T::ZERO;
+        self.gps_learned = [1.0; 3];
+        self.net_turn = NetTurn::NONE;
+        self.level_force = LevelForce::NONE;
         self.antenna = AntennaOffset::UNSEEN;
+        self.step_variances = [T::ZERO; 2];
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples.clear();
@@ -302,15 +315,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(ImuFault::NotLater);
         }
         let motion = sample.motion.cast();
-        let watched = self.samples.watched == Some(sample.time);
-        if !watched {
-            let integrity = &mut self.samples.integrity;
-            if integrity.is_stuck(&motion) {
-                return Err(ImuFault::Stuck);
-            }
-            if integrity.is_interpolated(&motion, sample.time.seconds_since(last)) {
-                return Err(ImuFault::Interpolated);
-            }
+        let integrity = &mut self.samples.integrity;
+        if integrity.is_stuck(&motion) {
+            return Err(ImuFault::Stuck);
+        }
+        if integrity.is_interpolated(&motion, sample.time.seconds_since(last)) {
+            return Err(ImuFault::Interpolated);
         }
         let errors = self.imu_errors();
         let integrated = self.samples.integrator.push_finite(sample.time, motion, &errors);
@@ -327,9 +337,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(0..N);
             return Ok(Prediction::Reset(ResetCause::LongGap { length_s: gap_s }));
         }
-        if !watched {
-            self.watch_samples(sample, &motion, increment.interval_s, gap);
-        }
+        self.watch_samples(sample, &motion, increment.interval_s, gap);
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
@@ -349,7 +357,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Ok(Prediction::Reset(ResetCause::Diverged));
         };
         let rate = increment.angular_rate(&motion, &errors);
-        self.own.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
+        self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
@@ -381,7 +389,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
         self.gates.doubt_filter(time);
-        let rotation_rad = self.state.coast(time, self.own.angular_rate_radps);
+        let rotation_rad = self.state.coast(time, self.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
             return None;

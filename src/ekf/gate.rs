@@ -171,25 +171,6 @@ impl Gate {
     }
 }
 
-/// The gates of position and velocity alone: what a filter of a bank keeps for itself.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct GpsGates {
-    gates: [Gate; Group::GPS],
-    lost_until: Time,
-    height_taken_s: f32,
-    pub(super) place_taken_s: f32,
-}
-
-impl GpsGates {
-    /// Gates that have seen nothing.
-    pub const NONE: Self = Self {
-        gates: [Gate::NONE; Group::GPS],
-        lost_until: NEVER,
-        height_taken_s: 0.0,
-        place_taken_s: 0.0,
-    };
-}
-
 /// Without a measurement for this long, s, the filter may have gone anywhere.
 const ABSENCE_S: f64 = 2.5;
 /// Before every time there is.
@@ -308,30 +289,6 @@ impl Gates {
     /// Whether a group is that of a receiver which is proven to contradict itself.
     pub fn is_contradicted(&self, group: Group) -> bool {
         self.contradiction.proven && (group as usize) < Group::GPS
-    }
-
-    /// The gates of the GPS.
-    pub fn gps(&self) -> GpsGates {
-        let mut gps = GpsGates {
-            gates: [Gate::NONE; Group::GPS],
-            lost_until: self.lost_until,
-            height_taken_s: self.height_taken_s,
-            place_taken_s: self.place_taken_s,
-        };
-        for (to, from) in gps.gates.iter_mut().zip(&self.gates) {
-            *to = *from;
-        }
-        gps
-    }
-
-    /// Puts the gates of the GPS back.
-    pub fn set_gps(&mut self, gps: &GpsGates) {
-        self.lost_until = gps.lost_until;
-        self.height_taken_s = gps.height_taken_s;
-        self.place_taken_s = gps.place_taken_s;
-        for (to, from) in self.gates.iter_mut().zip(&gps.gates) {
-            *to = *from;
-        }
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Gives whether such innovations lean to

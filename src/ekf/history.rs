@@ -52,26 +52,6 @@ pub struct History<T> {
     len: usize,
 }
 
-/// How many of its newest entries a filter of a bank keeps for itself.
-const RECENT: usize = 2;
-
-/// The newest entries' motion, newest first: see [`History::recent`].
-#[derive(Clone, Copy, Debug)]
-pub struct RecentMotion<T>([EntryMotion<T>; RECENT]);
-
-impl<T: Scalar> RecentMotion<T> {
-    /// No motion.
-    pub const NONE: Self = Self([EntryMotion::NONE; RECENT]);
-}
-
-/// Where a ring stands, with the extent of its newest entry, which may still grow.
-#[derive(Clone, Copy, Debug)]
-pub struct Cursor<T> {
-    next: usize,
-    len: usize,
-    newest: Option<(Time, T)>,
-}
-
 /// The present state as it must have been at an earlier moment, and how its errors hang together
 /// with the present ones.
 #[derive(Clone, Copy, Debug)]
@@ -94,6 +74,19 @@ pub struct LookBack<T> {
     pub force_m: Vector<Ned, T>,
     /// Integral of the direction cosines since then, rows north, east, down, s.
     pub turn_s: [[T; 3]; 3],
+}
+
+/// Motion since an earlier moment, by the samples alone.
+#[derive(Clone, Copy, Debug)]
+pub struct FeltSince<To, T> {
+    /// Velocity change by specific force, m/s.
+    pub velocity_mps: Vector<To, T>,
+    /// Duration, s.
+    pub duration_s: T,
+    /// Attitude then.
+    pub attitude: Rotation<Body, To, T>,
+    /// Angular rate of the body then, rad/s.
+    pub angular_rate_radps: Vector<Body, T>,
 }
 
 impl<T: Scalar> EntryMotion<T> {
@@ -160,61 +153,12 @@ impl<T: Scalar> History<T> {
         self.len = 0;
     }
 
-    /// Whether it remembers nothing.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// How long before `time` it may be looked back to, s: no longer than memories of all sample rates reach, and no
     /// further than where one begins for want of room.
     pub fn reach_s(&self, time: Time) -> T {
         let least = T::of(REACH_S);
         let oldest = self.newest(CAPACITY - 1);
         oldest.map_or(least, |entry| time.seconds_since::<T>(entry.end).max(T::ZERO).min(least))
-    }
-
-    /// For how long it will still be possible to look back to `time`, s, if entries come as they did.
-    pub fn remembers_for_s(&self, time: Time) -> f64 {
-        let Some(newest) = self.newest(0) else { return 0.0 };
-        let oldest = self.newest(CAPACITY - 1);
-        oldest.map_or(REACH_S - (newest.end - time), |oldest| time - oldest.end)
-    }
-
-    /// Takes over what another filter remembers.
-    pub fn copy_from(&mut self, other: &Self) {
-        self.entries.copy_from_slice(&other.entries);
-        (self.next, self.len) = (other.next, other.len);
-    }
-
-    /// Where the ring stands.
-    pub fn cursor(&self) -> Cursor<T> {
-        let newest = self.newest(0).map(|entry| (entry.end, entry.interval_s));
-        Cursor { next: self.next, len: self.len, newest }
-    }
-
-    /// Puts the ring back to where it stood one step ago, but for the motion of the newest entry.
-    pub fn set_cursor(&mut self, cursor: Cursor<T>) {
-        (self.next, self.len) = (cursor.next, cursor.len);
-        if let (Some(entry), Some((end, interval_s))) = (self.newest_mut(0), cursor.newest) {
-            (entry.end, entry.interval_s) = (end, interval_s);
-        }
-    }
-
-    /// The motion of the newest entries.
-    pub fn recent(&self) -> RecentMotion<T> {
-        RecentMotion(core::array::from_fn(|back| {
-            self.newest(back).map_or(EntryMotion::NONE, |entry| entry.motion)
-        }))
-    }
-
-    /// Replaces the motion of the newest entries by that of another filter, which took the same
-    /// steps.
-    pub fn set_recent(&mut self, recent: &RecentMotion<T>) {
-        for (back, motion) in recent.0.iter().enumerate() {
-            if let Some(entry) = self.newest_mut(back) {
-                entry.motion = *motion;
-            }
-        }
     }
 
     fn slot(&self, back: usize) -> Option<usize> {
@@ -234,26 +178,32 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// What has been felt since `time`, m/s and for how long, s, in the axes to which `attitude` turns the body now; `None`
-    /// when `time` is older than the memory.
+    /// What has been felt since `time`, in the axes to which `attitude` turns the body now; `None` when `time` is older than
+    /// the memory.
     pub fn felt_since<To>(
         &self,
         time: Time,
-        mut attitude: Rotation<Body, To, T>,
-    ) -> Option<(Vector<To, T>, T)> {
-        let (mut felt_mps, mut felt_s) = (Vector::ZERO, T::ZERO);
+        attitude: Rotation<Body, To, T>,
+    ) -> Option<FeltSince<To, T>> {
+        let mut felt = FeltSince {
+            velocity_mps: Vector::ZERO,
+            duration_s: T::ZERO,
+            attitude,
+            angular_rate_radps: Vector::ZERO,
+        };
         // Turns: at most CAPACITY, one an entry.
         for entry in self.newest_first() {
+            felt.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = entry.end.seconds_since(time);
             if left_s <= T::ZERO {
-                return Some((felt_mps, felt_s));
+                return Some(felt);
             }
             let share = (left_s / entry.interval_s).min(T::ONE);
-            attitude = attitude.turned_in_from(entry.motion.rotation_rad * -share);
-            felt_mps += attitude * entry.motion.force_mps * share;
-            felt_s += share * entry.interval_s;
+            felt.attitude = felt.attitude.turned_in_from(entry.motion.rotation_rad * -share);
+            felt.velocity_mps += felt.attitude * entry.motion.force_mps * share;
+            felt.duration_s += share * entry.interval_s;
             if share < T::ONE {
-                return Some((felt_mps, felt_s));
+                return Some(felt);
             }
         }
         None

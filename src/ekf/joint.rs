@@ -60,7 +60,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let body_to_ned = self.state.body_to_ned.cast();
         let arms = [
             body_to_ned * lever_arm.0,
-            body_to_ned * lever_arm.relative_velocity(self.own.angular_rate_radps.cast()),
+            body_to_ned * lever_arm.relative_velocity(self.angular_rate_radps.cast()),
             Vector::ZERO,
         ];
         // δ(point) = δ(unit) − [arm ×] ψ: the unit's error, and two of attitude with their factors.

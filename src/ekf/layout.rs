@@ -96,16 +96,6 @@ impl sealed::Sealed for Base {}
 
 impl Layout<16> for Base {}
 
-/// The base and the level of a barometer: what each filter of a heading search carries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WithBarometer;
-
-impl sealed::Sealed for WithBarometer {}
-
-impl Layout<16> for WithBarometer {
-    const BARO: Option<usize> = Some(BASE);
-}
-
 /// The base and the scale factors of gyros and accelerometers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithScaleFactors;
@@ -174,7 +164,7 @@ mod tests {
 
     #[test]
     fn a_layout_has_an_even_length_and_blocks_of_its_own_within_it() {
-        assert!(is_sound::<Base, 16>() && is_sound::<WithBarometer, 16>());
+        assert!(is_sound::<Base, 16>());
         assert!(is_sound::<WithScaleFactors, 22>());
         assert!(is_sound::<Full, 28>() && is_sound::<WithoutPadding, 18>());
         assert!(!is_sound::<Odd, 17>());

@@ -67,8 +67,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             suspicion: self.samples.suspicion.cast(),
             excess: self.excess.factor(),
             rectification: self.samples.rectification.variance([1.0; 3], 1.0),
-            level_share: self.own.level_force.of_motion(ones).x().wide(),
-            gps_size: self.own.gps_learned,
+            level_share: self.level_force.of_motion(ones).x().wide(),
+            gps_size: self.gps_learned,
             gps_wander: self.gps_wander,
             heading_wander: self.heading_wander,
             antenna: (

@@ -66,7 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let gravity = T::of(STANDARD_GRAVITY_MPS2);
         let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
         let east = self.level_variance(&east, ATTITUDE, gravity);
-        self.own.level_force.variance = sensed + (north + east).max(T::ZERO);
+        self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
     /// Variance of the level force along an axis with these components in the body, by the accelerometers' biases

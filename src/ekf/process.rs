@@ -41,7 +41,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.config.imu.accel_bias_sigma_mps2,
         );
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
-        self.samples.watched = Some(sample.time);
     }
 
     /// How the parameters decay over a step, and the noise that drives them.
@@ -116,9 +115,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// For how long the parameters have to relax with a step of `interval_s`, s; `None`, while too little time
     /// has come together for it to matter, or for the covariance to be gone over whole.
     fn relaxation_due_s(&mut self, interval_s: T) -> Option<T> {
-        let since_s = self.own.unrelaxed_s + interval_s;
+        let since_s = self.unrelaxed_s + interval_s;
         let due = since_s >= T::of(RELAXED_EVERY_S);
-        self.own.unrelaxed_s = if due { T::ZERO } else { since_s };
+        self.unrelaxed_s = if due { T::ZERO } else { since_s };
         due.then_some(since_s)
     }
 
@@ -162,15 +161,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(_) => [T::ZERO; 3],
             None => {
                 let memory_s = T::of(self.config.imu.net_turn_memory_s);
-                self.own.net_turn.push(increment.rotation_rad, increment.interval_s, memory_s)
+                self.net_turn.push(increment.rotation_rad, increment.interval_s, memory_s)
             }
         };
         let (angle_variance, velocity_variance) = self.noise(increment, net_turn);
-        self.own.level_force.push(advance.from_specific_force_mps, increment.interval_s);
+        let mean = |[x, y, z]: [T; 3]| (x + y + z) * T::of(1.0 / 3.0);
+        self.step_variances = [mean(angle_variance), mean(velocity_variance)];
+        self.level_force.push(advance.from_specific_force_mps, increment.interval_s);
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
-            force_mps: self.own.level_force.of_motion(advance.from_specific_force_mps),
+            force_mps: self.level_force.of_motion(advance.from_specific_force_mps),
             angle_variance,
             velocity_variance,
         };
@@ -228,10 +229,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
-        if self.own.unrelaxed_s > T::ZERO {
+        if self.unrelaxed_s > T::ZERO {
             self.judge_level_force();
-            let relaxation = self.relaxation(self.own.unrelaxed_s);
-            self.own.unrelaxed_s = T::ZERO;
+            let relaxation = self.relaxation(self.unrelaxed_s);
+            self.unrelaxed_s = T::ZERO;
             self.covariance.relax(&relaxation);
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
@@ -283,7 +284,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(_) => [T::ZERO; 3],
             None => {
                 let [x, y, z] = increment.rotation_rad.to_array();
-                let [rate_x, rate_y, rate_z] = self.own.angular_rate_radps.to_array();
+                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
                 [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO))
             }
         };

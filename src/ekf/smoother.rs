@@ -165,7 +165,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         self.samples.push(Sample {
             state: filter.state,
             parameters: filter.parameters,
-            angular_rate_radps: filter.own.angular_rate_radps,
+            angular_rate_radps: filter.angular_rate_radps,
             disputed_m: filter.disputed_m(),
         });
         for state in 0..BASE {
@@ -324,7 +324,7 @@ impl<const N: usize> Adjoint<N> {
         let [x, y, z] = [0, 1, 2].map(|axis| correction[GYRO_BIAS + axis]);
         filter.state = sample.state;
         filter.parameters = sample.parameters;
-        filter.own.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
+        filter.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // Nobody holds a heading of the past.

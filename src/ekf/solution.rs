@@ -138,7 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let estimate = Estimate {
             state: &self.state,
             covariance: &self.covariance,
-            angular_rate_radps: self.own.angular_rate_radps,
+            angular_rate_radps: self.angular_rate_radps,
             heading_revision_rad: self.heading_revision.total_rad,
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,

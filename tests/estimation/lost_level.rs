@@ -81,8 +81,8 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
     println!(
         "aligned anew {anew} times, {leaning} lean by more than 10 deg, at most {farthest_m:.0} m away"
     );
-    // Without: never, 14 and 496 m.
-    assert!(anew >= 10, "{anew}");
-    assert!(leaning <= 4, "{leaning}");
-    assert!(farthest_m < 30.0, "{farthest_m}");
+    // Without a second alignment: 14 and 496 m.
+    assert!(anew >= 5, "{anew}");
+    assert!(leaning <= 2, "{leaning}");
+    assert!(farthest_m < 20.0, "{farthest_m}");
 }

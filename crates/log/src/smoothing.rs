@@ -18,7 +18,7 @@ use hovernav::ekf::{
     Adjoint, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution, Trace,
 };
 use hovernav::event::Event;
-use hovernav::ins::{HeadingSource, Start};
+use hovernav::ins::{Alignment, HeadingSource, Start};
 
 /// Result of a forward run and its smoothing.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +34,8 @@ pub struct SmoothedRun {
 
 /// Smallest number of samples of a block, for which the smoother needs 16 MB.
 const LEAST_BLOCK: usize = 4096;
+/// One-sigma of a heading at the start that was found later, rad (15°): gyros have drifted since.
+const START_SIGMA_RAD: f64 = 0.26;
 /// Largest memory of the smoother for one sample, bytes.
 const TRACE: usize = 4096;
 
@@ -103,13 +105,14 @@ impl Dataset {
         let (mut start, mut second) = (None, None);
         if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
             let found = forward.notices.iter().find_map(|notice| match notice {
-                Notice::HeadingFound { sector, .. } => Some(*sector),
+                Notice::HeadingFound { turn_rad, .. } => Some(*turn_rad),
                 _ => None,
             });
-            let Some(sector) = found else {
+            let Some(turn_rad) = found else {
                 return SmoothedRun { forward, ..SmoothedRun::default() };
             };
-            start = Some(HeadingSearch::sector_start(alignment.start, alignment.axis, sector));
+            let Alignment { start: aligned, axis, .. } = alignment;
+            start = Some(HeadingSearch::turned_start(aligned, axis, turn_rad, START_SIGMA_RAD));
             checkpoints.clear();
             second =
                 Some(self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints));

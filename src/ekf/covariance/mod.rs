@@ -12,14 +12,12 @@
 //! *Factorization Methods for Discrete Sequential Estimation*, section V.3 (stabilised update).
 mod fix_sensitivity;
 mod joint;
-mod packed;
 mod propagation;
 mod sensitivity;
 mod update;
 
 pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
 pub use joint::{Joint, Sensitivities};
-pub(super) use packed::PackedCovariance;
 pub use propagation::{Relaxation, Transition};
 pub use sensitivity::{MOST, Sensitivity};
 pub use update::Gain;
@@ -142,16 +140,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         if !self.mirrored {
             self.mirror_up_to(N);
             self.mirrored = true;
-        }
-    }
-
-    /// Copies the first `count` states' covariance from a filter of another layout.
-    pub fn take_over<U: Scalar, const K: usize>(&mut self, other: &Covariance<U, K>, count: usize) {
-        self.mirrored = false;
-        for (row, from) in self.rows.iter_mut().zip(&other.rows).take(count) {
-            for (value, &entry) in row.iter_mut().zip(from).take(count) {
-                *value = T::of(entry.wide());
-            }
         }
     }
 

@@ -23,9 +23,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         // Before the angles' sines, which take longer than all else of a sample that has come too soon.
-        if self.phase == Phase::Navigating
-            && angles.is_finite()
-            && !self.filter.is_attitude_due(time)
+        if self.phase != Phase::Aligning && angles.is_finite() && !self.filter.is_attitude_due(time)
         {
             notify(Notice::NotUsed { time, aid: Aid::Attitude, reason: Unusable::TooSoon });
             return;
@@ -39,7 +37,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let result = self
             .navigating()
             .and_then(|filter| filter.take_in_attitude(time, reference, &mut report, trace));
-        self.watch_from(&report);
+        self.note_heading(&report);
         notify(Notice::of_report(time, Aid::Attitude, result, &report));
     }
 
@@ -54,17 +52,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
-        if self.navigating_at(time).is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
+        if self.check_time(time).is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
             let (aid, reason) = (Aid::Magnetometer, Unusable::Outlier);
             notify(Notice::NotUsed { time, aid, reason });
             return;
         }
         let declination_rad = self.aligner.config().declination_rad;
-        let result = self.navigating_at(time).and_then(|filter| {
+        let result = self.check_time(time).and_then(|()| self.navigating()).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
         if let Ok(report) = &result {
-            self.watch_from(report);
+            self.note_heading(report);
         }
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
@@ -96,7 +94,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         true
     }
 
-    /// Height needs no heading: filters that search one take it in too.
     #[inline(never)]
     pub(super) fn barometer(
         &mut self,
@@ -108,12 +105,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.baro {
             return;
         }
-        let mut result =
-            self.navigating_at(time).and_then(|filter| filter.update_baro(time, height_m, trace));
-        if self.search.is_open() && matches!(result, Ok(_) | Err(Unusable::HeadingUnknown)) {
-            let searched = self.search.update_baro(time, height_m);
-            result = result.or(searched);
-        }
+        let result = self
+            .check_time(time)
+            .and_then(|()| self.moving())
+            .and_then(|filter| filter.update_baro(time, height_m, trace));
         notify(Notice::of_update(time, Aid::Baro, result));
     }
 
@@ -129,7 +124,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let rangefinder = self.rangefinder;
         let result =
-            self.navigating().and_then(|filter| filter.update_range(reading, &rangefinder, trace));
+            self.moving().and_then(|filter| filter.update_range(reading, &rangefinder, trace));
         notify(Notice::of_update(reading.time, Aid::Rangefinder, result));
     }
 
@@ -147,11 +142,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let (baseline_m, model) = (self.aligner.config().baseline_m, self.antenna_heading);
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
-            self.end_search(Some((baseline, reading)), notify);
+            if let Some(motion) = self.search.motion_at(baseline, reading.heading_rad) {
+                let least_rad = motion.heading_sigma_rad;
+                self.accept_heading(&motion, (reading.time, least_rad), trace, notify);
+            }
         }
         let result = self
             .navigating()
             .and_then(|filter| filter.update_antenna_heading(reading, baseline_m, &model, trace));
+        if let Ok(report) = &result {
+            self.note_heading(report);
+        }
         notify(Notice::of_update(reading.time, Aid::SecondAntenna, result));
+    }
+
+    /// After a measured heading: a search that a gap had begun ends with a heading that is used, and the monitor starts
+    /// again where the attitude was opened for one.
+    fn note_heading(&mut self, report: &Report) {
+        if self.phase == Phase::Searching && report.any_accepted() {
+            self.filter.attitude_lost = None;
+            self.phase = Phase::Navigating;
+            self.search.monitor(self.filter.state.body_to_ned);
+        } else if report.any_reopened() {
+            self.search.monitor(self.filter.state.body_to_ned);
+        }
     }
 }

@@ -1,57 +1,49 @@
-//! A heading that a gap in the samples has hidden, where nothing but motion gives one.
+//! The search for a heading: unknown at the start, or hidden by a gap in the samples where nothing but motion gives one.
 //!
-//! Linearised about a heading that is off by as much as a vehicle turns in seconds, a filter ends up sure of a
-//! wrong one. So its headings are searched anew, about what was known, beside the filter that flies on; that goes over
-//! to the one that is found.
+//! Linearised about a heading that is off by as much as a vehicle turns in seconds, a filter ends up sure of a wrong one.
+//! After such a gap its heading is searched again, about what was known.
 
-use super::super::heading_search::{FoundHeading, HeadingMethod};
-use super::super::layout::{ATTITUDE, Layout};
+use super::super::heading_search::{GuessedMotion, HeadingMethod};
+use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::super::wheels::WheelWatch;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
-use crate::frames::{Vector, wrap_angle};
-use crate::imu::ImuSample;
 use crate::time::Time;
 
-/// A vehicle turns by so much, one-sigma, in each second that is hidden, rad: after nine it may point anywhere.
+/// One-sigma of the turn rate of a vehicle during a gap, rad/s: after nine seconds it may point anywhere.
 const HIDDEN_RADPS: f64 = 0.35;
-/// A heading less sure than this, rad, is searched after trouble.
+/// One-sigma of a heading, rad, beyond which it is searched after trouble with the samples.
 const UNSURE_RAD: f64 = 0.35;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Whether headings are searched beside the filter.
-    pub(super) fn is_searching_anew(&self) -> bool {
-        H::SEARCHES
-            && self.phase == Phase::Navigating
-            && self.filter.attitude_lost.is_some()
-            && self.search.is_open()
+    /// Whether a heading that was known is searched.
+    pub(super) fn is_searching_again(&self) -> bool {
+        self.phase == Phase::Searching && self.filter.attitude_lost.is_some()
     }
 
-    /// After samples that were missing until `time` for `length_s`, or a reset: searches anew if they hid the heading, and
-    /// looks whether the filter is upright.
+    /// After samples that were missing until `time` for `length_s`, or a reset: searches again if they hid the heading, and
+    /// checks whether the filter is upright.
     #[inline(never)]
-    pub(super) fn search_anew(&mut self, time: Time, length_s: f64) {
-        self.search.stop_and_monitor(self.filter.state.body_to_ned);
-        let is_lost = self.filter.attitude_lost.is_some();
-        if is_lost {
-            self.doubt_level();
-        }
-        if !(H::SEARCHES && is_lost) || self.filter.had_heading(time.offset_by(-length_s)) {
+    pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
+        self.search.monitor(self.filter.state.body_to_ned);
+        if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
             return;
         }
-        let variance = self.filter.covariance.variance(ATTITUDE + 2);
-        let sigma_rad = Scalar::sqrt(variance).max(HIDDEN_RADPS * length_s);
-        self.search.reopen(&self.filter, sigma_rad);
+        self.doubt_level();
+        if H::SEARCHES && !self.filter.had_heading(time.offset_by(-length_s)) {
+            let variance = self.filter.covariance.variance(ATTITUDE + 2);
+            self.search_about(Scalar::sqrt(variance).max(HIDDEN_RADPS * length_s));
+        }
     }
 
-    /// After a sample: searches anew if readings that hid the motion have left the heading so unsure that it cannot be
+    /// After a sample: searches again if readings that hid the motion have left the heading so unsure that it cannot be
     /// linearised about.
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
-        if !(H::SEARCHES && filter.gates.doubts_filter(time)) {
+        if !(H::SEARCHES && self.phase == Phase::Navigating && filter.gates.doubts_filter(time)) {
             return;
         }
         let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
@@ -59,41 +51,54 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             filter.attitude_lost = Some(time);
             filter.catch_up(&mut ());
             let sigma_rad = Scalar::sqrt(filter.covariance.variance(ATTITUDE + 2));
-            self.search.reopen(&self.filter, sigma_rad);
+            self.search_about(sigma_rad);
         }
     }
 
-    /// Lets the search take a sample, and ends it when the heading is found.
+    fn search_about(&mut self, sigma_rad: f64) {
+        let filter = &self.filter;
+        let largest = |first: usize, count: usize| {
+            let variances = (first..first + count).map(|state| filter.covariance.variance(state));
+            Scalar::sqrt(variances.fold(0.0, f64::max))
+        };
+        let others = [largest(ATTITUDE, 2), largest(GYRO_BIAS, 3)];
+        self.search.start_about(filter.state.body_to_ned, sigma_rad, others);
+        self.phase = Phase::Searching;
+    }
+
+    /// After a fix: the filter follows the search, and navigates once the heading is found.
     #[inline(never)]
-    pub(super) fn go_on_searching(
+    pub(super) fn follow_search(
         &mut self,
-        sample: &ImuSample,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if self.search.predict(sample).is_ok()
-            && self.search.found().is_some()
-            && let Some((sector, sigma_rad)) = self.settle(trace)
-        {
+        let Some(motion) = self.search.motion() else { return };
+        if motion.is_found {
             let time = self.filter.state.time;
-            notify(Notice::HeadingFound { time, sector, sigma_rad });
+            // A heading from motion alone has yet to prove itself; readings of antennas go on to correct theirs.
+            self.filter.gates.doubt_heading(time);
+            self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
+        } else {
+            self.filter.follow(&motion, trace);
         }
     }
 
-    /// Goes on with the heading that leads; gives its sector and one-sigma, rad.
-    pub(super) fn settle(&mut self, trace: &mut impl Trace<T, N>) -> Option<(usize, f64)> {
-        let before_rad = self.filter.state.body_to_ned.heading_rad();
-        let FoundHeading { filter, sector, sigma_rad, wander } = self.search.leading()?;
-        let turned_rad = wrap_angle(filter.state.body_to_ned.heading_rad() - before_rad);
-        self.filter.rejoin(filter);
-        self.filter.open_unknown_wander(wander);
-        let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
-        self.filter.open_heading(sigma_rad);
-        self.filter.gates.doubt_heading(self.filter.state.time);
-        trace.reset(0..N);
-        trace.turned(Vector::new(0.0, 0.0, turned_rad.wide()));
+    /// Goes on with a heading that was found at a time, of at least a one-sigma, rad.
+    pub(super) fn accept_heading(
+        &mut self,
+        motion: &GuessedMotion<T>,
+        (time, least_rad): (Time, f64),
+        trace: &mut impl Trace<T, N>,
+        notify: &mut dyn FnMut(Notice),
+    ) {
+        if !self.filter.accept_heading(motion, least_rad, trace) {
+            return;
+        }
+        self.phase = Phase::Navigating;
         self.wheels = WheelWatch::UNSEEN;
-        self.search.stop_and_monitor(self.filter.state.body_to_ned);
-        Some((sector, sigma_rad))
+        self.search.monitor(self.filter.state.body_to_ned);
+        let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
+        notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }
 }

@@ -5,14 +5,15 @@
 //! a velocity is refused soon after samples that hid the motion. It takes as many samples as any alignment. The fixes
 //! tell in which direction the force acts that the unit feels, whatever the filter makes of it.
 
-use super::super::heading_search::HeadingMethod;
+use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, Notice, Phase};
+use super::super::wheels::WheelWatch;
+use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
@@ -48,11 +49,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Whether roll and pitch are searched with the heading, so that a heading alone cannot end the search.
-    pub(super) fn is_level_lost(&self) -> bool {
-        self.level == Level::Lost && self.is_searching_anew()
-    }
-
     /// After a fix: checks whether the filter is upright where that is in doubt. Where it is not, begins a check if a
     /// velocity is refused soon after samples that hid the motion.
     pub(super) fn mind_level(
@@ -64,7 +60,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         // A fix that waited through a gap does not tell what the samples after it feel.
         let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
-        if !(H::SEARCHES && is_fresh && self.phase == Phase::Navigating) {
+        let moves = self.phase == Phase::Navigating || self.is_searching_again();
+        if !(H::SEARCHES && is_fresh && moves) {
             return;
         }
         if self.level == Level::Doubted {
@@ -127,13 +124,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let sigma_radps = Some(Scalar::sqrt(variance));
         let start =
             Start { gyro_bias_radps, gyro_bias_sigma_radps: sigma_radps, ..alignment.start };
-        self.search.start(&start, None);
-        self.settle(trace);
+        self.filter.realign(&start, trace);
+        self.filter.open_heading(FOUND_SIGMA_RAD);
+        self.filter.gates.doubt_heading(self.filter.state.time);
+        self.wheels = WheelWatch::UNSEEN;
+        self.phase = Phase::Navigating;
+        self.search.monitor(self.filter.state.body_to_ned);
         let [.., down] = alignment.axis.to_array();
         if alignment.heading == HeadingSource::Unknown || down < STEEP {
             self.level = Level::Lost;
+            let [.., open_rad] = start.attitude_sigma_rad.to_array();
+            let open = HeadingSearch::turned_start(start, alignment.axis, 0.0, open_rad);
+            self.filter.realign(&open, trace);
             self.filter.attitude_lost = Some(self.filter.state.time);
-            self.search.start(&start, Some(alignment.axis));
+            let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
+            self.search.start(&start, alignment.axis, bias_sigma_radps);
+            self.phase = Phase::Searching;
         }
     }
 }

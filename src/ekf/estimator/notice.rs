@@ -17,8 +17,9 @@ pub enum Notice {
     HeadingFound {
         /// When.
         time: Time,
-        /// Which sector of the search won: see [`HeadingSearch::sector_start`](crate::ekf::HeadingSearch::sector_start).
-        sector: usize,
+        /// Turn from the heading at which the search started to the one found, clockwise, rad: see
+        /// [`HeadingSearch::turned_start`](crate::ekf::HeadingSearch::turned_start).
+        turn_rad: f64,
         /// One-sigma of the heading, rad.
         sigma_rad: f64,
     },

@@ -1,15 +1,13 @@
 //! Alignment, what it passes over, and how the filter starts: at a given heading, or at one that a search has found.
 
-use super::super::heading_search::{FoundHeading, HeadingMethod};
+use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::prediction::ImuFault;
 use super::super::scalar::Scalar;
 use super::super::wheels::WheelWatch;
-use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use super::{Estimator, Notice, Phase};
 use crate::event::{Event, is_possible_height};
-use crate::frames::{Body, Vector};
-use crate::gps::AntennaHeading;
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
@@ -69,7 +67,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
-            self.search.start(&alignment.start, Some(alignment.axis));
+            let [.., open_rad] = alignment.start.attitude_sigma_rad.to_array();
+            let Alignment { start, axis, .. } = *alignment;
+            self.begin_at(&HeadingSearch::turned_start(start, axis, 0.0, open_rad));
+            let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
+            self.search.start(&alignment.start, alignment.axis, bias_sigma_radps);
             self.phase = Phase::Searching;
         } else {
             notify(Notice::HeadingMissing { time: alignment.start.state.time });
@@ -78,43 +80,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::Aligned(*alignment));
     }
 
-    /// Goes on with the filter whose heading the search has found, if it has: by motion, or nearest to what the
-    /// `antennas` tell, a baseline and the reading of its heading.
-    #[inline(never)]
-    pub(super) fn end_search(
-        &mut self,
-        antennas: Option<(Vector<Body>, &AntennaHeading)>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
-        let found = match antennas {
-            None => self.search.found(),
-            Some((baseline, reading)) => self.search.found_at(baseline, reading.heading_rad),
-        };
-        let Some(FoundHeading { filter, sector, sigma_rad, wander }) = found else { return };
-        let found_at = filter.state.time;
-        self.filter.continue_from(filter);
-        self.filter.open_unknown_wander(wander);
-        let time = if let Some((_, reading)) = antennas {
-            self.filter.open_heading(sigma_rad);
-            reading.time
-        } else {
-            self.filter.open_heading(FOUND_SIGMA_RAD);
-            // Only a heading that motion alone has given has yet to prove itself: that of antennas is measured, and
-            // their next readings correct it.
-            self.filter.gates.doubt_heading(found_at);
-            found_at
-        };
-        self.phase = Phase::Navigating;
-        self.search.stop_and_monitor(self.filter.state.body_to_ned);
-        notify(Notice::HeadingFound { time, sector, sigma_rad });
-    }
-
     /// Starts the filter at a given state, without an alignment or a search of its own: to go over
     /// a log again with what was found out later.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.wheels = WheelWatch::UNSEEN;
         self.phase = Phase::Navigating;
-        self.search.stop_and_monitor(self.filter.state.body_to_ned);
+        self.search.monitor(self.filter.state.body_to_ned);
     }
 }

@@ -13,8 +13,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// The latest time of a fix that need not wait for later samples.
     pub(super) fn due_until(&self) -> Time {
         match self.phase {
-            Phase::Navigating => self.filter.due_until(),
-            Phase::Aligning | Phase::Searching => self.time(),
+            Phase::Searching | Phase::Navigating => self.filter.due_until(),
+            Phase::Aligning => self.time(),
         }
     }
 

@@ -81,7 +81,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M7) of docs/equations.md.
     #[must_use]
     pub fn stated_times(&self) -> [f64; 2] {
-        let [position, level, _] = self.own.gps_learned;
+        let [position, level, _] = self.gps_learned;
         [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
     }
 

@@ -76,6 +76,11 @@ impl Gates {
         Some(if evidence.alone { Reopening::Motion { lost_s } } else { Reopening::State })
     }
 
+    /// The filter may be lost in position, and a position that it rejects is right.
+    pub fn lose_position(&mut self, time: Time) {
+        self.lost_until = time + LOST_S;
+    }
+
     fn evidence(
         &mut self,
         group: Group,

@@ -1,18 +1,11 @@
-//! Whether an estimator can find a heading in motion: chosen by type, as it takes memory.
+//! Whether an estimator can find a heading in motion: chosen by type, for it takes memory.
 
-use super::super::config::{EkfConfig, GpsModel};
-use super::super::filter::Ekf;
 use super::super::history::History;
-use super::super::layout::Layout;
-use super::super::measurement::{Report, Unusable};
-use super::super::prediction::{ImuFault, Prediction};
 use super::super::scalar::Scalar;
-use super::super::solution::Solution;
-use super::{BetterHeading, FoundHeading, HeadingSearch};
+use super::{BetterHeading, GuessedMotion, HeadingSearch, Receiver};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::gps::Fix;
-use crate::imu::ImuSample;
-use crate::ins::{Mounting, Start};
+use crate::ins::Start;
 use crate::time::Time;
 
 /// How an [`Estimator`](super::super::Estimator) finds a heading that nothing gives at the start:
@@ -33,156 +26,135 @@ pub(in super::super) mod sealed {
     pub trait Method<T> {
         /// Whether there is a search.
         const SEARCHES: bool;
-        fn unstarted(config: EkfConfig, mounting: Mounting) -> Self;
-        fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>);
-        fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault>;
-        fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable>;
-        fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable>;
-        fn found(&mut self) -> Option<FoundHeading<'_, T>>;
-        /// The filter that leads, found or not.
-        fn leading(&mut self) -> Option<FoundHeading<'_, T>>;
-        /// The filter whose baseline points nearest to `heading_rad`.
-        fn found_at(
+        fn new() -> Self;
+        /// Searches all around from a start that is open about `axis`, with a gyro bias of this one-sigma, rad/s, unless the
+        /// start states one.
+        fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64);
+        /// Searches about a heading of this one-sigma, rad, with these of tilt, rad, and gyro bias, rad/s.
+        fn start_about(
+            &mut self,
+            body_to_ned: Rotation<Body, Ned, T>,
+            sigma_rad: f64,
+            others: [f64; 2],
+        );
+        /// Monitors a heading from the next fix on.
+        fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>);
+        /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
+        fn feel(
+            &mut self,
+            rate_radps: Vector<Body, T>,
+            force_mps2: Vector<Body, T>,
+            variances: [T; 2],
+            interval_s: T,
+        );
+        /// Weighs the guesses by a fix of these one-sigmas of position, m, and velocity, m/s, NED.
+        fn fix(
+            &mut self,
+            fix: &Fix,
+            sigmas: ([f64; 3], [f64; 3]),
+            receiver: &Receiver<T>,
+            history: &History<T>,
+        );
+        /// Motion by the best guess; `None` before a first fix.
+        fn motion(&mut self) -> Option<GuessedMotion<T>>;
+        /// Motion by the guess whose baseline points to `heading_rad`.
+        fn motion_at(
             &mut self,
             baseline: Vector<Body>,
             heading_rad: f64,
-        ) -> Option<FoundHeading<'_, T>>;
-        fn solution(&self) -> Option<Solution<T>>;
-        fn time(&self) -> Time;
-        /// Searches about the heading of a filter that has lost it, to this one-sigma.
-        fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>, sigma_rad: f64);
-        /// Whether headings are being searched.
-        fn is_open(&self) -> bool;
-        /// Ends the search and drops its filters; from now on monitors the heading of another filter, by its level.
-        fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>);
-        /// What the filter felt over a sample's interval, less bias.
-        fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T);
-        /// A better heading than that of the filter, of this one-sigma, where the fixes bear out another one.
+        ) -> Option<GuessedMotion<T>>;
+        /// A better heading than that of the filter, of this one-sigma, where the fixes confirm another one.
         fn better(
             &mut self,
-            fix: &Fix,
-            gps: &GpsModel,
-            history: &History<T>,
+            time: Time,
             body_to_ned: Rotation<Body, Ned, T>,
             sigma_rad: T,
         ) -> Option<BetterHeading>;
-        /// Whether motion of late bore out the heading that was judged last.
-        fn bears_out(&self) -> bool;
+        /// Whether recent motion confirmed the heading that was judged last.
+        fn is_confirmed(&self) -> bool;
     }
 }
 
 impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     const SEARCHES: bool = true;
     #[inline(always)]
-    fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
-        Self::unstarted(config, mounting)
+    fn new() -> Self {
+        Self::empty()
     }
-    fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>) {
-        self.start(start, axis);
+    fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
+        self.start(start, axis, bias_sigma_radps);
     }
-    fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
-        self.predict(sample)
-    }
-    fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
-        self.update_gps(fix)
-    }
-    fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable> {
-        self.update_baro(time, height_m)
-    }
-    fn found(&mut self) -> Option<FoundHeading<'_, T>> {
-        self.found()
-    }
-    fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
-        self.leading()
-    }
-    fn found_at(
+    fn start_about(
         &mut self,
-        baseline: Vector<Body>,
-        heading_rad: f64,
-    ) -> Option<FoundHeading<'_, T>> {
-        self.found_at(baseline, heading_rad)
+        body_to_ned: Rotation<Body, Ned, T>,
+        sigma_rad: f64,
+        others: [f64; 2],
+    ) {
+        self.start_about(body_to_ned, sigma_rad, others);
     }
-    fn solution(&self) -> Option<Solution<T>> {
-        self.solution()
+    fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+        self.monitor(body_to_ned);
     }
-    fn time(&self) -> Time {
-        self.time()
+    fn feel(
+        &mut self,
+        rate_radps: Vector<Body, T>,
+        force_mps2: Vector<Body, T>,
+        variances: [T; 2],
+        interval_s: T,
+    ) {
+        self.feel(rate_radps, force_mps2, variances, interval_s);
     }
-    fn reopen<L: Layout<N>, const N: usize>(&mut self, lost: &Ekf<L, N, T>, sigma_rad: f64) {
-        self.reopen(lost, sigma_rad);
+    #[inline(never)]
+    fn fix(
+        &mut self,
+        fix: &Fix,
+        sigmas: ([f64; 3], [f64; 3]),
+        receiver: &Receiver<T>,
+        history: &History<T>,
+    ) {
+        self.fix(fix, sigmas, receiver, history);
     }
-    fn is_open(&self) -> bool {
-        self.is_open()
+    #[inline(never)]
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
+        self.motion()
     }
-    fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.stop_and_monitor(body_to_ned);
-    }
-    fn feel(&mut self, rate_radps: Vector<Body, T>, force_mps2: Vector<Body, T>, interval_s: T) {
-        self.monitor.feel(rate_radps, force_mps2, interval_s);
+    #[inline(never)]
+    fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
+        self.motion_at(baseline, heading_rad)
     }
     fn better(
         &mut self,
-        fix: &Fix,
-        gps: &GpsModel,
-        history: &History<T>,
+        time: Time,
         body_to_ned: Rotation<Body, Ned, T>,
         sigma_rad: T,
     ) -> Option<BetterHeading> {
-        self.monitor.fix(fix, gps, history);
-        self.monitor.judge(fix.time, body_to_ned, sigma_rad)
+        self.judge(time, body_to_ned, sigma_rad)
     }
-    fn bears_out(&self) -> bool {
-        self.monitor.bears_out()
+    fn is_confirmed(&self) -> bool {
+        self.judgement.is_confirmed
     }
 }
 
 impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     const SEARCHES: bool = false;
-    fn unstarted(_: EkfConfig, _: Mounting) -> Self {
+    fn new() -> Self {
         Self
     }
-    fn start(&mut self, _: &Start, _: Option<Vector<Ned>>) {}
-    fn predict(&mut self, _: &ImuSample) -> Result<Prediction, ImuFault> {
-        Ok(Prediction::Stepped)
-    }
-    fn update_gps(&mut self, _: &Fix) -> Result<Report, Unusable> {
-        Err(Unusable::HeadingUnknown)
-    }
-    fn update_baro(&mut self, _: Time, _: f64) -> Result<Report, Unusable> {
-        Err(Unusable::HeadingUnknown)
-    }
-    fn found(&mut self) -> Option<FoundHeading<'_, T>> {
+    fn start(&mut self, _: &Start, _: Vector<Ned>, _: f64) {}
+    fn start_about(&mut self, _: Rotation<Body, Ned, T>, _: f64, _: [f64; 2]) {}
+    fn monitor(&mut self, _: Rotation<Body, Ned, T>) {}
+    fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: [T; 2], _: T) {}
+    fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &Receiver<T>, _: &History<T>) {}
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
         None
     }
-    fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
+    fn motion_at(&mut self, _: Vector<Body>, _: f64) -> Option<GuessedMotion<T>> {
         None
     }
-    fn found_at(&mut self, _: Vector<Body>, _: f64) -> Option<FoundHeading<'_, T>> {
+    fn better(&mut self, _: Time, _: Rotation<Body, Ned, T>, _: T) -> Option<BetterHeading> {
         None
     }
-    fn solution(&self) -> Option<Solution<T>> {
-        None
-    }
-    fn time(&self) -> Time {
-        Time::ZERO
-    }
-    fn reopen<L: Layout<N>, const N: usize>(&mut self, _: &Ekf<L, N, T>, _: f64) {}
-    fn is_open(&self) -> bool {
-        false
-    }
-    fn stop_and_monitor(&mut self, _: Rotation<Body, Ned, T>) {}
-    fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: T) {}
-    fn better(
-        &mut self,
-        _: &Fix,
-        _: &GpsModel,
-        _: &History<T>,
-        _: Rotation<Body, Ned, T>,
-        _: T,
-    ) -> Option<BetterHeading> {
-        None
-    }
-    fn bears_out(&self) -> bool {
+    fn is_confirmed(&self) -> bool {
         false
     }
 }

@@ -1,128 +1,161 @@
-//! Heading found in motion when nothing gives it at the start.
+//! Heading from motion: found where nothing gives it at the start, monitored afterwards.
 //!
-//! An error-state filter linearises, and no linearisation holds over an unknown heading. So the
-//! circle is cut into sectors, each with a filter of its own. They all fly the same samples; the fixes
-//! tell them apart, because only the right heading makes horizontal specific force agree with the
-//! change of GPS velocity. Each is weighted by the likelihood of its fixes (a Gaussian sum); those
-//! that lose are dropped, and when those left agree, the heading is found.
+//! The gyros carry one frame along, in which the specific force is summed up from fix to fix. Twelve guesses at the
+//! attitude of that frame, 30° apart in heading, each carry a velocity, an attitude and a gyro bias. The fixes weigh the
+//! guesses: only near the right heading does specific force add up to the change of GPS velocity. The filter and its
+//! magnetometer have no part in the guesses, so they cannot spread their own mistake.
 //!
-//! # Memory
-//! What the filters have in common, a shared filter holds once: settings, samples, the
-//! history of increments. It steps for one sector after the other, each of which keeps only what is its own, half a
-//! covariance among it. A fix that is older than a sector's own newest entries of the history, about
-//! two samples, is looked back for through those of the sector that stepped last: biases differ between
-//! sectors by so little that a GPS does not see it.
-//!
-//! # Time
-//! A fix is taken in by one sector after the other, over the samples that follow it (`turns.rs`), and the
-//! sectors are weighed when all have it.
+//! While the heading is unknown, the guesses own attitude and horizontal velocity, and the filter follows them. An
+//! error-state filter linearises, and no linearisation holds over an unknown heading.
 //!
 //! # Source
-//! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum
-//! approximations, *IEEE Transactions on Automatic Control* 17 (4), 439–448.
+//! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum approximations,
+//! *IEEE Transactions on Automatic Control* 17 (4), 439–448. A bank of small filters next to a large one is the idea of
+//! P. Riseborough's EKF-GSF in PX4.
 
+mod guess;
 mod method;
-mod mixture;
 mod monitor;
-mod sector;
-mod turns;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
-use mixture::Wander;
 pub(super) use monitor::BetterHeading;
-use monitor::Monitor;
 
-use super::config::{EkfConfig, GpsModel};
-use super::covariance::PackedCovariance;
-use super::filter::{Ekf, Samples};
-use super::gate::Group;
-use super::history::Cursor;
-use super::layout::{ATTITUDE, Layout, WithBarometer};
-use super::measurement::{Report, Unusable};
-use super::prediction::{ImuFault, Prediction};
+use super::config::GpsModel;
+use super::history::History;
 use super::scalar::Scalar;
 use super::square;
+use crate::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
-use crate::imu::ImuSample;
-use crate::ins::{Mounting, Start};
+use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use sector::Sector;
-use turns::Waiting;
+use guess::{Block, Felt, Guess, Measured, Prior, Surprise};
+use monitor::Judgement;
 
-/// The filter of a sector, and the length of its state vector.
-type SectorEkf<T> = Ekf<WithBarometer, STATES, T>;
-const STATES: usize = PackedCovariance::STATES;
-
-/// Number of sectors.
-const SECTORS: usize = 12;
-/// One-sigma of heading within a sector, rad: neighbours overlap at one sigma.
-const SECTOR_SIGMA_RAD: f64 = core::f64::consts::PI / SECTORS as f64;
-/// A sector whose weight falls below this is dropped.
-const LEAST_WEIGHT: f64 = 1e-4;
-/// The heading is found when its one-sigma over all sectors left is under this, rad.
-const FOUND_RAD: f64 = 0.14;
-/// Least speed, m/s, at fixes one second apart, before a heading counts as found; it goes with the
-/// square root of the time between fixes. A vehicle that is carried, pushed or turned by hand moves
-/// its unit in ways that slow fixes do not show, and the sectors agree on a wrong heading.
-const FOUND_SPEED_MPS: f64 = 5.0;
-
-/// Until then a heading is less sure than this, rad, whatever the sectors agree on: three of it are the circle.
+/// Number of guesses.
+const GUESSES: usize = 12;
+/// One-sigma of the heading of a guess at its start, rad: neighbours overlap at one sigma.
+const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
+/// Gravity, m/s².
+const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
+/// One-sigmas at the start of a monitor: of the level, rad (4°), and of the gyro bias, which is that of the filter, rad/s.
+const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
+/// Random walks that a monitor allows beyond the noise of the sensors: of the level and direction, rad/√s, and of the
+/// velocity, m/s/√s. Without them it would blame a heading for errors that the guesses have no states for.
+const ANGLE_WALK_RAD: f64 = 0.0035;
+const VELOCITY_WALK_MPS: f64 = 0.1;
+/// Least weight of a guess: none is ever ruled out.
+const LEAST_WEIGHT: f64 = 1e-9;
+/// Largest one-sigma over all guesses at which they agree, rad (8°).
+const AGREED_RAD: f64 = 0.14;
+/// Largest squared normalised innovation that a heading explains (five one-sigmas): beyond it for every guess, receiver
+/// or inertial unit is in error, and the guesses start again.
+const UNEXPLAINED: f32 = 25.0;
+/// Memory of the information on the direction, s.
+const EVIDENCE_S: f64 = 60.0;
+/// Longest interval between fixes, s; the guesses start again after a longer one.
+const LONGEST_S: f64 = 5.0;
+/// Least speed, m/s, at fixes one second apart, at which agreement alone proves a heading; it grows with the square root
+/// of the time between fixes. A vehicle that is carried or turned by hand moves its unit in ways that slow fixes miss.
+const PROVEN_MPS: f64 = 5.0;
+/// Time of agreement that proves the heading of a slower vehicle, s.
+const PROVEN_S: f64 = 5.0;
+/// Share of the information on that heading from motion within a guess: the guesses start with 0.29 of it.
+const PROVEN_EVIDENCE: f64 = 0.25;
+/// One-sigma of a heading that is not proven, at least, rad: three of it are the circle.
 const UNPROVEN_RAD: f64 = 1.05;
-
-/// A slower vehicle's heading counts as found when the monitor agrees within this, rad, for so long, s.
-const BORNE_OUT_RAD: f64 = 0.26;
-const BORNE_OUT_S: f64 = 5.0;
-
-/// A heading of two antennas is not believed where the fixes leave it less than this share of the
-/// best sector's weight.
+/// Least likelihood of a heading of two antennas, as a share of that of the best guess.
 const LEAST_SHARE: f64 = 0.01;
-
-/// A heading that is less likely than this share of the likeliest is not searched where one was known.
-const LEAST_PRIOR: f64 = 0.001;
-
-/// What the one-sigma of a fix is multiplied by for filters that have no states for its slow errors.
+/// Factor on the one-sigma of a fix: the guesses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
+/// Information share of a velocity from the difference of two positions.
+const DIFFERENCE_SHARE: f64 = 1.0;
 
-/// A bank of filters that differ in heading.
+/// A bank of guesses at the heading.
 #[derive(Clone, Debug)]
 pub struct HeadingSearch<T = f64> {
-    sectors: [Option<Sector<T>>; SECTORS],
-    /// Steps for each sector in turn.
-    filter: SectorEkf<T>,
-    last_fix: Option<Time>,
-    /// The fix that not all sectors have taken in yet.
-    waiting: Option<Waiting>,
-    /// Whether the sectors have been weighed since the heading was last asked for.
-    weighed: bool,
-    /// Time between the last two samples, s.
-    sample_s: f64,
-    /// Whether the vehicle has been fast enough for its heading to count as found.
-    fast: bool,
-    /// Since when the monitor has borne out the leader.
-    borne_out: Option<Time>,
-    /// The sector that took in the last barometric height after the leader.
-    next_height: u8,
-    /// What wanders of the last fix, which no sector has states for.
-    wander: Wander,
-    /// Watches the heading once there is one.
-    monitor: Monitor<T>,
+    guesses: [Guess; GUESSES],
+    /// Attitude at the start of the bank, before it is turned for each guess.
+    start_to_ned: Rotation<Body, Ned, T>,
+    /// Axis about which the attitude was open then.
+    axis: [f32; 3],
+    prior: Prior,
+    /// One-sigma of the heading at the start, rad; infinite where it is unknown.
+    prior_sigma_rad: f64,
+    /// From the body axes now to those at the start.
+    body_to_start: Rotation<Body, Body, T>,
+    /// Motion since the last fix, in the axes at the start: velocity change, m/s, over a time, s; the integral of the
+    /// direction cosines, s; and variances by sensor noise of angle, rad², and velocity, (m/s)².
+    felt_mps: Vector<Body, T>,
+    felt_s: T,
+    turned_s: [[T; 3]; 3],
+    variances: [T; 2],
+    /// The part of it that came before the last fix arrived.
+    since_fix: Felt,
+    /// Gyro bias of the filter at that fix, rad/s.
+    filter_bias_radps: Option<Vector<Body, T>>,
+    /// Antenna from the inertial unit at that fix, in the axes at the start, m.
+    arm_m: Vector<Body, T>,
+    /// Time and position of the fix that the guesses hold at.
+    last_fix: Option<(Time, Geodetic)>,
+    /// Whether the heading is monitored, not searched.
+    is_monitor: bool,
+    /// Whether a speed alone has proven that the motion can tell a heading.
+    is_fast: bool,
+    /// Time of the first of the last fixes at which the guesses agreed on a heading that motion has shown.
+    agreed_since: Option<Time>,
+    /// Information of recent fixes on the heading, rad⁻².
+    evidence: f32,
+    judgement: Judgement,
+}
+
+/// Motion by the best guess, and its covariance over all guesses.
+#[derive(Clone, Copy, Debug)]
+pub struct GuessedMotion<T> {
+    /// Attitude.
+    pub body_to_ned: Rotation<Body, Ned, T>,
+    /// Velocity, m/s.
+    pub velocity_mps: Vector<Ned, T>,
+    /// Gyro bias beyond that of the filter, rad/s.
+    pub bias_radps: Vector<Body, T>,
+    /// Covariance of velocity, attitude and gyro bias.
+    pub covariance: Block,
+    /// One-sigma of the heading, rad.
+    pub heading_sigma_rad: f64,
+    /// Turn about the open axis from the start of the search, rad.
+    pub turn_rad: f64,
+    /// Whether the heading is found.
+    pub is_found: bool,
+}
+
+/// The receiver of the fixes.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver<T> {
+    /// Its errors.
+    pub model: GpsModel,
+    /// Antenna from the inertial unit.
+    pub antenna: LeverArm<T>,
+    /// Gyro bias that the filter takes off the rates, rad/s.
+    pub bias_radps: Vector<Body, T>,
 }
 
 impl HeadingSearch {
-    /// Where the filter of one sector starts when the search starts at `start`, open about `axis`; sectors are counted
-    /// clockwise from the start's heading.
+    /// Start of a filter whose heading a search has found: `start` turned about `axis`.
     ///
     /// # Source
     /// Equation (H1) of docs/equations.md.
     #[must_use]
-    pub fn sector_start(mut start: Start, axis: Vector<Ned>, sector: usize) -> Start {
-        let turn = axis * (2.0 * SECTOR_SIGMA_RAD * sector as f64);
+    pub fn turned_start(
+        mut start: Start,
+        axis: Vector<Ned>,
+        turn_rad: f64,
+        sigma_rad: f64,
+    ) -> Start {
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
-        start.state.body_to_ned = start.state.body_to_ned.turned_in_to(turn);
+        start.state.body_to_ned = start.state.body_to_ned.turned_in_to(axis * turn_rad);
         let sigma = |along: f64| {
             let share = square(along);
-            Scalar::sqrt(square(tilt_rad) * (1.0 - share) + square(SECTOR_SIGMA_RAD) * share)
+            Scalar::sqrt(square(tilt_rad) * (1.0 - share) + square(sigma_rad) * share)
         };
         let [north, east, down] = axis.to_array();
         start.attitude_sigma_rad = Vector::new(sigma(north), sigma(east), sigma(down));
@@ -131,337 +164,452 @@ impl HeadingSearch {
 }
 
 impl<T: Scalar> HeadingSearch<T> {
-    /// A search that is still to start.
-    // As a part of its caller it is put together where the caller keeps it; so are its own parts.
+    /// A bank without guesses.
     #[inline(always)]
-    pub(super) fn unstarted(mut config: EkfConfig, mounting: Mounting) -> Self {
-        // A sector keeps no sum of steps: the filter that goes from one to the next propagates at every sample.
-        config.imu.covariance_interval_s = 0.0;
+    const fn empty() -> Self {
         Self {
-            sectors: core::array::from_fn(|_| None),
-            filter: Ekf::unstarted(config, mounting),
+            guesses: [Guess::NONE; GUESSES],
+            start_to_ned: Rotation::IDENTITY,
+            axis: DOWN,
+            prior: PRIOR,
+            prior_sigma_rad: f64::INFINITY,
+            body_to_start: Rotation::IDENTITY,
+            felt_mps: Vector::ZERO,
+            felt_s: T::ZERO,
+            turned_s: [[T::ZERO; 3]; 3],
+            variances: [T::ZERO; 2],
+            since_fix: Felt::NONE,
+            filter_bias_radps: None,
+            arm_m: Vector::ZERO,
             last_fix: None,
-            waiting: None,
-            weighed: false,
-            sample_s: 0.0,
-            fast: false,
-            borne_out: None,
-            next_height: 0,
-            wander: Wander::NONE,
-            monitor: Monitor::none(),
+            is_monitor: true,
+            is_fast: false,
+            agreed_since: None,
+            evidence: 0.0,
+            judgement: Judgement::NONE,
         }
     }
 
-    /// Starts, in place, to search all around from a start of unknown heading, open about `axis`; one whose heading is
-    /// known, without an axis, is all that there is.
-    pub(super) fn start(&mut self, start: &Start, axis: Option<Vector<Ned>>) {
-        (self.last_fix, self.fast, self.borne_out) = (None, false, None);
-        (self.waiting, self.weighed) = (None, false);
-        self.monitor.restart(start.state.body_to_ned.cast());
-        let Some(axis) = axis else {
-            self.sectors.fill_with(|| None);
-            self.filter.restart(start);
-            if let Some(first) = self.sectors.first_mut() {
-                first.insert(Sector::new(1.0)).store(&self.filter);
-            }
-            return;
+    /// Monitors a heading from the next fix on.
+    // In place: a new value would be built on the stack first.
+    fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+        self.guesses.fill(Guess::NONE);
+        self.start_to_ned = body_to_ned;
+        self.axis = DOWN;
+        self.prior = PRIOR;
+        self.prior_sigma_rad = f64::INFINITY;
+        self.body_to_start = Rotation::IDENTITY;
+        self.felt_mps = Vector::ZERO;
+        self.felt_s = T::ZERO;
+        self.turned_s = [[T::ZERO; 3]; 3];
+        self.variances = [T::ZERO; 2];
+        self.since_fix = Felt::NONE;
+        self.filter_bias_radps = None;
+        self.arm_m = Vector::ZERO;
+        self.last_fix = None;
+        self.is_monitor = true;
+        self.is_fast = false;
+        self.agreed_since = None;
+        self.evidence = 0.0;
+        self.judgement = Judgement::NONE;
+    }
+
+    /// Starts a search from a start that is open about `axis`, with a gyro bias of one-sigma `bias_sigma_radps` unless the
+    /// start states one.
+    fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
+        self.monitor(start.state.body_to_ned.cast());
+        self.is_monitor = false;
+        let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
+        self.axis = axis.to_array().map(|part| part as f32);
+        self.prior = Prior {
+            axis: self.axis,
+            tilt_sigma_rad: tilt_rad as f32,
+            bias_sigma_radps: start.gyro_bias_sigma_radps.unwrap_or(bias_sigma_radps) as f32,
         };
-        for (sector, slot) in self.sectors.iter_mut().enumerate() {
-            self.filter.restart(&HeadingSearch::sector_start(*start, axis, sector));
-            slot.insert(Sector::new(1.0 / SECTORS as f64)).store(&self.filter);
+    }
+
+    /// Starts a search about a heading of one-sigma `sigma_rad`, with these one-sigmas of tilt and gyro bias.
+    fn start_about(
+        &mut self,
+        body_to_ned: Rotation<Body, Ned, T>,
+        sigma_rad: f64,
+        [tilt_sigma_rad, bias_sigma_radps]: [f64; 2],
+    ) {
+        self.monitor(body_to_ned);
+        self.is_monitor = false;
+        self.is_fast = true;
+        self.prior_sigma_rad = sigma_rad.max(f64::MIN_POSITIVE);
+        self.prior.tilt_sigma_rad = tilt_sigma_rad as f32;
+        self.prior.bias_sigma_radps = bias_sigma_radps as f32;
+    }
+
+    /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
+    fn feel(
+        &mut self,
+        rate_radps: Vector<Body, T>,
+        force_mps2: Vector<Body, T>,
+        variances: [T; 2],
+        interval_s: T,
+    ) {
+        let turn_rad = rate_radps * interval_s;
+        let halfway = self.body_to_start.turned_in_from(turn_rad * T::of(0.5));
+        self.felt_mps += halfway * force_mps2 * interval_s;
+        self.felt_s += interval_s;
+        for (sum, row) in self.turned_s.iter_mut().zip(halfway.rows()) {
+            for (sum, cosine) in sum.iter_mut().zip(row) {
+                *sum += cosine * interval_s;
+            }
+        }
+        for (sum, variance) in self.variances.iter_mut().zip(variances) {
+            *sum += variance;
+        }
+        self.body_to_start = self.body_to_start.turned_in_from(turn_rad);
+    }
+
+    /// Takes a change of the filter's own gyro bias off the guesses.
+    fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
+        let before = self.filter_bias_radps.replace(bias_radps);
+        if let Some(before) = before.filter(|_| !self.is_monitor) {
+            let change = (bias_radps - before).to_array().map(|part| part.wide() as f32);
+            for guess in &mut self.guesses {
+                guess.correct_bias(change);
+            }
         }
     }
 
-    /// Starts, in place, to search about the heading of a filter that has lost it, to a one-sigma of `sigma_rad`.
+    /// What was felt until a fix, of which `later_mps` over `later_s` came after it; the latter is left for the next fix.
+    fn felt_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> Felt {
+        let felt_s = (self.felt_s - later_s).max(T::ZERO);
+        let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
+        let single = |value: T| value.wide() as f32;
+        let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| Felt {
+            velocity_mps: velocity_mps.to_array().map(single),
+            duration_s: single(duration_s),
+            turned_s: self.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
+            variances: self.variances.map(|variance| single(variance * share)),
+        };
+        let mut felt = part(share, self.felt_mps - later_mps, felt_s);
+        if self.is_monitor {
+            let walks = [ANGLE_WALK_RAD, VELOCITY_WALK_MPS].map(|walk| square(walk) as f32);
+            for (variance, walk) in felt.variances.iter_mut().zip(walks) {
+                *variance += walk * felt.duration_s;
+            }
+        }
+        let rest = T::ONE - share;
+        self.since_fix = part(rest, later_mps, later_s);
+        (self.felt_mps, self.felt_s) = (later_mps, later_s);
+        self.turned_s = self.turned_s.map(|row| row.map(|turned_s| turned_s * rest));
+        self.variances = self.variances.map(|variance| variance * rest);
+        felt
+    }
+
+    /// Weighs the guesses by a fix of these one-sigmas of position, m, and velocity, m/s, which may hold at an earlier
+    /// moment within the `history` of the same samples.
     ///
     /// # Source
-    /// Equation (H6) of docs/equations.md.
-    // Its frame need not stand beneath a sample that comes without a gap.
-    #[inline(never)]
-    pub(super) fn reopen<L: Layout<N>, const N: usize>(
+    /// Equations (H2), (H3) and (H5) of docs/equations.md.
+    fn fix(
         &mut self,
-        lost: &Ekf<L, N, T>,
-        sigma_rad: f64,
+        fix: &Fix,
+        sigmas: ([f64; 3], [f64; 3]),
+        receiver: &Receiver<T>,
+        history: &History<T>,
     ) {
-        let variance = square(sigma_rad).max(f64::MIN_POSITIVE);
-        (self.last_fix, self.fast, self.borne_out) = (None, true, None);
-        (self.waiting, self.weighed) = (None, false);
-        self.monitor.restart(lost.state.body_to_ned);
-        let mut sum = 0.0;
-        for (sector, slot) in self.sectors.iter_mut().enumerate() {
-            let turn_rad = wrap_angle(2.0 * SECTOR_SIGMA_RAD * sector as f64);
-            let weight = libm::exp(-0.5 * square(turn_rad) / variance);
-            if weight < LEAST_PRIOR {
-                *slot = None;
-                continue;
+        let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
+        if since.duration_s > self.felt_s {
+            // It holds before the bank's start.
+            return;
+        }
+        let gps = &receiver.model;
+        self.follow_bias(receiver.bias_radps);
+        self.body_to_start = self.body_to_start.renormalised();
+        let felt = self.felt_until(since.velocity_mps, since.duration_s);
+        let arm_m = since.attitude * receiver.antenna.0;
+        let moved_m = arm_m - core::mem::replace(&mut self.arm_m, arm_m);
+        let before = self.last_fix.replace((fix.time, fix.position));
+        let interval_s = before.map(|(time, _)| fix.time - time);
+        let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
+        let mut measured = self.measured(fix, sigmas, gps, before.zip(interval_s));
+        let swing = match interval_s.filter(|_| measured.is_mean) {
+            Some(interval_s) => moved_m * T::of(1.0 / interval_s),
+            None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),
+        };
+        measured.swing_mps = swing.to_array().map(|part| part.wide() as f32);
+        let Some(interval_s) = interval_s.filter(|_| self.has_begun()) else {
+            self.begin(&measured);
+            return;
+        };
+        let [north, east, _] = measured.axes.map(Option::unwrap_or_default);
+        let surely_mps = f64::from(Scalar::hypot(north.0, east.0))
+            - if measured.is_mean { 2.0 * f64::from(Scalar::sqrt(north.1)) } else { 0.0 };
+        let least_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
+        self.is_fast |= surely_mps > least_mps;
+        let share = information_share(fix, gps, interval_s.clamp(0.05, 10.0));
+        let mut surprises = [0.0; GUESSES];
+        let (mut least_squares, mut told) = (f32::INFINITY, 0.0);
+        for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
+            let [.., before] = guess.attitude_variances();
+            let Surprise { horizontal_squares, minus_two_log } = guess.step(&felt, &measured);
+            let [.., after] = guess.attitude_variances();
+            told += guess.weight * f64::from(((before - after) / (before * after)).max(0.0));
+            *surprise = share * f64::from(minus_two_log);
+            least_squares = least_squares.min(horizontal_squares);
+        }
+        if least_squares > UNEXPLAINED {
+            self.begin(&measured);
+            return;
+        }
+        if !self.guesses.iter().all(Guess::is_sound) {
+            self.begin(&measured);
+            return;
+        }
+        self.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
+        self.evidence += (share * told) as f32;
+        self.weigh(&surprises);
+        let agrees = self.has_evidence(PROVEN_EVIDENCE) && self.heading_spread().1 < AGREED_RAD;
+        self.agreed_since = if agrees { self.agreed_since.or(Some(fix.time)) } else { None };
+    }
+
+    /// The velocity of a fix, or the mean one since the fix `before`, an interval, s, earlier.
+    fn measured(
+        &self,
+        fix: &Fix,
+        (position_m, velocity_mps): ([f64; 3], [f64; 3]),
+        gps: &GpsModel,
+        before: Option<((Time, Geodetic), f64)>,
+    ) -> Measured {
+        let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional);
+        if let Some([north, east]) = fix.horizontal_velocity_mps {
+            let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
+            let values = [Some(north), Some(east), down];
+            let axes = core::array::from_fn(|axis| {
+                let least = if self.is_monitor { at(&usual, axis) } else { gps.velocity_floor_mps };
+                let sigma_mps = WHITENED * at(&velocity_mps, axis).max(least);
+                let value = values.get(axis).copied().flatten()?;
+                finite(value, square(sigma_mps))
+            });
+            return Measured { axes, is_mean: false, swing_mps: [0.0; 3] };
+        }
+        let Some(((_, place), interval_s)) = before else {
+            return Measured { axes: [None; 3], is_mean: true, swing_mps: [0.0; 3] };
+        };
+        let moved_m = fix.position.displacement_from(&place).to_array();
+        let share = square(gps.position_wander_share.min(1.0));
+        let wandered = share * (2.0 * interval_s / gps.position_wander_time_s).min(2.0);
+        let floor = 2.0 * square(gps.position_floor_m);
+        let axes = core::array::from_fn(|axis| {
+            if axis == 2 && fix.two_dimensional {
+                return None;
             }
-            sum += weight;
-            let filter = &mut self.filter;
-            filter.continue_from(lost);
-            let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
-            filter.state.body_to_ned = filter.state.body_to_ned.turned_in_to(turn);
-            filter.covariance.set_variance(ATTITUDE + 2, square(SECTOR_SIGMA_RAD));
-            slot.insert(Sector::new(weight)).store(filter);
+            let sigma_m = at(&position_m, axis);
+            let variance = (2.0 * (1.0 - share) + wandered) * square(sigma_m) + floor;
+            let value = at(&moved_m, axis) / interval_s;
+            finite(value, variance / square(interval_s))
+        });
+        Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
+    }
+
+    /// Whether the guesses hold at a fix.
+    fn has_begun(&self) -> bool {
+        self.guesses.iter().any(|guess| guess.weight > 0.0)
+    }
+
+    /// Starts the guesses at a fix: 30° apart about the attitude that they last agreed on, or that of the start.
+    fn begin(&mut self, measured: &Measured) {
+        let middle = match self.best().filter(|_| self.has_begun()) {
+            Some(best) if best.is_sound() => best.start_to_ned,
+            _ => self.start_to_ned.cast(),
+        };
+        let [north, east, down] = self.prior.axis;
+        let axis = Vector::<Ned, f32>::new(north, east, down);
+        let mut sum = 0.0;
+        for (number, guess) in self.guesses.iter_mut().enumerate() {
+            let turn_rad = wrap_angle(2.0 * GUESS_SIGMA_RAD * number as f64);
+            let off = turn_rad / self.prior_sigma_rad;
+            guess.weight = libm::exp(-0.5 * square(off)).max(LEAST_WEIGHT);
+            guess.start_to_ned = middle.turned_in_to(axis * turn_rad as f32);
+            guess.start(measured, &self.prior);
+            sum += guess.weight;
         }
-        for sector in self.sectors.iter_mut().flatten() {
-            sector.weight /= sum;
+        for guess in &mut self.guesses {
+            guess.weight /= sum;
+        }
+        let Prior { bias_sigma_radps, .. } = self.prior;
+        self.prior = Prior { bias_sigma_radps, ..PRIOR };
+        (self.agreed_since, self.evidence) = (None, 0.0);
+        self.judgement.forget();
+    }
+
+    /// Weighs the guesses by minus twice the logarithms of their likelihoods.
+    fn weigh(&mut self, surprises: &[f64; GUESSES]) {
+        let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let mut sum = 0.0;
+        for (guess, surprise) in self.guesses.iter_mut().zip(surprises) {
+            guess.weight *= libm::exp(-0.5 * (surprise - least).min(50.0));
+            sum += guess.weight;
+        }
+        for guess in &mut self.guesses {
+            guess.weight = (guess.weight / sum).max(LEAST_WEIGHT);
         }
     }
 
-    /// Whether headings are being searched.
-    pub(super) fn is_open(&self) -> bool {
-        self.sectors.iter().any(Option::is_some)
+    /// The guess of the largest weight.
+    fn best(&self) -> Option<&Guess> {
+        self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
-    /// Ends the search and drops its filters; from now on monitors the heading of another filter, by its level.
-    pub(super) fn stop_and_monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.sectors.fill_with(|| None);
-        self.waiting = None;
-        self.monitor.restart(body_to_ned);
-    }
-
-    /// Advances every filter to the next inertial sample, and lets some take in the fix that waits.
+    /// Mean heading of the guesses from that of the best, clockwise, and one-sigma over all guesses, rad.
     ///
-    /// # Errors
-    /// As [`Ekf::predict`]; all filters judge a sample alike.
-    // Its frame, and that of the filter's step, need not stand beneath a fix that waited for the sample.
-    #[inline(never)]
-    pub(super) fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
-        let before = self.filter.state.time;
-        if sample.time - before > self.filter.config.imu.gap_s {
-            self.finish_turns();
+    /// # Source
+    /// Equation (H4) of docs/equations.md.
+    fn heading_spread(&self) -> (f64, f64) {
+        let Some(best) = self.best() else { return (0.0, core::f64::consts::PI) };
+        let (mut weights, mut off, mut variance) = (0.0, 0.0, 0.0);
+        for guess in &self.guesses {
+            let apart = turn_between(best.start_to_ned, guess.start_to_ned, DOWN);
+            let [.., own] = guess.attitude_variances();
+            weights += guess.weight;
+            off += guess.weight * apart;
+            variance += guess.weight * (f64::from(own) + square(apart));
         }
-        let verdict = self.predict_all(sample)?;
-        match verdict {
-            Prediction::Stepped => {
-                let interval_s: T = sample.time.seconds_since(before);
-                self.sample_s = interval_s.wide();
-                if self.filter.samples.suspicion.hides_motion() {
-                    self.monitor.restart(self.filter.state.body_to_ned);
-                } else {
-                    let mean = sample.motion.cast().mean_rates(interval_s);
-                    let errors = self.filter.imu_errors();
-                    let rate = mean.angular_rate_radps - errors.gyro_bias_radps;
-                    self.monitor.feel(rate, mean.specific_force_mps2, interval_s);
+        let off = off / weights;
+        (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
+    }
+
+    /// Whether the fixes of recent motion have given this share of the information on an agreed heading.
+    fn has_evidence(&self, share: f64) -> bool {
+        f64::from(self.evidence) * square(AGREED_RAD) > share
+    }
+
+    /// Attitude by a guess.
+    fn attitude(&self, guess: &Guess) -> Rotation<Body, Ned, T> {
+        (guess.start_to_ned.cast() * self.body_to_start).renormalised()
+    }
+
+    /// Motion by the best guess now; `None` before the first fix. Its gyro bias is left out of the guesses from now on: the
+    /// filter takes it.
+    ///
+    /// # Source
+    /// Equation (H4) of docs/equations.md.
+    fn motion(&mut self) -> Option<GuessedMotion<T>> {
+        let best = *self.best().filter(|_| self.has_begun())?;
+        self.motion_of(&best)
+    }
+
+    fn motion_of(&mut self, guess: &Guess) -> Option<GuessedMotion<T>> {
+        let (time, _) = self.last_fix?;
+        let (velocity_mps, bias_radps) =
+            (guess.velocity_after(&self.since_fix), guess.bias_radps());
+        let [.., down] = guess.start_to_ned.rows();
+        let mut covariance = [[0.0; 9]; 9];
+        let weights: f64 = self.guesses.iter().map(|other| other.weight).sum();
+        for other in &mut self.guesses {
+            let share = (other.weight / weights) as f32;
+            for (row, line) in covariance.iter_mut().zip(other.covariance()) {
+                for (sum, value) in row.iter_mut().zip(line) {
+                    *sum += share * value;
                 }
             }
-            _ => self.monitor.restart(self.filter.state.body_to_ned),
-        }
-        self.take_turns();
-        Ok(verdict)
-    }
-
-    /// Lets the shared filter take a sample as each sector in turn.
-    // Its frame need not stand beneath a fix that a sector takes in.
-    #[inline(never)]
-    fn predict_all(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
-        let mut verdict = Prediction::Stepped;
-        let Samples { integrator, self_contradiction, .. } = self.filter.samples;
-        let mut watched = self.filter.samples;
-        let before: Cursor<T> = self.filter.history.cursor();
-        let mut forgotten = false;
-        for sector in self.sectors.iter_mut().flatten() {
-            let filter = &mut self.filter;
-            filter.history.set_cursor(before);
-            filter.samples = watched;
-            sector.load(filter);
-            verdict = filter.predict(sample)?;
-            if watched.watched != filter.samples.watched {
-                // What the first has found the others need not look for; what they integrate is their own.
-                watched = Samples { integrator, self_contradiction, ..filter.samples };
+            let there = other.velocity_after(&self.since_fix);
+            let [.., own_down] = other.start_to_ned.rows();
+            let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
+            let mut spread = [0.0; 9];
+            for axis in 0..3 {
+                let apart = at(&there, axis) - at(&velocity_mps, axis);
+                let drift = at(&other.bias_radps(), axis) - at(&bias_radps, axis);
+                let of = [(axis, square(apart)), (3 + axis, tilt), (6 + axis, square(drift))];
+                for (state, variance) in of {
+                    if let Some(sum) = spread.get_mut(state) {
+                        *sum = variance;
+                    }
+                }
             }
-            filter.update_at_rest(&mut ());
-            sector.store(filter);
-            forgotten |= filter.history.is_empty();
+            for (state, (row, variance)) in covariance.iter_mut().zip(spread).enumerate() {
+                if let Some(sum) = row.get_mut(state) {
+                    *sum += share * variance;
+                }
+            }
+            other.correct_bias(bias_radps);
         }
-        // A reset of one clears the history of all.
-        if forgotten {
-            self.filter.history.clear();
-        }
-        Ok(verdict)
-    }
-
-    /// Takes a fix into the filter that leads, whose report is given; the others follow with the next
-    /// samples. The fix before is done first.
-    ///
-    /// # Errors
-    /// As [`Ekf::update_gps`].
-    #[inline(never)]
-    pub(super) fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
-        self.finish_turns();
-        let interval_s = self.last_fix.map_or(1.0, |last| (fix.time - last).clamp(0.05, 10.0));
-        self.last_fix = Some(fix.time);
-        let fast_mps = FOUND_SPEED_MPS * Scalar::sqrt(interval_s);
-        let told = fix.horizontal_velocity_mps;
-        self.fast |= told.is_some_and(|[north, east]| Scalar::hypot(north, east) > fast_mps);
-        let (gps, mounting) = (self.filter.config.gps, self.filter.mounting);
-        let shares = information_shares(fix, &gps, interval_s);
-        let wider = whitened(fix, &gps);
-        let leader = self.leader();
-        let sector = self.sectors.get_mut(leader).and_then(Option::as_mut);
-        let report = sector
-            .ok_or(Unusable::NoState)?
-            .lend(&mut self.filter, |filter| filter.update_gps(&wider))?;
-        if report.contradicts_itself() {
-            return Ok(report);
-        }
-        // A receiver without velocity: that of its places, by the filter that leads.
-        self.fast |= told.is_none()
-            && self.best().is_some_and(|best| best.solution(&mounting).moves(fast_mps));
-        self.monitor.fix(fix, &gps, &self.filter.history);
-        self.wander = Wander::of(self.filter.fix_sigmas(fix), &gps);
-        // One that came late is soon older than what is remembered.
-        let left_s = interval_s.min(self.filter.history.remembers_for_s(fix.time));
-        let mut waiting = Waiting::new(wider, shares, left_s, self.sample_s);
-        waiting.told(leader, report.minus_two_log_likelihood(shares));
-        self.waiting = Some(waiting);
-        if left_s < 2.0 * self.sample_s {
-            self.finish_turns();
-        }
-        Ok(report)
-    }
-
-    /// Takes a barometric height, m, into the sector that leads, whose report is given, and into another in turn: height
-    /// needs no heading.
-    ///
-    /// # Errors
-    /// As [`Ekf::update_baro`].
-    #[inline(never)]
-    pub(super) fn update_baro(&mut self, time: Time, height_m: f64) -> Result<Report, Unusable> {
-        let open = self.sectors.iter().flatten().count();
-        let elapsed_s = open as f64 * self.filter.gates.since_accepted_s(Group::Baro, time);
-        let leader = self.leader();
-        let sector = self.sectors.get_mut(leader).and_then(Option::as_mut);
-        let report = sector
-            .ok_or(Unusable::NoState)?
-            .lend(&mut self.filter, |filter| filter.update_baro(time, height_m, &mut ()))?;
-        let next = (usize::from(self.next_height) + 1) % SECTORS;
-        self.next_height = next as u8;
-        if let Some(Some(sector)) = self.sectors.get_mut(next).filter(|_| next != leader) {
-            sector.lend(&mut self.filter, |filter| filter.follow_baro(time, height_m, elapsed_s));
-        }
-        Ok(report)
-    }
-
-    /// Asks the monitor about the leader.
-    fn bear_out(&mut self, time: Time) {
-        let off = self.best().and_then(|best| self.monitor.off(best.state().body_to_ned));
-        let agrees = off.is_some_and(|off| libm::fabs(off.turn_rad) < BORNE_OUT_RAD);
-        self.borne_out = if agrees { self.borne_out.or(Some(time)) } else { None };
-    }
-
-    /// Whether the motion so far can tell a heading.
-    fn is_proven(&self) -> bool {
-        self.fast || self.is_borne_out()
-    }
-
-    /// Whether the monitor has borne out the leader for long enough.
-    fn is_borne_out(&self) -> bool {
-        let since = self.borne_out.zip(self.last_fix);
-        since.is_some_and(|(since, now)| now - since >= BORNE_OUT_S)
-    }
-
-    fn best(&self) -> Option<&Sector<T>> {
-        self.sectors.iter().flatten().max_by(|a, b| a.weight.total_cmp(&b.weight))
-    }
-
-    /// The last inertial sample's time.
-    pub(super) const fn time(&self) -> Time {
-        self.filter.state.time
-    }
-
-    /// The best filter, once the heading is found: the sectors left agree, and the vehicle has been
-    /// fast enough for its motion to tell. Asked once of every fix that they have been weighed by.
-    pub(super) fn found(&mut self) -> Option<FoundHeading<'_, T>> {
-        if !core::mem::take(&mut self.weighed) {
-            return None;
-        }
-        let sigma_rad = self.heading_sigma_rad();
-        if !(self.is_proven() && sigma_rad < FOUND_RAD) {
-            return None;
-        }
-        let sector = self.leader();
-        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander: self.wander.sigmas() })
-    }
-
-    /// The filter that leads, whatever the others say; none where none is left.
-    pub(super) fn leading(&mut self) -> Option<FoundHeading<'_, T>> {
-        self.finish_turns();
-        let sigma_rad = self.heading_sigma_rad();
-        let sector = self.leader();
-        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander: self.wander.sigmas() })
-    }
-
-    /// The filter in whose attitude a baseline of the body points nearest to `heading_rad`, clockwise from
-    /// north; none where the fixes have spoken against it.
-    pub(super) fn found_at(
-        &mut self,
-        baseline: Vector<Body>,
-        heading_rad: f64,
-    ) -> Option<FoundHeading<'_, T>> {
-        self.finish_turns();
-        let most = self.best()?.weight;
-        let off = |sector: &Sector<T>| {
-            let heading = (sector.state().body_to_ned * baseline.cast()).azimuth_rad().wide();
-            libm::fabs(wrap_angle(heading_rad - heading))
+        let (off_rad, agreed_rad) = self.heading_spread();
+        let is_proven =
+            self.is_fast || self.agreed_since.is_some_and(|since| time - since >= PROVEN_S);
+        let least_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
+        let heading_sigma_rad =
+            Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
+        let wide = |value: f32| T::of(f64::from(value));
+        let taken = bias_radps.map(|bias| T::of(f64::from(bias)));
+        self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken.into());
+        let motion = GuessedMotion {
+            body_to_ned: self.attitude(guess),
+            velocity_mps: velocity_mps.map(wide).into(),
+            bias_radps: taken.into(),
+            covariance,
+            heading_sigma_rad,
+            turn_rad: turn_between(self.start_to_ned.cast(), guess.start_to_ned, self.axis),
+            is_found: is_proven && agreed_rad < AGREED_RAD,
         };
-        let near = self.sectors.iter().zip(0..).filter_map(|(slot, number)| {
-            let sector = slot.as_ref().filter(|sector| sector.weight > LEAST_SHARE * most)?;
-            Some((off(sector), number)).filter(|(off, _)| *off < 2.0 * SECTOR_SIGMA_RAD)
-        });
-        let (_, sector) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        self.sectors.get(sector)?.as_ref()?.load(&mut self.filter);
-        let (sigma_rad, wander) = (SECTOR_SIGMA_RAD, self.wander.sigmas());
-        Some(FoundHeading { filter: &self.filter, sector, sigma_rad, wander })
+        let is_sound = motion.velocity_mps.is_finite()
+            && motion.body_to_ned.is_finite()
+            && covariance.as_flattened().iter().all(|value| value.is_finite());
+        is_sound.then_some(motion)
     }
 
-    /// The number of the sector that leads, counted clockwise from the start's heading.
-    fn leader(&self) -> usize {
-        let leads = |slot: &Option<Sector<T>>| slot.as_ref().map_or(0.0, |sector| sector.weight);
-        (0..SECTORS)
-            .zip(&self.sectors)
-            .max_by(|a, b| leads(a.1).total_cmp(&leads(b.1)))
-            .map_or(0, |(sector, _)| sector)
+    /// Motion by the guess whose attitude points a baseline of the body nearest to `heading_rad`, clockwise from north;
+    /// `None` where the fixes deny it.
+    fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
+        let best = self.best().filter(|_| self.has_begun())?;
+        let turn_rad = |guess: &Guess| {
+            let pointed = (self.attitude(guess) * baseline.cast()).azimuth_rad().wide();
+            wrap_angle(heading_rad - pointed)
+        };
+        let off = |guess: &&Guess| libm::fabs(turn_rad(guess));
+        let nearest = *self.guesses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        if nearest.weight < LEAST_SHARE * best.weight {
+            return None;
+        }
+        let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad(&nearest)));
+        let motion = self.motion_of(&nearest)?;
+        let body_to_ned = motion.body_to_ned.turned_in_to(turn);
+        Some(GuessedMotion { body_to_ned, heading_sigma_rad: GUESS_SIGMA_RAD, ..motion })
     }
 }
 
-/// What a search has found.
-#[derive(Debug)]
-pub struct FoundHeading<'a, T> {
-    pub filter: &'a SectorEkf<T>,
-    pub sector: usize,
-    pub sigma_rad: f64,
-    /// One-sigmas of what the fixes' errors have of wander: position level and vertical, m, and velocity, m/s.
-    pub wander: [f64; 4],
+/// A value and its variance in single precision, where that holds them.
+fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
+    let (value, variance) = (value as f32, variance as f32);
+    (value * value + variance).is_finite().then_some((value, variance))
 }
 
-/// Which share of its information a fix's position and velocity add to the weights. A share s of the
-/// one-sigma that wanders with correlation time τ weighs, at fixes Δt apart, like white noise of
-/// variance s² 2τ/Δt: without this a vehicle at rest would find a heading in the wander of its GPS.
-/// Where there is a velocity, position adds nothing of its own.
+/// Down, NED.
+const DOWN: [f32; 3] = [0.0, 0.0, 1.0];
+
+/// An element of an array of three, zero beyond.
+fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
+    values.get(axis).copied().unwrap_or_default()
+}
+
+/// Turn about an axis from one attitude of the same axes to another, rad: the twist of their relative rotation.
+fn turn_between(
+    from: Rotation<Body, Ned, f32>,
+    to: Rotation<Body, Ned, f32>,
+    axis: [f32; 3],
+) -> f64 {
+    let [x, y, z, w] = (to * from.inverse()).to_array();
+    let [a, b, c] = axis;
+    wrap_angle(2.0 * f64::from((x * a + y * b + z * c).atan2(w)))
+}
+
+/// The share of its information by which a fix weighs the guesses. A share s of the one-sigma that wanders with
+/// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt: without this a vehicle at rest
+/// would find a heading in the wander of its GPS.
 ///
 /// # Source
 /// Equation (H3) of docs/equations.md.
-fn information_shares(fix: &Fix, gps: &GpsModel, interval_s: f64) -> [f64; 2] {
-    let wander = square(gps.velocity_wander_share) * 2.0 * gps.velocity_wander_time_s / interval_s;
-    let share = (square(WHITENED) / (1.0 + wander)).min(1.0);
-    if fix.horizontal_velocity_mps.is_some() { [0.0, share] } else { [share, 0.0] }
-}
-
-/// The fix with a part of its slow errors counted as white, so that filters without states for them
-/// do not follow them blindly.
-fn whitened(fix: &Fix, gps: &GpsModel) -> Fix {
-    let wider = |sigma: Option<Vector<Ned>>, model: [f64; 3]| {
-        Some(sigma.unwrap_or(model.into()) * WHITENED)
-    };
-    Fix {
-        position_sigma_m: wider(fix.position_sigma_m, gps.position_sigma_m()),
-        velocity_sigma_mps: wider(fix.axes_velocity_sigma_mps(), gps.velocity_sigma_mps()),
-        ..*fix
+fn information_share(fix: &Fix, gps: &GpsModel, interval_s: f64) -> f64 {
+    if fix.horizontal_velocity_mps.is_none() {
+        return DIFFERENCE_SHARE;
     }
+    let wander = square(gps.velocity_wander_share) * 2.0 * gps.velocity_wander_time_s / interval_s;
+    (square(WHITENED) / (1.0 + wander)).min(1.0)
 }
-
-#[cfg(test)]
-mod tests;

@@ -76,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let age_s = self.age_s(time)?;
-        let turned_rad = (body_to_ned * self.own.angular_rate_radps.cast()).z() * age_s;
+        let turned_rad = (body_to_ned * self.angular_rate_radps.cast()).z() * age_s;
         let off_rad = wrap_angle(reading.heading_rad + turned_rad - baseline.azimuth_rad());
         self.catch_up(trace);
         let own = self.covariance.variance(ATTITUDE + 2);

@@ -53,18 +53,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(report)
     }
 
-    /// [`update_baro`](Self::update_baro) with a height that another filter, which had these samples, was the first to
-    /// take in, `elapsed_s` after the last: neither gate nor scatter learns of it.
-    pub(in super::super) fn follow_baro(&mut self, time: Time, height_m: f64, elapsed_s: f64) {
-        let Some(state) = L::BARO else { return };
-        self.relax(&mut ());
-        let noise = self.barometer.noise_variance(self.config.baro.noise_m);
-        let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
-        let gates = self.gates;
-        self.compare_baro(state, time, height_m, [noise, elapsed_s], &mut ());
-        self.gates = gates;
-    }
-
     /// How far off a height is, m.
     fn baro_innovation(&self, state: usize, height_m: f64) -> T {
         let read_m = height_m - self.barometer.level_m();

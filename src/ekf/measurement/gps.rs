@@ -88,22 +88,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let mut report = Report::default();
-        self.take_in_gps(fix, true, &mut report, trace).map(|()| report)
+        self.take_in_gps(fix, &mut report, trace).map(|()| report)
     }
 
-    /// [`update_gps`](Self::update_gps) with a fix that another filter, which had these samples, was the
-    /// first to take in.
-    pub(in super::super) fn update_gps_again(&mut self, fix: &Fix) -> Result<Report, Unusable> {
-        let mut report = Report::default();
-        self.take_in_gps(fix, false, &mut report, &mut ()).map(|()| report)
-    }
-
-    /// [`update_gps`](Self::update_gps), told in the empty `report`; `news` says whether the watch over the
-    /// samples has yet to hear of the fix.
+    /// [`update_gps`](Self::update_gps), reported in the empty `report`.
     pub(in super::super) fn take_in_gps(
         &mut self,
         fix: &Fix,
-        news: bool,
         report: &mut Report,
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
@@ -134,17 +125,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let sigmas = self.fix_sigmas(fix);
         let noise = self.gps_noise(fix, sigmas, trace);
-        if news {
-            self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
-            if velocity_then.hidden_s > T::ZERO {
-                // Nor were the samples whole from a fix within a gap to the next.
-                self.samples.self_contradiction.add(Vector::ZERO, false);
-            }
-            let down_mps =
-                fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
-            let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
-            self.samples.rest.fix(fix.time, velocity);
+        self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
+        if velocity_then.hidden_s > T::ZERO {
+            // Nor were the samples whole from a fix within a gap to the next.
+            self.samples.self_contradiction.add(Vector::ZERO, false);
         }
+        let down_mps = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
+        let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
+        self.samples.rest.fix(fix.time, velocity);
         // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
         if !self.samples.self_contradiction.is_proven()
@@ -166,7 +154,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if is_absent {
             // It was moved by what the vehicle did meanwhile.
             self.gates.forget_walk();
-        } else if news && L::GPS_POSITION.is_some() {
+        } else if L::GPS_POSITION.is_some() {
             report.walked_m = self.note_walk(fix, moved_m);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
@@ -237,7 +225,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // What was learned of their size grows with a walk.
         let assumed = || {
             let [level_m, ..] = self.config.gps.position_sigma_m();
-            level_m as f32 * libm::sqrtf(self.own.gps_learned[0].min(1.0))
+            level_m as f32 * libm::sqrtf(self.gps_learned[0].min(1.0))
         };
         let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
         let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
@@ -259,9 +247,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 {
                     continue;
                 }
-                Channel::PositionNorth | Channel::PositionEast => &mut self.own.gps_learned[0],
-                Channel::VelocityNorth | Channel::VelocityEast => &mut self.own.gps_learned[1],
-                Channel::VelocityDown => &mut self.own.gps_learned[2],
+                Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
+                Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
+                Channel::VelocityDown => &mut self.gps_learned[2],
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(MOST_SURPRISE);
@@ -278,7 +266,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =
-            self.own.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
+            self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
         let position = match fix.position_sigma_m {
             Some(stated) => stated.to_array().map(|sigma| sigma * stated_times(learned_m)),
@@ -330,7 +318,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
-            turning: (-self.own.level_force.of_motion(back.force_m) - arm).to_array(),
+            turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(skew(-arm), back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
@@ -368,7 +356,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
-            turning: (self.own.level_force.of_motion(back.force_mps) - swing).to_array(),
+            turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
             gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),

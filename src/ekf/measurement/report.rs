@@ -3,8 +3,7 @@
 use core::error::Error;
 use core::fmt;
 
-use super::super::innovation::{Channel, Innovation, Verdict};
-use super::super::square;
+use super::super::innovation::{Innovation, Verdict};
 
 /// What happened to the axes of one measurement, in the order they were taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,26 +70,6 @@ impl Report {
     #[must_use]
     pub const fn contradicts_itself(&self) -> bool {
         self.contradicts
-    }
-
-    /// Minus twice the logarithm of the measurement's likelihood, but for a constant: the squared
-    /// normalised innovations and the logarithms of their variances, those of position and of
-    /// velocity each counted at a share of their information.
-    ///
-    /// # Source
-    /// Equation (K10) of docs/equations.md.
-    #[must_use]
-    pub(crate) fn minus_two_log_likelihood(&self, [position, velocity]: [f64; 2]) -> f64 {
-        let share = |channel| match channel {
-            Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown => position,
-            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => velocity,
-            _ => 1.0,
-        };
-        self.innovations()
-            .map(|axis| {
-                share(axis.channel) * (square(axis.normalised()) + 2.0 * libm::log(axis.sigma))
-            })
-            .sum()
     }
 
     /// Notes that the filter was opened for it, each axis by as much as it was `off`.

@@ -64,7 +64,7 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
     }
     filter.parameters = *parameters;
     // As if all that was felt were motion.
-    filter.own.level_force = LevelForce::NONE;
+    filter.level_force = LevelForce::NONE;
     if let Some(state) = nominal {
         filter.state = state;
     }

@@ -2,7 +2,7 @@
 
 use super::super::covariance::{Relaxation, Transition};
 use super::super::filter::Ekf;
-use super::super::layout::{Layout, POSITION, VELOCITY};
+use super::super::layout::Layout;
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -41,26 +41,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
         match self.gps_wander.map(|before| before.map(f64::from)) {
-            Some(before) if !self.wander_unknown => {
+            Some(before) => {
                 // What is found of fixes that state nothing grows with those that are refused.
                 if fix.position_sigma_m.is_some() {
                     self.follow_wander(before, &mut wander, trace);
                 }
             }
-            _ => self.open_wanders(wander),
+            None => self.open_wanders(wander),
         }
         self.gps_wander = Some(wander.map(|sigma| sigma as f32));
         GpsNoise { position_variance, velocity_variance }
-    }
-
-    /// Opens the wandering states of a filter that goes on where one without them was, by what is known of the fixes so
-    /// far: one-sigmas of position, level and vertical, m, and of velocity, m/s. What tells the height before the next fix would
-    /// else be tied to a height that is not known as well as the search had it.
-    pub(in super::super) fn open_unknown_wander(&mut self, wander: [f64; 4]) {
-        if self.wander_unknown && wander.iter().any(|&sigma| sigma > 0.0) {
-            self.open_wanders(wander);
-            self.gps_wander = Some(wander.map(|sigma| sigma as f32));
-        }
     }
 
     /// Lets what wanders of a position grow and shrink with what the fixes state. A receiver that converges takes what it was off
@@ -109,23 +99,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
         if let Some(first) = L::GPS_POSITION {
-            self.open_wander(first, POSITION, [position_h, position_h, position_v]);
+            self.open(first, [position_h, position_h, position_v]);
         }
         if let Some(first) = L::GPS_VELOCITY {
-            self.open_wander(first, VELOCITY, [velocity_h, velocity_h, velocity_v]);
-        }
-        self.wander_unknown = false;
-    }
-
-    /// Opens wandering states at a fix. A search that took the wander for noise has averaged it away
-    /// in the variance of position and velocity, though not in truth.
-    fn open_wander(&mut self, first: usize, of: usize, sigmas: [f64; 3]) {
-        self.open(first, sigmas);
-        if self.wander_unknown {
-            for (axis, sigma) in sigmas.into_iter().enumerate() {
-                self.covariance.add_variance(of + axis, square(sigma));
-                self.covariance.set_cross(of + axis, first + axis, -square(sigma));
-            }
+            self.open(first, [velocity_h, velocity_h, velocity_v]);
         }
     }
 }

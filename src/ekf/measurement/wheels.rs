@@ -88,7 +88,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
         let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
-        let [_, rate_y, rate_z] = self.own.angular_rate_radps.to_array();
+        let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
         let (across_mps, rate, gyro) = match across {
             Across::Right => (velocity.y(), rate_z, GYRO_BIAS + 2),
             Across::Down => (velocity.z(), rate_y, GYRO_BIAS + 1),

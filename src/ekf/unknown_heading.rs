@@ -1,0 +1,185 @@
+//! A filter whose heading is unknown: the heading search has its attitude and horizontal velocity, the filter keeps
+//! position, height and the errors of its sensors.
+
+use super::antenna::AntennaOffset;
+use super::excess::Excess;
+use super::filter::Ekf;
+use super::heading_search::GuessedMotion;
+use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::level_force::LevelForce;
+use super::measurement::{BiasShift, Report, Unusable};
+use super::scalar::Scalar;
+use super::square;
+use super::trace::Trace;
+use crate::frames::wrap_angle;
+use crate::gps::Fix;
+use crate::ins::{NavState, Start};
+use crate::time::Time;
+
+/// Least one-sigma of roll and pitch next to a heading just found, rad: the guesses share what their model lacks.
+const FOUND_TILT_RAD: f64 = 0.03;
+/// What gave the heading within this time, s, still gives it.
+const HEADING_GIVEN_S: f64 = 10.0;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Takes in a fix while the heading is unknown: position and height learn from it, the errors of the sensors do not.
+    ///
+    /// # Errors
+    /// As [`update_gps`](Self::update_gps).
+    #[inline(never)]
+    pub(super) fn take_in_place(
+        &mut self,
+        fix: &Fix,
+        report: &mut Report,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<(), Unusable> {
+        self.catch_up(trace);
+        // A filter that follows every velocity has no witness against a position.
+        self.gates.lose_position(fix.time);
+        let parameters = self.parameters;
+        let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
+        let learned = self.gps_learned;
+        let result = self.take_in_gps(fix, report, trace);
+        self.gps_learned = learned;
+        let learns = |state: usize| {
+            let of = |first: usize| (first..first + 3).contains(&state);
+            L::GPS_POSITION.is_some_and(of) || Some(state) == L::BARO || Some(state) == L::GROUND
+        };
+        for state in (GYRO_BIAS..N).filter(|state| !learns(*state)) {
+            if let (Some(parameter), Some(before), Some(variance)) =
+                (self.parameters.get_mut(state), parameters.get(state), variances.get(state))
+            {
+                *parameter = *before;
+                self.covariance.set_variance(state, *variance);
+            }
+        }
+        self.gates.forget_walk();
+        self.excess = Excess::NONE;
+        self.bias_shift = BiasShift::UNKNOWN;
+        self.level_force = LevelForce::NONE;
+        self.antenna = AntennaOffset::UNSEEN;
+        result
+    }
+
+    /// Takes attitude, velocity and gyro bias from the heading search, unless they are not those of a vehicle.
+    ///
+    /// # Source
+    /// Equation (H6) of docs/equations.md.
+    #[inline(never)]
+    pub(super) fn follow(
+        &mut self,
+        motion: &GuessedMotion<T>,
+        trace: &mut impl Trace<T, N>,
+    ) -> bool {
+        const OF: [usize; 9] = [
+            VELOCITY,
+            VELOCITY + 1,
+            VELOCITY + 2,
+            ATTITUDE,
+            ATTITUDE + 1,
+            ATTITUDE + 2,
+            GYRO_BIAS,
+            GYRO_BIAS + 1,
+            GYRO_BIAS + 2,
+        ];
+        self.catch_up(trace);
+        let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
+        let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
+        let state = NavState { body_to_ned, velocity_mps, ..self.state };
+        if !state.is_valid() {
+            return false;
+        }
+        self.state = state;
+        let parameters = self.parameters.iter_mut().skip(GYRO_BIAS);
+        for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
+            *parameter += bias;
+        }
+        for state in OF {
+            self.covariance.set_variance(state, 0.0);
+        }
+        for (&state, row) in OF.iter().zip(&motion.covariance) {
+            for (&other, &value) in OF.iter().zip(row) {
+                self.covariance.set_cross(state, other, f64::from(value));
+            }
+        }
+        self.open_heading(motion.heading_sigma_rad);
+        // The search follows the slow errors of the fixes, and a position is no surer than they are.
+        let [place, _, level, vertical] = self.gps_wander.unwrap_or_default().map(f64::from);
+        for (axis, slow) in [level, level, vertical].into_iter().enumerate() {
+            self.covariance.add_variance(VELOCITY + axis, square(slow));
+            if let Some(first) = L::GPS_VELOCITY {
+                self.set_block(first, [T::ZERO; 3]);
+                self.covariance.set_variance(first + axis, square(slow));
+                self.covariance.set_cross(VELOCITY + axis, first + axis, -square(slow));
+            }
+        }
+        for state in [POSITION, POSITION + 1] {
+            let missing = square(place) - self.covariance.variance(state);
+            self.covariance.add_variance(state, missing.max(0.0));
+        }
+        trace.reset(0..N);
+        trace.turned(turned.cast());
+        true
+    }
+
+    /// Goes on with a heading that the search has found, of at least `least_rad` one-sigma, unless its motion is not that of
+    /// a vehicle.
+    pub(super) fn accept_heading(
+        &mut self,
+        motion: &GuessedMotion<T>,
+        least_rad: f64,
+        trace: &mut impl Trace<T, N>,
+    ) -> bool {
+        let before_rad = self.state.body_to_ned.heading_rad();
+        if !self.follow(motion, trace) {
+            return false;
+        }
+        let turned_rad = wrap_angle((self.state.body_to_ned.heading_rad() - before_rad).wide());
+        self.open_heading(least_rad);
+        for axis in [ATTITUDE, ATTITUDE + 1] {
+            let missing = square(FOUND_TILT_RAD) - self.covariance.variance(axis);
+            self.covariance.add_variance(axis, missing.max(0.0));
+        }
+        self.heading_revision.replaced(turned_rad);
+        self.attitude_lost = None;
+        true
+    }
+
+    /// Goes on, as the same filter, from a second alignment: the motion goes over, the errors of the sensors stay.
+    #[inline(never)]
+    pub(super) fn realign(&mut self, start: &Start, trace: &mut impl Trace<T, N>) {
+        self.catch_up(trace);
+        let kept: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
+        let turned = start.state.body_to_ned.cast() * self.state.body_to_ned.inverse();
+        self.covariance.clear();
+        self.state = start.state.cast();
+        self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
+        self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
+        self.open(VELOCITY, start.velocity_sigma_mps.to_array());
+        self.open(POSITION, start.position_sigma_m.to_array());
+        for (state, variance) in kept.into_iter().enumerate().skip(GYRO_BIAS) {
+            self.covariance.set_variance(state, variance);
+        }
+        if let Some(sigma_radps) = start.gyro_bias_sigma_radps {
+            self.open(GYRO_BIAS, [sigma_radps; 3]);
+        }
+        let sigma_mps2 = self.config.imu.accel_bias_sigma_mps2;
+        self.open(super::layout::ACCEL_BIAS, [sigma_mps2; 3]);
+        self.set_block(super::layout::ACCEL_BIAS, [T::ZERO; 3]);
+        self.history.clear();
+        self.level_force = LevelForce::NONE;
+        self.attitude_lost = None;
+        trace.reset(0..N);
+        trace.turned(turned.rotation_vector().cast());
+    }
+
+    /// Whether something else than motion gave the heading not long before `time`.
+    pub(super) fn had_heading(&self, time: Time) -> bool {
+        let lately = |used: Time| time - used < HEADING_GIVEN_S;
+        let by_attitude =
+            self.heading_distrusted.is_none() && self.attitude_used.is_some_and(lately);
+        by_attitude || lately(self.antenna_heading.used)
+    }
+}
+
+const _: () = assert!(BASE > GYRO_BIAS);
