@@ -13,18 +13,18 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
 #[test]
-fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_42_kb() {
+fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_21_kb() {
     let sizes = [
-        ("f64", size_of::<Estimator<Full, 28, f64, NoHeadingSearch>>(), 16_000),
+        ("f64", size_of::<Estimator<Full, 28, f64, NoHeadingSearch>>(), 15_500),
         (
             "f64, no height aids",
             size_of::<Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>>(),
-            15_000,
+            14_600,
         ),
-        ("f32", size_of::<Estimator<Full, 28, f32, NoHeadingSearch>>(), 13_000),
-        ("base f32", size_of::<Estimator<Base, 16, f32, NoHeadingSearch>>(), 11_000),
-        ("f64 and search", size_of::<Estimator<Full, 28, f64, HeadingSearch>>(), 42_010),
-        ("f32 and search", size_of::<Estimator<Full, 28, f32, HeadingSearch<f32>>>(), 28_700),
+        ("f32", size_of::<Estimator<Full, 28, f32, NoHeadingSearch>>(), 9_500),
+        ("base f32", size_of::<Estimator<Base, 16, f32, NoHeadingSearch>>(), 7_400),
+        ("f64 and search", size_of::<Estimator<Full, 28, f64, HeadingSearch>>(), 20_400),
+        ("f32 and search", size_of::<Estimator<Full, 28, f32, HeadingSearch<f32>>>(), 14_300),
     ];
     for (name, size, most) in sizes {
         println!("{name}: {size} bytes");

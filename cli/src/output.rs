@@ -106,14 +106,14 @@ pub fn remove_stale(out: &Path, names: impl IntoIterator<Item = impl AsRef<Path>
         match is_ours.then(|| std::fs::remove_file(&path)) {
             Some(Ok(())) if is_quiet() => {}
             Some(Ok(())) => {
-                complain(format_args!("removed {}, a file of an earlier run", path.display()))
+                complain(format_args!("removed {}, a file of an earlier run", path.display()));
             }
             Some(Err(error)) => complain(format_args!(
                 "warning: cannot remove {}, a file of an earlier run: {error}",
                 path.display()
             )),
             None => {
-                complain(format_args!("warning: {} was not written by this run", path.display()))
+                complain(format_args!("warning: {} was not written by this run", path.display()));
             }
         }
     }

@@ -58,7 +58,7 @@
 #define HOVERNAV_ABI 7
 
 // Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
-#define HOVERNAV_SIZE 56320
+#define HOVERNAV_SIZE 34816
 
 // The same for a library built without heading-search.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672

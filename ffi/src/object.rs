@@ -15,7 +15,7 @@ use crate::status::Status;
 pub const HOVERNAV_ABI: u32 = 7;
 
 /// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
-pub const HOVERNAV_SIZE: usize = 56_320;
+pub const HOVERNAV_SIZE: usize = 34_816;
 
 /// The same for a library built without heading-search.
 pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 28_672;

@@ -42,10 +42,10 @@ use lost_level::Level;
 ///
 /// | estimator | bytes |
 /// |---|---|
-/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 16 000 |
-/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 42 010 |
-/// | `Estimator<Full, 28, f32>`, in single precision | at most 28 700 |
-/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 000 |
+/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 500 |
+/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 20 400 |
+/// | `Estimator<Full, 28, f32>`, in single precision | at most 14 300 |
+/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 14 600 |
 ///
 /// and its calls at most 8 kB of stack.
 ///
@@ -124,7 +124,7 @@ enum Phase {
     Navigating,
 }
 
-/// Least one-sigma of a heading just found, rad (10°): the sectors share what their model lacks.
+/// Least one-sigma of a heading just found, rad (10°): the guesses share what their model lacks.
 const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// What is further from the inertial samples than this, s, is from another clock.

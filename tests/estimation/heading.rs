@@ -123,7 +123,7 @@ fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes
 
 #[test]
 fn a_heading_that_no_motion_has_proven_is_not_known() {
-    // Carried about slowly, its unit turned by hand: the sectors come to agree on something.
+    // Carried about slowly, its unit turned by hand: the guesses come to agree on something.
     let field = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let mut plan = FlightPlan::hover_at(field, 0.7);
     for _ in 0..12 {

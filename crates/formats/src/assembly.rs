@@ -148,7 +148,8 @@ impl Assembly {
         match (0.0..=1e4).contains(&reading.range_m) {
             true => self.ranges.push(place, RangeReading { sigma_m, quality, ..reading }),
             false => {
-                self.other_remarks.count("left out: the distance is missing or out of range", place)
+                self.other_remarks
+                    .count("left out: the distance is missing or out of range", place);
             }
         }
     }

@@ -201,7 +201,7 @@ impl Guess {
             let innovation = value - predicted - expected;
             let total = self.update(&sensitivity, innovation, variance, &mut error);
             let squared = square(innovation) / total;
-            surprise.minus_two_log += squared + total.ln();
+            surprise.minus_two_log += squared + Scalar::ln(total);
             if axis < 2 {
                 surprise.horizontal_squares += squared;
             }
@@ -233,16 +233,16 @@ impl Guess {
         };
         for row in 0..3 {
             let factors = columns(row);
-            for column in 0..STATES {
-                let moved: f32 = (0..6).map(|k| factors[k] * p[ATTITUDE + k][column]).sum();
-                p[row][column] += moved;
-            }
+            let moved: [f32; STATES] = core::array::from_fn(|column| {
+                (0..6).map(|k| factors[k] * p[ATTITUDE + k][column]).sum()
+            });
+            add(&mut p[row], moved);
         }
         for row in 0..3 {
-            for column in 0..STATES {
-                let moved: f32 = (0..3).map(|k| by_bias[row][k] * p[BIAS + k][column]).sum();
-                p[ATTITUDE + row][column] += moved;
-            }
+            let moved: [f32; STATES] = core::array::from_fn(|column| {
+                (0..3).map(|k| by_bias[row][k] * p[BIAS + k][column]).sum()
+            });
+            add(&mut p[ATTITUDE + row], moved);
         }
         for line in p.iter_mut() {
             for row in 0..3 {
@@ -302,6 +302,12 @@ impl Guess {
 
 /// One-sigma of a velocity that no fix has told, m/s.
 const UNKNOWN_MPS: f32 = 10.0;
+
+fn add(row: &mut [f32; STATES], moved: [f32; STATES]) {
+    for (value, moved) in row.iter_mut().zip(moved) {
+        *value += moved;
+    }
+}
 
 /// The matrix whose product with a rotation ψ is ψ × v.
 fn cross([x, y, z]: [f32; 3]) -> [[f32; 3]; 3] {

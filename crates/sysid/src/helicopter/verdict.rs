@@ -95,7 +95,7 @@ impl Identification {
                 }
             }
             Err(error) => {
-                judge.say(Grade::DoNotFly, format!("its modes cannot be computed: {error}"))
+                judge.say(Grade::DoNotFly, format!("its modes cannot be computed: {error}"));
             }
         }
         Verdict { grade: judge.grade, reasons: judge.reasons }
