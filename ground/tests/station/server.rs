@@ -11,17 +11,18 @@ use tungstenite::Message;
 /// Sends raw bytes and returns the answer.
 fn raw(served: &Served, request: &str) -> String {
     let mut stream = TcpStream::connect(served.address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
-    let (mut answer, mut buffer) = (Vec::new(), [0; 4096]);
-    // A WebSocket connection stays open: its beginning is sufficient.
+    let stays_open = !request.contains("Connection: close");
+    let (mut answer, mut buffer) = (String::new(), [0; 4096]);
+    // A connection that stays open has answered with the end of its headers.
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
-        answer.extend_from_slice(&buffer[..count]);
-        if answer.starts_with(b"HTTP/1.1 101") {
+        answer.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        if stays_open && answer.contains("\r\n\r\n") {
             break;
         }
     }
-    String::from_utf8_lossy(&answer).into_owned()
+    answer
 }
 
 fn get(served: &Served, path: &str) -> String {
