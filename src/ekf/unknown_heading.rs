@@ -17,7 +17,7 @@ use crate::ins::{NavState, Start};
 use crate::time::Time;
 
 /// Least one-sigma of roll and pitch next to a heading just found, rad: the guesses share what their model lacks.
-const FOUND_TILT_RAD: f64 = 0.03;
+const FOUND_TILT_RAD: f64 = 0.01;
 /// What gave the heading within this time, s, still gives it.
 const HEADING_GIVEN_S: f64 = 10.0;
 
@@ -40,7 +40,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
         let result = self.take_in_gps(fix, report, trace);
-        self.gps_learned = learned;
+        // Of the size of the fixes' errors only that of a position needs no heading, and not where it alone tells the motion.
+        let [before, level, down] = learned;
+        let [found, ..] = self.gps_learned;
+        let has_velocity = fix.horizontal_velocity_mps.is_some();
+        self.gps_learned = [if has_velocity { found } else { before }, level, down];
         let learns = |state: usize| {
             let of = |first: usize| (first..first + 3).contains(&state);
             L::GPS_POSITION.is_some_and(of) || Some(state) == L::BARO || Some(state) == L::GROUND
