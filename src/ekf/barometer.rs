@@ -11,7 +11,7 @@ pub(super) struct Barometer {
     reading_m: f32,
     /// Residual of the last reading after its update, m.
     left_m: f32,
-    /// Variance by which readings scatter, m²; none before the first.
+    /// Variance of the readings' noise, m²; zero before the first.
     variance: f32,
 }
 

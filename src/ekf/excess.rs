@@ -5,9 +5,9 @@
 //! by how much the driving noise has to grow. Errors of the fixes themselves only reduce the correlation, so their size
 //! need not be known.
 //!
-//! Where they become very much alike within seconds, something has stepped: a bias, for all the filter knows.
-//! A large step leads beyond the gate before that shows; what is refused then grows from fix to fix, while what a
-//! receiver gets wrong is there at a stroke.
+//! A strong correlation within seconds indicates a step, most likely of a bias. A large step leads beyond the gate
+//! before it shows in the correlation. Rejected innovations then grow from fix to fix, while a receiver fault appears
+//! at full size at once.
 
 use super::innovation::{Channel, Innovation, Verdict};
 use super::measurement::Report;

@@ -85,8 +85,8 @@ const BANKS: f32 = 0.5;
 const BEYOND: f32 = 0.005;
 /// Residual assumed after a vehicle has violated the constraint, m/s.
 const DENIED_MPS: f32 = 1.0;
-/// Innovations that lean to one side by so many one-sigmas are those of a vehicle that leaves its road little by
-/// little; a car's are within 0.3, for what is left goes on and is counted so often.
+/// Mean normalised innovation that indicates a vehicle slowly leaving its road. A car's mean stays within 0.3: the
+/// residual is correlated, and [`Line::variance`] is inflated for it.
 const LEANING: f32 = 0.75;
 /// Longer intervals between readings, s, count as this one.
 const LONGEST_S: f32 = 1.0;
