@@ -1,26 +1,26 @@
-//! What a sample of the inertial unit did to the filter.
+//! The effect of an inertial sample on the filter.
 
 use core::error::Error;
 use core::fmt;
 
-/// What a sample of the inertial unit did to the filter.
+/// The effect of an inertial sample on the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Prediction {
     /// State and covariance were advanced by one step.
     Stepped,
-    /// The interval before the sample is longer than the configured gap: it was integrated as one
-    /// step, and the covariance opened by the motion it may have hidden.
+    /// The interval before the sample is longer than the configured gap. It was integrated as one step, and the
+    /// covariance was widened by the motion that the gap may have hidden.
     BridgedGap {
         /// Length of the interval, s.
         length_s: f64,
     },
-    /// The covariance was reset; the state goes on from where it was, at the time of the sample.
+    /// The covariance was reset; the state continues unchanged at the time of the sample.
     Reset(ResetCause),
 }
 
-/// Why the covariance was reset: attitude, velocity and position are opened so wide that the next
-/// fixes decide; biases keep their estimates.
+/// Cause of a reset of the covariance. Attitude, velocity and position are opened so far that the next fixes determine
+/// them; biases keep their estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ResetCause {
@@ -29,27 +29,27 @@ pub enum ResetCause {
         /// Length of the interval, s.
         length_s: f64,
     },
-    /// The step would have led to where NED does not exist, or beyond 10 km/s; it was not taken.
+    /// The step would have led to where NED does not exist, or beyond 10 km/s; it was skipped.
     Diverged,
-    /// The attitude was wrong, by what the fixes say of the force that the unit felt: it was aligned anew.
+    /// The attitude was inconsistent with the specific force according to the fixes, and was aligned again.
     Misaligned {
-        /// By how much what the body takes for up was off, rad.
+        /// Error of the up direction, rad.
         off_rad: f64,
     },
 }
 
-/// Why a sample of the inertial unit was refused; it changed nothing.
+/// Reason why an inertial sample was rejected; it changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImuFault {
-    /// A component is NaN, infinite or beyond what units measure.
+    /// A component is NaN, infinite or beyond the range of inertial units.
     NotFinite,
-    /// Not later than the sample before.
+    /// Not later than the previous sample.
     NotLater,
-    /// Every reading the same as before, in a unit that vibrates: it was not measuring.
+    /// All readings are the same as before, in an inertial unit that vibrates: the unit did not measure.
     Stuck,
-    /// Every reading on the straight line of those before, in a unit that vibrates: a logger made it up where samples
-    /// were missing.
+    /// All readings lie on the straight line of the previous ones, in an inertial unit that vibrates: a logger
+    /// interpolated missing samples.
     Interpolated,
 }
 

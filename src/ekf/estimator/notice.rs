@@ -102,7 +102,7 @@ pub enum Notice {
         /// The reason: see [`Unusable::is_fault`].
         reason: Unusable,
     },
-    /// An inertial sample ended a gap, and the gap was bridged.
+    /// An inertial sample ended a gap, which was bridged.
     GapBridged {
         /// The sample's time.
         time: Time,
