@@ -91,7 +91,7 @@ impl Default for Rangefinder {
 pub struct Aiding {
     /// The inertial unit's own attitude.
     pub attitude: bool,
-    /// Magnetic heading, where the unit's own attitude is not used.
+    /// Magnetic heading, while the inertial unit's own attitude is not used.
     pub magnetometer: bool,
     /// Barometric height.
     pub baro: bool,

@@ -104,9 +104,9 @@ pub enum Verdict {
 /// One scalar update: measured minus predicted, the expected one-sigma, and the outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// When the measurement was true.
+    /// The measurement's time of validity.
     pub time: Time,
-    /// What was compared.
+    /// The quantity compared.
     pub channel: Channel,
     /// Measured minus predicted, in the channel's unit.
     pub innovation: f64,
