@@ -16,9 +16,9 @@ pub(super) struct FieldWatch {
     /// Zero before the first reading; a real field is never zero.
     usual: Parts,
     opened_at: Parts,
-    /// Variance of a part about what is usual, gauss².
+    /// Variance of a component about the usual field, gauss².
     scatter: f32,
-    /// For how long the field has been what is usual, s, and how long it has stood still elsewhere.
+    /// Time, s, for which the field was usual, and for which it has been constant elsewhere.
     usual_s: f32,
     elsewhere_s: f32,
     /// One-sigma of the heading error due to the field's distance from the usual one, rad.
@@ -84,8 +84,8 @@ const AZIMUTH_S: f32 = 15.0;
 const BACK_SHARE: f32 = 0.5;
 /// Time constant, s, of the usual field; shorter while the field is known for less time.
 const USUAL_S: f32 = 60.0;
-/// A field that stands still elsewhere for twice as long as the usual one was there is as likely the Earth's, after no
-/// less than the first and no more than the second of these times, s.
+/// A field constant elsewhere for twice the time of the usual one may as well be the Earth's. The time is limited to
+/// this range, s.
 const LASTING_S: [f32; 2] = [5.0, 180.0];
 /// A usual field of less than this time, s, was only the field at the start.
 const WRONG_START_S: f32 = 30.0;

@@ -44,7 +44,7 @@ impl Felt {
 /// Velocity of a fix, NED.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
-    /// Velocity, m/s, and its variance, (m/s)²; `None` for an axis that the fix does not tell.
+    /// Velocity, m/s, and its variance, (m/s)²; `None` for an axis that the fix does not measure.
     pub axes: [Option<(f32, f32)>; 3],
     /// Whether it is the mean since the previous fix, from positions.
     pub is_mean: bool,

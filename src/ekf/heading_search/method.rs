@@ -72,7 +72,7 @@ pub(in super::super) mod sealed {
             body_to_ned: Rotation<Body, Ned, T>,
             sigma_rad: T,
         ) -> Option<BetterHeading>;
-        /// Whether recent motion confirmed the heading that was judged last.
+        /// Whether recent motion confirmed the last judged heading.
         fn is_confirmed(&self) -> bool;
     }
 }

@@ -61,7 +61,7 @@ const LONGEST_S: f64 = 5.0;
 const PROVEN_MPS: f64 = 5.0;
 /// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
-/// Least share of the information on that heading that motion must give; the initial spread within a guess counts 0.29.
+/// Least share of the information on that heading that motion must give; each guess starts with 0.29 of it.
 const PROVEN_EVIDENCE: f64 = 0.25;
 /// Least one-sigma of an unproven heading, rad: three of them cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
