@@ -1,7 +1,7 @@
 //! Gates, and the choice between sensor and filter when a gate stays closed.
 //!
 //! A gate rejects a bad fix. A diverged filter rejects *every* fix, and drifts without end. The start of the rejections
-//! tells the two cases apart:
+//! distinguishes the two cases:
 //!
 //! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias: the
 //!   sensor is at fault, even if the inertial samples had trouble, because neither a vehicle nor a filter moves like
@@ -10,13 +10,13 @@
 //! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of large innovations:
 //!   the filter has diverged. It is reset to the measurement after
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) and three rejected fixes.
-//! - Velocity jumped more than any acceleration explains: the receiver is at fault. It resets nothing until its velocity
-//!   agrees again, for at most 15 s.
+//! - Velocity jumped more than any acceleration explains: the receiver is at fault. It resets nothing until its
+//!   velocity agrees again, for at most 15 s.
 //! - The receiver contradicts itself in successive readings: it resets nothing. Its fixes are rejected, except a fix
 //!   that agrees with the filter in all axes within the noise of the fix.
-//! - The innovations of a height are biased for seconds: those of the receiver while a barometer agrees with the filter,
-//!   or those of a barometer while the receiver agrees. The sensor with the biased innovations drifts. It is rejected
-//!   although each single innovation lies within the gate.
+//! - The innovations of a height are biased for seconds: those of the receiver while a barometer agrees with the
+//!   filter, or those of a barometer while the receiver agrees. The sensor with the biased innovations drifts. It is
+//!   rejected although each single innovation lies within the gate.
 //! - A distance to the ground jumped: a roof, a tree or a false reading. It is rejected for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then attributed to other ground, never to height.
 //! - A barometer disagrees with a height by a constant amount, while both agree about each change of height: the
@@ -24,13 +24,13 @@
 //!   reported for longer.
 //! - In all other cases the fault is unknown, and the filter is reset to the measurement after
 //!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of rejections. A height is not accepted while a barometer
-//!   disagrees with it. A heading is accepted only after two minutes without confirmation of the filter's own heading by
-//!   fixes or another sensor.
+//!   disagrees with it. A heading is accepted only after two minutes without confirmation of the filter's own heading
+//!   by fixes or another sensor.
 //!
 //! A position may be accepted without other evidence. Then the previous position stays a second hypothesis for as long
 //! as it had been reported: the one-sigma of the solution reaches back to it, and three fixes that return to it are
-//! accepted. If positions drift away from the receiver's own velocity, too slowly for a gate, the one-sigma reaches back
-//! to the start of the drift.
+//! accepted. If positions drift away from the receiver's own velocity, too slowly for a gate, the one-sigma reaches
+//! back to the start of the drift.
 //!
 //! A reset to the measurement ("reopening") widens the covariance by the size of the innovation and keeps the
 //! correlations, so that both hypotheses lie within it. Then the fix is fused. The report is always

@@ -57,7 +57,7 @@ impl fmt::Display for Prediction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stepped => f.write_str("one step"),
-            Self::BridgedGap { length_s } => write!(f, "none for {length_s:.3} s: bridged"),
+            Self::BridgedGap { length_s } => write!(f, "no samples for {length_s:.3} s: bridged"),
             Self::Reset(cause) => cause.fmt(f),
         }
     }
@@ -66,10 +66,12 @@ impl fmt::Display for Prediction {
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::LongGap { length_s } => write!(f, "none for {length_s:.3} s: covariance reset"),
-            Self::Diverged => f.write_str("it would lead off the Earth: covariance reset"),
+            Self::LongGap { length_s } => {
+                write!(f, "no samples for {length_s:.3} s: covariance reset")
+            }
+            Self::Diverged => f.write_str("impossible position or velocity: covariance reset"),
             Self::Misaligned { off_rad } => {
-                write!(f, "{:.0}° off upright by the fixes: aligned anew", off_rad.to_degrees())
+                write!(f, "{:.0}° off according to the fixes: aligned again", off_rad.to_degrees())
             }
         }
     }
@@ -78,10 +80,10 @@ impl fmt::Display for ResetCause {
 impl fmt::Display for ImuFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "not finite: passed over",
-            Self::NotLater => "not later than the sample before: passed over",
-            Self::Stuck => "the same readings as before: passed over",
-            Self::Interpolated => "made up between others, on a straight line: passed over",
+            Self::NotFinite => "not finite, or impossibly large",
+            Self::NotLater => "not later than the previous sample",
+            Self::Stuck => "identical to the previous sample, so not measured",
+            Self::Interpolated => "on a straight line with other samples, so not measured",
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Evaluation of a rejection: which side is at fault, how long the filter keeps its own state, and what is reopened.
+//! Evaluation of a rejection: which side is at fault, the time until a reopening, and the reopened states.
 
 use super::super::config::GateConfig;
 use super::{DISPUTED_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};

@@ -102,7 +102,7 @@ pub enum Unusable {
     TooSoon,
     /// The layout has no state for this sensor.
     NoState,
-    /// The heading search is not finished, and so far has only fixes.
+    /// The heading is unknown: its search continues, with fixes alone.
     HeadingUnknown,
     /// A distance outside the rangefinder's range, or one that the sensor itself marks as invalid.
     OutOfRange,
@@ -175,23 +175,23 @@ impl fmt::Display for Aid {
 impl fmt::Display for Unusable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "no place, or not finite",
-            Self::TooOld => "older than the filter's memory",
-            Self::Repeated => "the fix before again, though moving",
+            Self::NotFinite => "not finite, or an impossible value",
+            Self::TooOld => "older than the filter's history",
+            Self::Repeated => "a repeated fix although the vehicle moves",
             Self::AheadOfImu => "ahead of the inertial samples",
-            Self::TooSoon => "too soon after the last to be worth anything",
+            Self::TooSoon => "too soon after the previous one",
             Self::NoState => "the filter has no state for it",
-            Self::HeadingUnknown => "the heading is still searched for",
-            Self::OutOfRange => "out of the sensor's reach, or not valid",
-            Self::TooTilted => "the beam leads away from the ground",
-            Self::Stuck => "the same distance again, though moving",
-            Self::WrongBaseline => "the antennas are not so far apart",
-            Self::Reversed => "the other way round, as with antennas exchanged",
-            Self::TurnsOtherwise => "it turns otherwise than the gyros",
-            Self::Outlier => "off what the others are",
-            Self::FieldTooSteep => "a field without a level part tells no heading",
-            Self::NotLevelled => "roll and pitch are not known yet after a gap",
-            Self::NothingNew => "the reading before again",
+            Self::HeadingUnknown => "the heading is still unknown",
+            Self::OutOfRange => "outside the sensor's range, or marked invalid",
+            Self::TooTilted => "the beam points away from the ground",
+            Self::Stuck => "a repeated distance although the vehicle moves",
+            Self::WrongBaseline => "the baseline differs from the mounted one",
+            Self::Reversed => "points backwards: are the antennas exchanged?",
+            Self::TurnsOtherwise => "it turns unlike the gyros",
+            Self::Outlier => "differs from the other readings",
+            Self::FieldTooSteep => "a field without a horizontal part, so without a heading",
+            Self::NotLevelled => "roll and pitch are still unknown after a gap",
+            Self::NothingNew => "a repeated reading",
         })
     }
 }

@@ -244,7 +244,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.covariance.add_variance(state, opened);
                 }
             }
-            // They are checked before the comparison, so they are not rejected here.
+            // The check for wheels comes before the comparison, so these axes are never rejected.
             Channel::WheelsRight | Channel::WheelsDown => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {
