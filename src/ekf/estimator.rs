@@ -62,7 +62,7 @@ use lost_level::Level;
 /// use hovernav::time::Time;
 ///
 /// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
-/// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("no place")?;
+/// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
 /// let mut fixes_used = 0;
 /// for k in 0..3_000 {
 ///     let time = Time::from_nanoseconds(k * 20_000_000);

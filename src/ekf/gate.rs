@@ -33,7 +33,7 @@
 //! back to the start of the drift.
 //!
 //! A reset to the measurement ("reopening") widens the covariance by the size of the innovation and keeps the
-//! correlations, so that both hypotheses lie within it. Then the fix is fused. The report is always
+//! correlations. Both hypotheses then lie within it. Then the fix is fused. The report is always
 //! [`Verdict::Reopened`](super::Verdict::Reopened).
 
 mod refusal;

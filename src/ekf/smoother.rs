@@ -2,14 +2,15 @@
 //!
 //! The filter runs forward once, observed by a [`Smoother`]. The smoother stores the transition of every propagation,
 //! and sensitivity, gain and innovation of every scalar update. At every inertial sample it stores the estimate and its
-//! covariance. Then the modified Bryson–Frazier recursion runs backward over the record. It carries an adjoint λ and
-//! its information Λ, zero at the end of the log, back through every update
+//! covariance. Then the modified Bryson–Frazier recursion runs backward over the record. An adjoint λ and its
+//! information Λ are zero at the end of the log. The recursion takes them back through every update by
 //!
 //! λ ← λ − h (kᵀλ + ν/s),  Λ ← (I − k hᵀ)ᵀ Λ (I − k hᵀ) + h hᵀ/s
 //!
-//! and every propagation λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ. At a sample with filtered covariance P the smoothed error state is −P λ,
-//! its covariance P − P Λ P. The result equals that of the Rauch–Tung–Striebel form without inverting a covariance: the
-//! only divisor is an innovation's variance s. So states that are known exactly, or not yet opened, do no harm.
+//! and through every propagation by λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ. At a sample with filtered covariance P the smoothed error
+//! state is −P λ, its covariance P − P Λ P. The result equals that of the Rauch–Tung–Striebel form without inverting a
+//! covariance: the only divisor is an innovation's variance s. So states that are known exactly, or not yet opened, do
+//! no harm.
 //!
 //! Other actions of the filter need no record. Its corrections move the estimate but not the error's statistics: λ
 //! gives the error of each estimate *at its own time*. Adding to a variance is process noise under the identity as

@@ -15,7 +15,7 @@ pub enum Notice {
     Aligned(Alignment),
     /// A heading was found that was unknown at the start or hidden by a gap in the samples.
     HeadingFound {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Turn from the heading at which the search started to the one found, clockwise, rad: see
         /// [`HeadingSearch::turned_start`](crate::ekf::HeadingSearch::turned_start).
@@ -26,7 +26,7 @@ pub enum Notice {
     /// The heading was inconsistent with the fixes, and was replaced. The sensor that caused it, the inertial unit's
     /// own heading or the magnetometer, is not used until it agrees again.
     HeadingReset {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Change of the heading, clockwise, rad.
         turn_rad: f64,
@@ -36,7 +36,7 @@ pub enum Notice {
     /// The heading differs from the heading by GPS by more than its one-sigma allows. Its one-sigma, and that of its
     /// sensor, is enlarged.
     HeadingDoubted {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Difference, clockwise, rad: the turn that would correct the heading.
         off_rad: f64,
@@ -46,7 +46,7 @@ pub enum Notice {
     /// The magnetic field differs from the usual one in strength, dip or direction: a current or iron is nearby.
     /// Headings by the field are less accurate until it is back.
     FieldDisturbed {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Change, as a share of the field's strength.
         share: f64,
@@ -58,7 +58,7 @@ pub enum Notice {
     },
     /// The magnetic field is as usual again.
     FieldUsual {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Whether the field did not return: it has stayed different for long enough to be the usual one from now on.
         changed: bool,
@@ -66,7 +66,7 @@ pub enum Notice {
     /// Turns show that the antenna is not at its lever arm. From now on the filter uses the estimated position. The
     /// notice comes again when the estimate has become far more certain.
     AntennaElsewhere {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// From the configured to the estimated position of the antenna, horizontal components only, m.
         offset_m: Vector<Body>,
@@ -76,19 +76,19 @@ pub enum Notice {
     /// The fixes show that the vehicle rolls on wheels. While fixes are absent, its motion sideways and up from the
     /// road is held at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     OnWheels {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// One-sigma of the velocity across, m/s.
         sigma_mps: f64,
     },
     /// The vehicle does not roll on wheels: it is not held to a road.
     OffWheels {
-        /// When.
+        /// Time of the event.
         time: Time,
     },
     /// Alignment waits for a heading only: no sensor gives one, and this estimator has no heading search.
     HeadingMissing {
-        /// When.
+        /// Time of the event.
         time: Time,
     },
     /// A measurement was compared: accepted, rejected or reopened, axis by axis.

@@ -202,7 +202,7 @@ impl Gate {
         }
     }
 
-    /// Reopens at a measurement with innovation `off`. If it is a position without other evidence than its repetition,
+    /// Reopens at a measurement with innovation `off`. A position may have no other evidence than its repetition. Then
     /// the previous position stays a second hypothesis for as long as it was reported.
     fn reopen(&mut self, group: Group, time: Time, off: f64, told_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;

@@ -3,8 +3,8 @@
 use super::super::config::GateConfig;
 use super::*;
 
-/// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights, while a barometer and
-/// the receiver's own vertical velocity agree with the filter.
+/// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights. A barometer and the
+/// receiver's own vertical velocity agree with the filter meanwhile.
 fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
     (0..5 * (right_s + 300)).find_map(|step| {

@@ -398,8 +398,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         LeverArm(self.mounting.antenna_from_imu().cast::<T>().0 + self.antenna.offset_m().cast())
     }
 
-    /// Variance of the velocity error by the inertial sensors' noise, or by a gap in their samples, since the time of
-    /// `back`, times the square of `lever`.
+    /// Variance of the velocity error since the time of `back`, times the square of `lever`. It comes from the inertial
+    /// sensors' noise, and from a gap in their samples.
     ///
     /// # Source
     /// Equation (M6) of docs/equations.md.
