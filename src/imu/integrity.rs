@@ -163,7 +163,7 @@ pub struct Integrity<T = f64> {
     typical_interval_s: T,
     /// Time over which samples have arrived, s, up to the memory of the usual vibration.
     seen_s: T,
-    /// The readings before, of either form: a unit keeps to one.
+    /// The previous readings, in the form of the unit's samples: a unit keeps to one form.
     last: Option<[[T; 3]; 2]>,
     repeated: u8,
     /// Number of successive samples on a straight line.

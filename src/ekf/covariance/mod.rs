@@ -2,7 +2,7 @@
 //!
 //! The whole matrix is stored, row-major. Rows are contiguous, so both kernels are sums of scaled rows, which the
 //! compiler vectorises. Entries left of the parameters' own block mirror the rows above it. A propagation step changes
-//! those rows and leaves the mirror stale; the next measurement, the next reader, renews it.
+//! those rows and leaves the mirror stale; the next measurement, which is the next reader, renews it.
 //!
 //! Propagation uses the blocks of the transition that are neither zero nor one. A scalar update is Bierman's stabilised
 //! form: it keeps the matrix positive where rounding makes the short form P − k vᵀ indefinite.
