@@ -1,5 +1,5 @@
-//! A gap that hides how a vehicle rolled: the filter that comes out of it leans the other way, and is aligned anew by
-//! what the fixes say of the force that the unit feels.
+//! A gap that hides a roll of the vehicle. The filter then has a bank of the wrong sign, and is aligned again from the
+//! fixes and the measured specific force.
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, ResetCause};
@@ -14,7 +14,7 @@ const GAP_S: f64 = 3.0;
 #[derive(Debug)]
 struct AfterGap {
     aligned_anew: usize,
-    /// Largest errors from 4 s after the gap on: where down is in the body, rad; velocity, m/s; place, m.
+    /// Largest errors from 4 s after the gap on: direction of down in the body, rad; velocity, m/s; position, m.
     tilt_rad: f64,
     velocity_mps: f64,
     place_m: f64,
@@ -79,7 +79,7 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
         }
     }
     println!(
-        "aligned anew {anew} times, {leaning} lean by more than 10 deg, at most {farthest_m:.0} m away"
+        "aligned again {anew} times, tilt error above 10 deg {leaning} times, position error at most {farthest_m:.0} m"
     );
     // Without a second alignment: 14 and 496 m.
     assert!(anew >= 5, "{anew}");

@@ -340,7 +340,7 @@ fn in_single_precision_the_update_stays_positive_where_the_short_form_does_not()
     for mixed in [3, 4, 6] {
         let (short, ours) = survivors(mixed, 0.03);
         assert!(short < TRIALS && ours == TRIALS);
-        // At three times the variance ratio, 24 bits hardly hold the correlations.
+        // At a third of that variance, 24 bits hardly hold the correlations.
         let (short, ours) = survivors(mixed, 0.01);
         assert!(short < TRIALS / 2 && ours > short + TRIALS / 3);
     }
