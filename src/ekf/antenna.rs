@@ -2,8 +2,8 @@
 //!
 //! An antenna offset by δ from its declared position adds a velocity r × δ in a turn at rate r. A filter without this
 //! term attributes the velocity to tilt and biases. The two horizontal components of δ are estimated outside the
-//! filter's state, from the velocity of each fix alone; correlations with the states are neglected. The offset is used
-//! once it makes the fixes more likely, both in left and in right turns: other errors do not change sign with the turn.
+//! filter's state, from the velocity of each fix alone. Correlations with the states are neglected. The offset is used
+//! once it makes the fixes more likely, both in left and in right turns. Other errors do not change sign with the turn.
 
 use super::{root, square};
 use crate::frames::{Body, Vector};

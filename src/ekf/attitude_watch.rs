@@ -46,10 +46,10 @@ impl AttitudeWatch {
         let mut squares = [0.0; 3];
         let axes = self.mean.iter_mut().zip(&mut self.drift).zip(off_rad).zip(&mut squares);
         for (((mean, drift), off), square) in axes {
-            let beside = wrap_angle(off - *mean);
-            *mean += newest * beside;
-            *drift += newest * (beside - *drift);
-            *square = (beside - *drift) * (beside - *drift);
+            let deviation = wrap_angle(off - *mean);
+            *mean += newest * deviation;
+            *drift += newest * (deviation - *drift);
+            *square = (deviation - *drift) * (deviation - *drift);
         }
         let [north, east, down] = squares;
         for (mean, square) in self.square.iter_mut().zip([0.5 * (north + east), down]) {

@@ -49,8 +49,8 @@ impl JointCovariance {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Joint covariance of position, velocity and attitude at the point of the [`solution`](Self::solution); its
-    /// diagonal holds the squares of the solution's one-sigmas.
+    /// Joint covariance of position, velocity and attitude at the point of the [`solution`](Self::solution). Consistent
+    /// with the solution's one-sigmas of position and velocity.
     ///
     /// # Source
     /// Equations (K9) and (K11) of docs/equations.md.

@@ -26,9 +26,8 @@ pub const BASE: usize = 15;
 
 /// A set of error states; `N` is the padded length of its state vector, even.
 ///
-/// Sealed: the layouts are those of this module. A filter of a layout that breaks the rules (an odd
-/// `N`, blocks that overlap each other or the base, a block that reaches beyond `N`) does not
-/// compile.
+/// Sealed: the layouts are those of this module. A layout must have an even `N`, and blocks that overlap neither each
+/// other nor the base and end within `N`. Otherwise its filter does not compile.
 pub trait Layout<const N: usize>:
     Copy + Default + core::fmt::Debug + Send + Sync + sealed::Sealed + 'static
 {
@@ -42,12 +41,12 @@ pub trait Layout<const N: usize>:
     const GPS_VELOCITY: Option<usize> = None;
     /// Slow error of an attitude reference, rad, about north, east, down.
     const ATTITUDE_REFERENCE: Option<usize> = None;
-    /// Delay of the GPS position after the velocity of the same fix, s. Receivers derive velocity from the displacement
-    /// since the previous fix, or smooth it, so the two are valid at different times.
+    /// Additional age of the GPS position relative to the velocity of the same fix, s. Receivers derive velocity from
+    /// the displacement since the previous fix, or smooth it, so the two are valid at different times.
     const LATENCY: Option<usize> = None;
     /// Slow error of the barometric height, m.
     const BARO: Option<usize> = None;
-    /// Delay of a fix's validity before its time stamp beyond the declared latency, s.
+    /// Age of a fix at its time stamp, beyond the declared latency, s.
     const GPS_DELAY: Option<usize> = None;
     /// Error of the ground height below the vehicle, m, up, needed to use a rangefinder.
     const GROUND: Option<usize> = None;
@@ -112,8 +111,9 @@ impl Layout<22> for WithScaleFactors {
     const ACCEL_SCALE: Option<usize> = Some(18);
 }
 
-/// The layout of the command line. In addition to the base: slow errors of GPS, attitude reference and barometer, the
-/// latency between GPS position and velocity, the delay of both, the ground height, and the wheel constraint.
+/// The layout of the command line. In addition to the base, it has the slow errors of GPS, attitude reference and
+/// barometer. It also has the latency between GPS position and velocity, the delay of both, the ground height, and the
+/// wheel constraint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Full;
 
@@ -130,7 +130,7 @@ impl Layout<28> for Full {
     const WHEELS: bool = true;
 }
 
-/// [`Full`] without the states of barometer and rangefinder, for vehicles without both; it rejects their heights. All
+/// [`Full`] without the states of barometer and rangefinder, for vehicles with neither; it rejects their heights. All
 /// other results equal those of [`Full`] to the bit. It saves 2 % of the time of a sample, 6 % of a fix and 7 % of an
 /// attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

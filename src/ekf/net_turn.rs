@@ -5,7 +5,7 @@ use crate::scalar::Scalar;
 
 /// Net turn about each axis, with exponential decay, and its greatest square.
 ///
-/// A scale error turns a rotation into an attitude error of the same share, at any speed; the error vanishes when the
+/// A scale error turns a rotation into an attitude error of the same share, at any speed. The error vanishes when the
 /// vehicle turns back. Aiding corrects the error meanwhile, so an older turn decays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetTurn<T> {

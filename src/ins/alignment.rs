@@ -226,9 +226,9 @@ const MANOEUVRE_RADPS: f64 = 0.15;
 
 impl Window {
     fn push<const WEIGH: bool>(&mut self, sample: &ImuSample, longest_s: f64) {
-        let anew = Self { span: Some((sample.time, sample.time)), ..Self::default() };
+        let restarted = Self { span: Some((sample.time, sample.time)), ..Self::default() };
         let Some((first, last)) = self.span else {
-            *self = anew;
+            *self = restarted;
             return;
         };
         let interval_s = sample.time - last;
@@ -238,7 +238,7 @@ impl Window {
             return;
         }
         if libm::fabs(interval_s) > LONGEST_GAP_S {
-            *self = anew;
+            *self = restarted;
             return;
         }
         let mean = sample.motion.mean_rates(interval_s);

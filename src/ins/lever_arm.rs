@@ -1,11 +1,10 @@
 //! Lever arms from the inertial unit to the centre of gravity and the antenna.
 //!
-//! An IMU at r from the centre of gravity measures a + ω̇×r + ω×(ω×r) (equation 4.1 of Paw 2005, whose own program kept
-//! only ω̇×r, and only for r along z). Differentiating a vibrating gyro for ω̇ multiplies its noise by the sample rate.
-//! Navigation therefore follows the *inertial unit*, whose velocity needs no ω̇. The result is moved to another point
-//! by ω×r, the exact integral of the two acceleration terms. Vibration then enters by its rate, not by its derivative:
-//! 0.02 rad/s over 0.28 m is 6 mm/s.
-//!
+//! An IMU at r from the centre of gravity measures a + ω̇×r + ω×(ω×r): equation 4.1 of Paw 2005. The program of that
+//! thesis kept only ω̇×r, and only for r along z. Differentiating a vibrating gyro for ω̇ multiplies its noise by the
+//! sample rate. Navigation therefore follows the *inertial unit*, whose velocity needs no ω̇. The result is moved to
+//! another point by ω×r, the exact integral of the two acceleration terms. Vibration then enters by its rate, not by
+//! its derivative: 0.02 rad/s over 0.28 m is 6 mm/s.
 //! Identification needs the acceleration of the centre of gravity itself. [`AngularAcceleration`] gives ω̇ for it by a
 //! least-squares slope over a short window. Its noise gain falls with the window's length to the power 3/2.
 
@@ -52,8 +51,9 @@ impl<T: Scalar> LeverArm<T> {
         angular_rate_radps.cross(self.0)
     }
 
-    /// The specific force at the point, m/s², from that at the inertial unit: f + ω̇×ℓ + ω×(ω×ℓ). ℓ points from the
-    /// unit to the point; the r of equation 4.1 has the opposite direction, ℓ = −r.
+    /// The specific force at the point, m/s², from that at the inertial unit: f + ω̇×ℓ + ω×(ω×ℓ).
+    ///
+    /// ℓ points from the unit to the point. The r of equation 4.1 has the opposite direction, ℓ = −r.
     ///
     /// # Source
     /// Equation (S10) of docs/equations.md.

@@ -66,8 +66,8 @@ impl<T: Scalar> NavState<T> {
     /// Carries the state over one increment that ends at `time`.
     ///
     /// Earth rate, transport rate, Coriolis and gravity are evaluated at the middle of the step. Position integrates
-    /// the mean of the velocities at its ends. For a trajectory of bounded jerk the position error of this rule does
-    /// not grow: it telescopes to Δt²/12 times the change of acceleration since the start.
+    /// the mean of the velocities at its ends. The position error of this rule does not grow for a trajectory of
+    /// bounded jerk. It telescopes to Δt²/12 times the change of acceleration since the start.
     ///
     /// Valid where [`Geodetic::is_navigable`].
     ///

@@ -64,7 +64,7 @@ fn a_barometer_in_the_wind_of_the_vehicles_speed_does_not_lead_it_off_without_fi
         with += off_m;
         most_sigmas = most_sigmas.max(sigmas);
     }
-    println!("in the mean {:.1} and {:.1} m", without / 8.0, with / 8.0);
+    println!("mean {:.1} and {:.1} m", without / 8.0, with / 8.0);
     // With the noise of a barometer at rest, the error is 29 m, up to 4.0 one-sigmas.
     assert!(with < 1.2 * without, "{with} {without}");
     assert!(most_sigmas < 2.0, "{most_sigmas}");

@@ -115,7 +115,7 @@ fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes
         let said = outcome.doubts_s.iter().chain(&outcome.resets_s).copied();
         let doubted_s = said.fold(f64::INFINITY, f64::min);
         let worst_deg = outcome.worst_yaw_deg(doubted_s + 60.0);
-        println!("{off_deg}°: doubted at {doubted_s} s, then at most {worst_deg:.1}° off");
+        println!("{off_deg}°: suspect at {doubted_s} s, then at most {worst_deg:.1}° off");
         assert!(doubted_s < 150.0, "{off_deg}°: {doubted_s} s");
         assert!(worst_deg < 0.7 * off_deg.abs(), "{off_deg}°: {worst_deg}° off");
     }

@@ -322,7 +322,7 @@ fn fixes_that_come_late_do_not_put_the_heading_in_doubt_nor_hide_it() {
         }
         assert!(
             found && denied.is_empty(),
-            "seed {seed}, {late_s} s: {found}, in doubt at {denied:?} s"
+            "seed {seed}, {late_s} s: {found}, suspect at {denied:?} s"
         );
     }
 }

@@ -62,7 +62,7 @@ fn after_gap(recording: &Recording, magnetometer: bool, gap_start_s: f64) -> Aft
 
 #[test]
 fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
-    let (mut anew, mut leaning, mut farthest_m) = (0, 0, 0.0f64);
+    let (mut realigned, mut leaning, mut farthest_m) = (0, 0, 0.0f64);
     for (seed, magnetometer) in [(3, false), (4, true)] {
         let with = magnetometer.then(MagnetometerConfig::default);
         let dmu =
@@ -73,16 +73,16 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
             let gap_start_s = 30.0 + 2.9 * f64::from(step);
             let after = after_gap(&recording, magnetometer, gap_start_s);
             println!("gap at {gap_start_s:.1} s, magnetometer {magnetometer}: {after:.2?}");
-            anew += after.aligned_anew;
+            realigned += after.aligned_anew;
             leaning += usize::from(after.tilt_rad.to_degrees() > 10.0);
             farthest_m = farthest_m.max(after.place_m);
         }
     }
     println!(
-        "aligned again {anew} times, tilt error above 10 deg {leaning} times, position error at most {farthest_m:.0} m"
+        "aligned again {realigned} times, tilt error above 10 deg {leaning} times, position error at most {farthest_m:.0} m"
     );
     // Without a second alignment: 14 and 496 m.
-    assert!(anew >= 5, "{anew}");
+    assert!(realigned >= 5, "{realigned}");
     assert!(leaning <= 2, "{leaning}");
     assert!(farthest_m < 20.0, "{farthest_m}");
 }

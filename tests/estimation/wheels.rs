@@ -119,7 +119,7 @@ fn a_car_without_fixes_drifts_by_a_third_of_what_it_would_and_knows_by_how_much(
         let held = driven::<Full, 28>(&plan, seed);
         let free = driven::<WithoutHeightAids, 26>(&plan, seed);
         println!(
-            "seed {seed}: on wheels at {:?} s, drift {:.1} m, sigma {:.1}, constrained {} times; unconstrained {:.1} m, sigma {:.1}",
+            "seed {seed}: on wheels at {:?} s, drift {:.1} m ± {:.1}, held {} times; not held {:.1} m ± {:.1}",
             held.on_s, held.drift_m, held.sigma_m, held.held, free.drift_m, free.sigma_m
         );
         assert!(held.on_s.is_some() && held.off_s.is_none() && free.on_s.is_none());

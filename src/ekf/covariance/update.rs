@@ -47,7 +47,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// Fuses one scalar measurement of variance `noise`, given its [`project`](Self::project)ion. Returns the gain for
     /// the correction of the state.
     ///
-    /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ: the second term cancels
+    /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ. The second term cancels
     /// the rounding error of the first. Both are applied in one pass.
     ///
     /// # Source

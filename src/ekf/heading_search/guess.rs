@@ -6,8 +6,8 @@ use super::super::square;
 use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD};
 use crate::frames::{Body, Ned, Rotation, Vector};
 
-/// States, true minus estimated: errors of velocity (NED, m/s), of attitude (rotation in NED that takes the guess to
-/// the truth, rad) and of the gyro bias (body, rad/s).
+/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
+/// and gyro bias, body, rad/s.
 const STATES: usize = 9;
 const ATTITUDE: usize = 3;
 const BIAS: usize = 6;

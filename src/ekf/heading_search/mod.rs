@@ -57,7 +57,7 @@ const EVIDENCE_S: f64 = 60.0;
 /// Longest interval between fixes, s; the guesses start again after a longer one.
 const LONGEST_S: f64 = 5.0;
 /// Least speed, m/s, at which agreement alone proves a heading, for fixes one second apart. The limit grows with the
-/// square root of the time between fixes: slow fixes miss part of the motion of a vehicle carried or turned by hand.
+/// square root of the time between fixes. Slow fixes miss part of the motion of a vehicle carried or turned by hand.
 const PROVEN_MPS: f64 = 5.0;
 /// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
@@ -85,8 +85,8 @@ pub struct HeadingSearch<T = f64> {
     prior_sigma_rad: f64,
     /// From the body axes now to those at the start.
     body_to_start: Rotation<Body, Body, T>,
-    /// Motion since the last fix, in the axes at the start: velocity change, m/s, over a time, s; the integral of the
-    /// direction cosines, s; and variances by sensor noise of angle, rad², and velocity, (m/s)².
+    /// Motion since the last fix, in the axes at the start. Velocity change, m/s, over a time, s; the integral of the
+    /// direction cosines, s. Variances by sensor noise of angle, rad², and velocity, (m/s)².
     felt_mps: Vector<Body, T>,
     felt_s: T,
     turned_s: [[T; 3]; 3],

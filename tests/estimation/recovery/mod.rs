@@ -127,7 +127,7 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     }
     let there = Vector::new(60.0, -80.0, 0.0);
     let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened()).unwrap();
-    assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s after the first rejection");
+    assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s");
     assert!(rest.off_m(there) < 10.0, "{} m off", rest.off_m(there));
     // Neither hypothesis is confirmed: the one-sigma of solution and joint covariance reaches back to the former
     // position.
