@@ -25,7 +25,7 @@ const PUSHES: f64 = 0.2;
 const SHAKING_S: f64 = 0.05;
 const LEAST_LEFT: f64 = 0.3;
 
-/// Tracks the specific force of one inertial unit: with a short mean, or in a shock with a Kalman filter that weighs
+/// Tracks the specific force of one inertial unit with a short mean. In a shock, a Kalman filter instead weighs the
 /// vibration against the agility of a vehicle.
 ///
 /// A tone of tens of m/s², sampled a few times per period and clipped, integrates to metres per second that were never
