@@ -20,7 +20,7 @@ struct Outcome {
     resets_s: Vec<f64>,
     /// Time when the heading became suspect, s.
     doubts_s: Vec<f64>,
-    /// Error of yaw at every sample, s and rad.
+    /// Time, s, and error of yaw, rad, at every sample.
     yaw_errors: Vec<(f64, f64)>,
     /// Number of samples beyond three one-sigmas.
     beyond: usize,

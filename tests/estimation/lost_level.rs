@@ -79,7 +79,7 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
         }
     }
     println!(
-        "aligned again {realigned} times, tilt error above 10 deg {leaning} times, position error at most {farthest_m:.0} m"
+        "aligned again {realigned} times, tilt error above 10 deg {leaning} times, position error {farthest_m:.0} m"
     );
     // Without a second alignment: 14 and 496 m.
     assert!(realigned >= 5, "{realigned}");

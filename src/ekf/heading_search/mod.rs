@@ -132,7 +132,7 @@ pub struct GuessedMotion<T> {
 /// The receiver of the fixes.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<T> {
-    /// Its errors.
+    /// Error model of the receiver.
     pub model: GpsModel,
     /// Antenna from the inertial unit.
     pub antenna: LeverArm<T>,

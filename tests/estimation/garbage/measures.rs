@@ -17,7 +17,7 @@ const MARGIN: [f64; 3] = [0.5, 5.0, 5.0];
 const STAYS_S: f64 = 5.0;
 /// Time at the end of a flight, s, in which errors beyond `LOST` count as divergence.
 const END_S: f64 = 10.0;
-/// Limits of the errors, in the order of `MARGIN`.
+/// Errors beyond which a flight counts as diverged, in the order of `MARGIN`.
 const LOST: [f64; 3] = [5.0, 50.0, 50.0];
 
 /// Errors, biases and outcome of one flight.
