@@ -1,49 +1,48 @@
-//! How far the antenna stands from where its lever arm says, by what turns about the vertical show.
+//! Error of the antenna's lever arm, estimated from turns about the vertical.
 //!
-//! An antenna that stands δ to the side moves by r × δ in a turn at r. A filter that takes this for motion makes
-//! tilt and biases of it. The two level parts of δ are found beside the filter, each fix's velocity for itself: what
-//! they hang together with in the filter's own states is left out. They are used once the fixes are likelier with
-//! them than without, in turns to the left and in turns to the right: what else errs does not change its sign with the
-//! turn.
+//! An antenna offset by δ from its declared position adds a velocity r × δ in a turn at rate r. A filter without this
+//! term attributes the velocity to tilt and biases. The two horizontal components of δ are estimated outside the
+//! filter's state, from the velocity of each fix alone. Correlations with the states are neglected. The offset is used
+//! once it makes the fixes more likely, both in left and in right turns. Other errors do not change sign with the turn.
 
 use super::{root, square};
 use crate::frames::{Body, Vector};
 
-/// Where the antenna was found to stand, from where its lever arm says.
+/// Estimated offset of the antenna from its declared lever arm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AntennaOffset {
-    /// Forward and to the right, levelled, m.
+    /// Offset forward and to the right, in levelled axes, m.
     found_m: [f32; 2],
     /// Variance of each, in squares of [`SIGMA_M`].
     variance: f32,
-    /// Logarithm of how much likelier the fixes of late are with it than without, in turns to the left and to the right.
+    /// Log likelihood ratio of the recent fixes, with against without the offset, in left and in right turns.
     evidence: [f32; 2],
     used: bool,
-    /// The variance when it was last told of, infinite before.
+    /// Variance at the last report, infinite before the first.
     told_variance: f32,
 }
 
-/// One-sigma of how far off a lever arm that is wrong is, m.
+/// One-sigma of the error of a wrong lever arm, m.
 const SIGMA_M: f32 = 1.0;
-/// How far off it is worth to look for, m.
+/// Smallest offset worth estimating, m.
 const LOOKED_FOR_M: f32 = 0.3;
-/// Slower turns tell nothing, rad/s.
+/// Slower turns, rad/s, are ignored.
 const SLOWEST_RADPS: f32 = 0.1;
-/// A fix may hold so much earlier or later than is known, s: what that makes of an acceleration must be less than what
-/// an antenna makes of a turn.
+/// Uncertainty of a fix's time, s. Its product with the acceleration must be less than the velocity that the offset
+/// causes in the turn.
 const LATE_S: f32 = 0.05;
-/// The offset is used from this much evidence on, on either side, for good; more than the most counts as that.
+/// The offset is used permanently once the evidence of both sides exceeds `ENOUGH`; evidence is limited to `MOST`.
 const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
-/// What is less is not worth its own error, m.
+/// A smaller offset, m, is not used: its own error would be as large.
 const LEAST_M: f32 = 0.25;
-/// What is further off than so many one-sigmas has other causes.
+/// An innovation above this number of one-sigmas has other causes and is ignored.
 const OUTLIER: f32 = 5.0;
-/// It is told of anew when its variance has fallen to this share.
+/// The offset is reported again when its variance has fallen to this share.
 const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {
-    /// The antenna is where its lever arm says.
+    /// State before the first turn: zero offset.
     pub const UNSEEN: Self = Self {
         found_m: [0.0; 2],
         variance: 1.0,
@@ -52,18 +51,18 @@ impl AntennaOffset {
         told_variance: f32::INFINITY,
     };
 
-    /// Whether a rate about the vertical, rad/s, is that of a turn which shows where the antenna stands.
+    /// Whether a rate about the vertical, rad/s, is fast enough to show the antenna offset.
     pub fn is_turn(rate_radps: f32) -> bool {
         rate_radps.abs() >= SLOWEST_RADPS
     }
 
-    /// What to add to the lever arm, body axes of a vehicle that is level, m.
+    /// Correction to add to the lever arm, body axes of a level vehicle, m.
     pub fn offset_m(&self) -> Vector<Body, f32> {
         let [x, y] = if self.used { self.found_m } else { [0.0; 2] };
         Vector::new(x, y, 0.0)
     }
 
-    /// What it has come to, m, and its one-sigma, m, when it begins to be used and when it has become far surer.
+    /// Offset, m, and its one-sigma, m: once when it is first used, and again when it has become much more accurate.
     pub fn news(&mut self) -> Option<(Vector<Body, f32>, f32)> {
         if !(self.used && self.variance < FALLEN * self.told_variance) {
             return None;
@@ -72,7 +71,8 @@ impl AntennaOffset {
         Some((self.offset_m(), SIGMA_M * root(self.variance)))
     }
 
-    /// The variance that it leaves of the level velocity of a fix at this rate about the vertical, (m/s)².
+    /// Variance of a fix's horizontal velocity due to the remaining offset error, at this rate about the vertical,
+    /// (m/s)².
     pub fn velocity_variance(&self, rate_radps: f32) -> f32 {
         if self.used { self.own_variance(rate_radps) } else { 0.0 }
     }
@@ -81,8 +81,9 @@ impl AntennaOffset {
         SIGMA_M * SIGMA_M * square(rate_radps) * self.variance
     }
 
-    /// Takes in the innovation of a fix's level velocity, forward and to the right, m/s, of which each had this
-    /// `variance`, (m/s)², that of the antenna's place left out, in a turn and at a level acceleration, m/s².
+    /// Feeds the innovation of a fix's horizontal velocity, forward and right, m/s. `variance`, (m/s)², is that of each
+    /// component without the antenna's share. `rate_radps` is the rate of turn, `acceleration_mps2` the horizontal
+    /// acceleration.
     ///
     /// # Source
     /// Equation (M16) of docs/equations.md.
@@ -94,7 +95,7 @@ impl AntennaOffset {
         variance: f32,
     ) {
         let is_sharp = LATE_S * acceleration_mps2 < LOOKED_FOR_M * rate_radps.abs();
-        // Written so that a NaN tells nothing.
+        // The comparison also rejects NaN.
         if !(Self::is_turn(rate_radps)
             && is_sharp
             && (rate_radps + forward + right).is_finite()
@@ -105,7 +106,7 @@ impl AntennaOffset {
         }
         let own = self.own_variance(rate_radps);
         let [x, y] = self.found_m;
-        // What the offset makes of the turn, and what is left with it and without.
+        // Velocity caused by the offset, and the residual with and without the offset.
         let (swing_forward, swing_right) = (-rate_radps * y, rate_radps * x);
         let (with, without) = if self.used {
             ([forward, right], [forward + swing_forward, right + swing_right])
@@ -130,7 +131,7 @@ impl AntennaOffset {
     }
 }
 
-/// ln(1 + x) to 1 % up to x = 1, and more than it beyond: the first Padé approximant of its kind.
+/// ln(1 + x): within 1 % up to x = 1 and larger beyond; the first Padé approximant.
 fn logarithm_of_one_and(x: f32) -> f32 {
     x * (6.0 + x) / (6.0 + 4.0 * x)
 }
@@ -139,15 +140,14 @@ fn logarithm_of_one_and(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// One-sigma of a velocity as a fix gives it, m/s.
+    /// One-sigma of a fix's velocity, m/s.
     const NOISE_MPS: f32 = 0.1;
 
-    /// Fixes in turns at these rates, of an antenna that stands `off_m` from where its lever arm says; what was found
-    /// after each, and whether it was used.
+    /// State after fixes in turns at these rates, with an antenna offset by `off_m` from its declared lever arm.
     fn flown(off_m: [f32; 2], rates_radps: impl IntoIterator<Item = f32>) -> AntennaOffset {
         let mut antenna = AntennaOffset::UNSEEN;
         for (step, rate) in rates_radps.into_iter().enumerate() {
-            // No two alike, and of unit variance over many.
+            // Noise differs from fix to fix, with unit variance over many.
             let phase = 2.4 * step as f32;
             let noise = [phase.sin(), phase.cos()].map(|unit| unit * NOISE_MPS * 2_f32.sqrt());
             let known = antenna.offset_m().to_array();

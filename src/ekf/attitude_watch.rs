@@ -1,41 +1,42 @@
-//! Whether an attitude reference turns as the gyros do.
+//! Check of an attitude reference against the turns of the gyros.
 
 use crate::frames::wrap_angle;
 use crate::scalar::Scalar;
 
-/// How the difference between a reference and the filter has moved of late, by the gyros alone.
+/// Recent swing of the difference between an attitude reference and the filter, which turns with the gyros.
 ///
-/// A reference whose errors are slow keeps its distance from an attitude that gyros carry on. One that is frozen, late,
-/// smoothed or led astray by accelerations does not: its distance swings with the vehicle's motion. What changes steadily
-/// is a drift, of the gyros as likely as of the reference, and counts for nothing.
+/// A reference with slow errors keeps a steady difference to the gyros' attitude. The difference swings with the
+/// vehicle's motion if the reference is frozen, late, smoothed or disturbed by accelerations. A steady change of the
+/// difference is a drift of either gyros or reference; it does not count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AttitudeWatch {
-    /// The last difference, rad, the mean of it, and mean of what it is off that mean.
+    /// Last difference, its mean, and the mean deviation from that mean, rad.
     last: [f32; 3],
     mean: [f32; 3],
     drift: [f32; 3],
-    /// Mean square of the rest in tilt and in heading, rad².
+    /// Mean square of the remainder in tilt and in heading, rad².
     square: [f32; 2],
-    /// Whether there is a difference to go on from.
+    /// Whether a previous difference exists.
     is_begun: bool,
 }
 
 impl AttitudeWatch {
-    /// Nothing was compared yet.
+    /// State before the first comparison.
     pub const NONE: Self =
         Self { last: [0.0; 3], mean: [0.0; 3], drift: [0.0; 3], square: [0.0; 2], is_begun: false };
 
-    /// What comes next is not compared with what was before.
+    /// Starts again: the next difference is not compared with earlier ones.
     pub fn forget(&mut self) {
         self.is_begun = false;
     }
 
-    /// Takes in a difference: north, east, down, `elapsed_s` after the one before.
+    /// Adds a difference: north, east, down, `elapsed_s` after the previous one.
     ///
     /// # Source
     /// Equation (M8) of docs/equations.md.
     pub fn push(&mut self, off_rad: [f32; 3], elapsed_s: f32) {
-        // Nothing that follows the motion steps: whether such a reference or the filter is right the gate will tell.
+        // A reference that follows the motion does not step. After a step, the gate decides between reference and
+        // filter.
         let jumped = |(last, off): (f32, f32)| wrap_angle(off - last).abs() > JUMP_RAD;
         if !self.is_begun || self.last.into_iter().zip(off_rad).any(jumped) {
             (self.mean, self.drift) = (off_rad, [0.0; 3]);
@@ -45,10 +46,10 @@ impl AttitudeWatch {
         let mut squares = [0.0; 3];
         let axes = self.mean.iter_mut().zip(&mut self.drift).zip(off_rad).zip(&mut squares);
         for (((mean, drift), off), square) in axes {
-            let beside = wrap_angle(off - *mean);
-            *mean += newest * beside;
-            *drift += newest * (beside - *drift);
-            *square = (beside - *drift) * (beside - *drift);
+            let deviation = wrap_angle(off - *mean);
+            *mean += newest * deviation;
+            *drift += newest * (deviation - *drift);
+            *square = (deviation - *drift) * (deviation - *drift);
         }
         let [north, east, down] = squares;
         for (mean, square) in self.square.iter_mut().zip([0.5 * (north + east), down]) {
@@ -57,7 +58,7 @@ impl AttitudeWatch {
         }
     }
 
-    /// The filter has come nearer to the reference by `by_rad`.
+    /// The filter moved towards the reference by `by_rad`.
     pub fn corrected(&mut self, by_rad: [f32; 3]) {
         for ((mean, last), by) in self.mean.iter_mut().zip(&mut self.last).zip(by_rad) {
             *mean -= by;
@@ -65,12 +66,12 @@ impl AttitudeWatch {
         }
     }
 
-    /// Whether the reference turns otherwise than the gyros.
+    /// Whether the reference turns differently from the gyros.
     pub fn denies(&self) -> bool {
         self.square.iter().any(|square| *square > MOST_RAD * MOST_RAD)
     }
 
-    /// Variances in tilt and heading, rad², that a reading has beside its noise of `noise_rad`, one reading every
+    /// Variances of a reading in tilt and heading, rad², in addition to its noise of `noise_rad`, at one reading per
     /// `elapsed_s`.
     pub fn excess<T: Scalar>(&self, noise_rad: f64, elapsed_s: f32) -> [T; 2] {
         let usual = USUAL * (noise_rad * noise_rad) as f32;
@@ -79,18 +80,18 @@ impl AttitudeWatch {
     }
 }
 
-/// A difference that changes by more from one reading to the next, rad, has jumped.
+/// A larger change from one reading to the next, rad, is a jump.
 const JUMP_RAD: f32 = 0.3;
-/// What is slower than this, s, is the slow error of the reference.
+/// Changes slower than this, s, belong to the slow error of the reference.
 const MEMORY_S: f32 = 3.0;
-/// Swings are noticed within this, s, and forgotten with this.
+/// Time constants, s, with which swings are detected and forgotten.
 const RISE_S: f32 = 1.0;
 const FALL_S: f32 = 5.0;
-/// Swings of so many times the reference's variance are its noise.
+/// Swings up to this multiple of the reference's variance are its noise.
 const USUAL: f32 = 1.5;
-/// What a swing is off stays alike for this, s.
+/// Correlation time of a swing's error, s.
 const ALIKE_S: f32 = 1.0;
-/// A reference that swings by more, rad (2.5°), is not that of this vehicle's motion.
+/// A reference that swings by more than this, rad (2.5°), does not follow this vehicle's motion.
 const MOST_RAD: f32 = 0.044;
 
 #[cfg(test)]
@@ -100,12 +101,12 @@ mod tests {
     const STEP_S: f32 = 0.1;
     const NOISE_RAD: f64 = 0.009;
 
-    /// A vehicle that turns to and fro by 10° in 4 s.
+    /// Heading of a vehicle that turns to and fro by 10° in 4 s.
     fn heading_rad(time_s: f32) -> f32 {
         0.17 * (core::f32::consts::FRAC_PI_2 * time_s).sin()
     }
 
-    /// What a minute of a heading that tells `reference_rad` at a time leaves.
+    /// State after one minute of a reference that reports the heading `reference_rad` of time.
     fn watched(reference_rad: impl Fn(f32) -> f32) -> AttitudeWatch {
         let mut watch = AttitudeWatch::NONE;
         for step in 0..600_u16 {

@@ -1,46 +1,45 @@
-//! What is known of a barometer beside the states: its level, and how much its readings scatter.
+//! Level and noise of a barometer, kept outside the filter's states.
 
 use super::square;
 
 /// A barometer's level and scatter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Barometer {
-    /// How much higher the first reading was than the filter's height, m.
+    /// First reading minus the filter's height, m.
     level_m: f32,
     /// The last reading, m.
     reading_m: f32,
-    /// What was left of the last reading when it had been compared, m.
+    /// Residual of the last reading after its update, m.
     left_m: f32,
-    /// Variance by which readings scatter, m²; none before the first.
+    /// Variance of the readings' noise, m²; zero before the first.
     variance: f32,
 }
 
 /// Memory of the scatter, s: a hundred readings of most barometers.
 const SCATTER_S: f64 = 10.0;
-/// A reading counts no more than so many one-sigmas: outliers are no scatter.
+/// Limit of a reading's contribution, in one-sigmas: outliers are not noise.
 const MOST_SIGMAS: f64 = 3.0;
-/// Nor moves it the scatter by more than such a share.
+/// Largest share of the variance that one reading may change.
 const MOST_SHARE: f64 = 0.05;
-/// A reading that is told for longer, s, is one of coarse steps.
+/// A reading repeated for longer than this, s, comes from a coarse resolution, not from a logger.
 const HELD_S: f64 = 1.2;
-/// One that is not known yet may scatter by so many times what it is said to.
+/// Initial noise in multiples of the stated one.
 const UNKNOWN: f64 = 2.0;
-/// No barometer scatters by more than so many times what it is said to.
+/// Largest noise in multiples of the stated one.
 const MOST: f64 = 10.0;
 
 impl Barometer {
-    /// One that has not been heard.
+    /// State before the first reading.
     pub const UNHEARD: Self =
         Self { level_m: 0.0, reading_m: f32::NAN, left_m: 0.0, variance: 0.0 };
 
-    /// One whose first reading was `level_m` higher than the filter's height, and that is said to scatter by a one-sigma of
-    /// `noise_m`.
+    /// Barometer whose first reading was `level_m` above the filter's height, with a stated one-sigma of `noise_m`.
     pub fn at(level_m: f64, noise_m: f64) -> Self {
         let variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
         Self { level_m: level_m as f32, variance, ..Self::UNHEARD }
     }
 
-    /// Whether it has been heard.
+    /// Whether a reading has been received.
     pub fn is_heard(&self) -> bool {
         self.variance > 0.0
     }
@@ -50,19 +49,19 @@ impl Barometer {
         f64::from(self.level_m)
     }
 
-    /// Whether a reading, `elapsed_s` after the last that was taken in, repeats the one before: a logger that writes more often
-    /// than the barometer measures tells nothing new.
+    /// Whether a reading, `elapsed_s` after the last one used, repeats the previous value. A logger that writes faster
+    /// than the barometer measures adds no information.
     pub fn repeats(&mut self, reading_m: f64, elapsed_s: f64) -> bool {
         let before_m = core::mem::replace(&mut self.reading_m, reading_m as f32);
         before_m == self.reading_m && elapsed_s < HELD_S
     }
 
-    /// Takes in that a reading, `interval_s` after the last, is off by `innovation_m`; the wind of the vehicle's own speed and
-    /// what the filter does not know of its motion explain a variance of `explained` since then, m². Gives the variance of
-    /// the barometer's white error, m²: as its readings scatter, and no less than that of `noise_m`.
+    /// Feeds the innovation `innovation_m` of a reading, `interval_s` after the last. `explained`, m², is the variance
+    /// since then from airspeed pressure and from motion unknown to the filter. Returns the variance of the barometer's
+    /// white error, m²: the observed scatter, at least the square of `noise_m`.
     ///
-    /// What the filter got wrong is still as wrong a moment later; what is left of one reading and is not found in
-    /// the next is the barometer's own.
+    /// Errors of the filter persist from one reading to the next. The part of one residual that is absent in the next
+    /// is the barometer's own.
     ///
     /// # Source
     /// Equation (M18) of docs/equations.md.
@@ -81,13 +80,13 @@ impl Barometer {
         self.noise_variance(noise_m)
     }
 
-    /// Variance of its white error as its readings have scattered, m², and no less than that of `noise_m`.
+    /// Variance of the white error from the observed scatter, m²; at least the square of `noise_m`.
     pub fn noise_variance(&self, noise_m: f64) -> f64 {
         let least = square(noise_m);
         f64::from(self.variance).max(least).min(square(MOST) * least)
     }
 
-    /// Notes what was left of a reading when it had been compared, m.
+    /// Stores the residual of a reading after its update, m.
     pub fn compared(&mut self, left_m: f64) {
         self.left_m = left_m as f32;
     }
@@ -97,8 +96,8 @@ impl Barometer {
 mod tests {
     use super::*;
 
-    /// One-sigma that is learned in a minute at 10 Hz of readings that are off by ±`scatter_m`, as often alike as not, while
-    /// the filter's height runs away at `drift_mps`, and every hundredth reading is off by 50 m besides.
+    /// Learned one-sigma after a minute at 10 Hz. The readings are off by ±`scatter_m`, equal to their predecessor as
+    /// often as not. The filter's height drifts at `drift_mps`, and every hundredth reading has an outlier of 50 m.
     fn learned_m(scatter_m: f64, drift_mps: f64) -> f64 {
         let mut barometer = Barometer::at(7.0, 0.5);
         let mut noise_m = f64::NAN;

@@ -1,4 +1,4 @@
-//! What moves the estimate beside its own steps: a correction, and the reset of the covariance.
+//! Changes of the estimate outside the propagation: corrections, and resets of the covariance.
 
 use super::covariance::{Relaxation, Transition};
 use super::excess::Stepped;
@@ -14,10 +14,10 @@ use crate::ins::NavState;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Adds a correction of the whole error state to the estimates. A correction to an invalid state,
-    /// or one that has left no valid covariance, can only come of gaps that have opened the covariance
-    /// beyond what rounding bears: it is not applied, and the covariance is reset. Gives whether that
-    /// happened.
+    /// Adds a correction of the whole error state to the estimates. Returns `true` if it reset the covariance instead.
+    ///
+    /// The reset replaces a correction that gives an invalid state or covariance. Only long gaps cause this: they raise
+    /// the covariance beyond the range of the floating-point type.
     ///
     /// # Source
     /// Equation (K1) of docs/equations.md.
@@ -49,9 +49,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         false
     }
 
-    /// Opens attitude, velocity and position so wide that the next fixes decide, and forgets the
-    /// history. The estimates stay; those of the sensors' errors are as sure as at the start, the
-    /// barometer's level as it was.
+    /// Resets attitude, velocity and position to variances so large that the next fixes determine them, and clears the
+    /// history. The estimates stay. Sensor errors return to their initial variance; the variance of the barometer's
+    /// level stays.
     pub(super) fn reset_covariance(&mut self) {
         self.attitude_lost = Some(self.state.time);
         self.history.clear();
@@ -71,14 +71,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.ground = Ground::UNKNOWN;
     }
 
-    /// Opens the heading to at least `sigma_rad`.
+    /// Raises the one-sigma of the heading to at least `sigma_rad`.
     pub(super) fn open_heading(&mut self, sigma_rad: f64) {
         let missing = square(sigma_rad) - self.covariance.variance(ATTITUDE + 2);
         self.covariance.add_variance(ATTITUDE + 2, missing.max(0.0));
     }
 
-    /// Turns the heading, to a one-sigma of `sigma_rad`, and opens what hung together with the wrong
-    /// one. What gave the heading is not trusted until it agrees again.
+    /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and raises the variances that depend on it.
+    /// The filter rejects the heading source until the source agrees again for [`AGREED_S`].
     pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
@@ -95,7 +95,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.forget_heading_error(wander_rad);
     }
 
-    /// Takes the slow error of what gives the heading for none, to a one-sigma of `sigma_rad`.
+    /// Sets the slow error of the heading source to zero, with a one-sigma of `sigma_rad`.
     pub(super) fn forget_heading_error(&mut self, sigma_rad: f64) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
             self.covariance.set_variance(first + 2, square(sigma_rad));
@@ -105,16 +105,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Whether an attitude or heading that is measured now has to be taken for the filter's own: the first
-    /// after a gap, of a source that nothing speaks against.
+    /// Whether the filter shall be set to a measured attitude or heading. True for the first measurement within
+    /// [`TAKEN_S`] after a gap, if its source is not suspect.
     pub(super) fn takes_attitude(&mut self, time: Time) -> bool {
         let lost = self.attitude_lost.take();
         self.heading_distrusted.is_none() && lost.is_some_and(|lost| time - lost < TAKEN_S)
     }
 
-    /// Turns the attitude to a measured one, and opens the axes about which it is measured, from `first` on:
-    /// what the measurement then corrects is its own uncertainty alone. A Kalman update of a turn that may have
-    /// been any would go by a linearisation about the wrong attitude.
+    /// Turns the attitude to the measured one and opens the measured axes, from `first` on. The update that follows
+    /// then leaves the measurement's own uncertainty. After a turn of unknown size, a plain Kalman update would
+    /// linearise about the wrong attitude.
     ///
     /// # Source
     /// Equation (K20) of docs/equations.md.
@@ -133,16 +133,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turn_rad.cast());
     }
 
-    /// Opens the biases that may have stepped. Where that shows within the gate it is a small step, and the
-    /// level it has spoiled is opened with it. One that has led beyond the gate is a large one, and opened as of when
-    /// it led there: attitude and velocity by what has come of it since, and tied to it.
+    /// Raises the variance of the biases that may have stepped. A step found within the gate is small: the tilt
+    /// variance grows with it. A step that led beyond the gate is large: it is dated back to its start. Attitude and
+    /// velocity then receive the error accumulated since, with its correlation to the biases.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
     #[inline(never)]
     pub(super) fn doubt_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
-        // Level, within the gate, either may have stepped: each is opened by what it usually is.
+        // A horizontal step within the gate can be of gyro or accelerometer: each is opened by its usual one-sigma.
         let (gyro, accel) = match stepped {
             Stepped { far: true, .. } => (STEPPED_FAR_GYRO, STEPPED_ACCEL),
             Stepped { level: true, .. } => (1.0, 1.0),
@@ -169,7 +169,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
         let mut step = Transition::of_relaxation(relaxation);
         step.attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
-        // What the tilt does to velocity, what biases do to both, and whether that is where they are opened.
+        // Factors of the tilt's effect on velocity and of the biases' effect on both, and whether this step opens them.
         let back_and_forth =
             [(-1.0, 0.0, false), (0.0, -1.0, true), (0.0, 1.0, false), (1.0, 0.0, false)];
         let here = [(0.0, 0.0, true)];
@@ -181,7 +181,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Lets a parameter be less sure, by this variance.
+    /// Adds `variance` to the variance of a parameter.
     #[inline(never)]
     pub(super) fn open_parameter(
         &mut self,
@@ -197,7 +197,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.propagated(&Transition::of_relaxation(relaxation));
     }
 
-    /// Opens the gyro biases to at least this variance, (rad/s)².
+    /// Raises the variance of the gyro biases to at least `variance`, (rad/s)².
     #[inline(never)]
     pub(super) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
@@ -208,8 +208,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.propagate(&Transition::of_relaxation(relaxation), trace);
     }
 
-    /// Opens the heading by `off_rad`, and the slow error of what gives it as far: which of the two is wrong
-    /// the fixes will tell.
+    /// Raises the uncertainty of the heading and of the heading source's slow error by `off_rad` each. Later fixes show
+    /// which of the two is wrong.
     pub(super) fn doubt_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad) as f32);
         let opened = T::of(square(off_rad));
@@ -223,8 +223,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.propagate(&opening, trace);
     }
 
-    /// One-sigma of the slow error of what gives the heading, `usual_rad` where nothing is known against it,
-    /// `elapsed_s` after the last time that it was asked for.
+    /// One-sigma of the slow error of the heading source, `elapsed_s` after the previous call. Equals `usual_rad` if
+    /// the source is not suspect.
     pub(super) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
         let field_rad = f64::from(self.field_watch.doubt_rad);
         let usual_rad =
@@ -238,21 +238,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Scalar::hypot(usual_rad, f64::from(doubt_rad))
     }
 
-    /// Correlation time of that error, `usual_s` where nothing is known against it: a field that points elsewhere may
-    /// do so for good.
+    /// Correlation time of the slow heading error. Equals `usual_s` if the field is not suspect: a disturbed field may
+    /// stay disturbed.
     pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
         if self.field_watch.doubt_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
 
-    /// Whether what gives the heading is trusted, at an innovation of `off_rad`: after a turn against it
-    /// only once it has agreed for a while.
+    /// Whether the heading source is accepted, at an innovation of `off_rad`. After a turn against it, it must first
+    /// agree for [`AGREED_S`].
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
         is_trusted(&mut self.heading_distrusted, time, off_rad)
     }
 }
 
-/// Whether a source of heading is trusted, at an innovation of `off_rad`, that was last found wrong when
-/// `distrusted` says.
+/// Whether a heading source is accepted, at an innovation of `off_rad`. `distrusted` is the time of its last
+/// disagreement, if suspect.
 pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
     let Some(disagreed) = *distrusted else { return true };
     if libm::fabs(off_rad) > DISAGREED_RAD {
@@ -266,24 +266,25 @@ pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
 const TURNED_TILT_RAD: f64 = 0.07;
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// A heading that was turned against is used again within this, rad, for so long, s.
+/// A rejected heading source is used again after its innovation stayed below this, rad, for this time, s.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
-/// What is measured later than this after a gap, s, is weighed against what the fixes have told by then.
+/// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
+/// against the attitude from the fixes.
 const TAKEN_S: f64 = 5.0;
-/// An accelerometer bias that stepped vertically or far, and a gyro bias that stepped far, in units of what they are
-/// usually.
+/// One-sigmas in units of the usual ones: of an accelerometer bias after a vertical or large step, and of a gyro bias
+/// after a large step.
 const STEPPED_ACCEL: f64 = 3.0;
 const STEPPED_FAR_GYRO: f64 = 6.0;
-/// The tilt that has come of a small step, rad.
+/// One-sigma of the tilt error caused by a small step, rad.
 const STEPPED_TILT_RAD: f64 = 0.02;
-/// A step shows after about so long, s.
+/// Typical time from a step to its detection, s.
 const STEPPED_S: f64 = 3.0;
-/// What spoke against a heading reference is forgotten with this time constant, s.
+/// Time constant with which the suspicion against a heading reference decays, s.
 const DOUBT_S: f64 = 200.0;
-/// What is left of it below this, rad, is nothing: its decay would end in numbers too small to compute with.
+/// Suspicion below this, rad, is set to zero: its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
-/// A field that is disturbed stays as it is for so long, s.
+/// Correlation time of a disturbed field, s.
 const DISTURBED_S: f64 = 1000.0;
 
 /// One-sigmas of velocity, m/s, and position, m, after a reset.

@@ -1,4 +1,4 @@
-//! The whole estimator: alignment, the search for a heading, and the filter, behind one call.
+//! The whole estimator: alignment, heading search and filter, behind one call.
 
 mod aids;
 mod lost_heading;
@@ -31,14 +31,14 @@ use crate::ins::Aligner;
 use crate::time::Time;
 use lost_level::Level;
 
-/// From events to solutions: aligns, searches the heading where it must, then filters.
+/// From events to solutions: alignment, a heading search if necessary, then the filter.
 ///
-/// `L`, `N` and `T` are those of the [`Ekf`]. `H` says whether a heading that nothing gives at the
-/// start is searched for in motion.
+/// `L`, `N` and `T` are those of the [`Ekf`]. `H` decides whether a heading that is unknown at the start is searched
+/// for in motion.
 ///
 /// # Memory
-/// All of it is in the value itself; nothing is allocated, and nothing large moves when one phase
-/// follows another. In a static, or wherever there is room, it takes
+/// All memory is in the value itself. Nothing is allocated, and nothing large moves between phases. In a static it
+/// takes
 ///
 /// | estimator | bytes |
 /// |---|---|
@@ -50,7 +50,7 @@ use lost_level::Level;
 /// and its calls at most 8 kB of stack.
 ///
 /// # Examples
-/// A minute at rest, facing north-east by the unit's own attitude:
+/// A minute at rest, facing north-east according to the inertial unit's own attitude:
 ///
 /// ```
 /// use hovernav::earth::Geodetic;
@@ -62,7 +62,7 @@ use lost_level::Level;
 /// use hovernav::time::Time;
 ///
 /// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
-/// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("no place")?;
+/// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
 /// let mut fixes_used = 0;
 /// for k in 0..3_000 {
 ///     let time = Time::from_nanoseconds(k * 20_000_000);
@@ -72,7 +72,7 @@ use lost_level::Level;
 ///     };
 ///     let attitude = Some(EulerAngles::from_degrees(0.0, 0.0, 45.0));
 ///     let sample = ImuSample { attitude, ..ImuSample::new(time, at_rest) };
-///     // What comes of a fix is told with the samples that it waits for.
+///     // The report on a fix comes with the inertial samples that the fix waits for.
 ///     let mut notify = |notice| match notice {
 ///         Notice::Updated(report) => {
 ///             let of_fix = |axis: &Innovation| axis.channel.is_of_fix();
@@ -106,14 +106,14 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     held: [Option<Fix>; HELD],
     /// [`signature`] of the last fix.
     last_said: u32,
-    /// Whether it is repeated although the vehicle moves.
+    /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    /// Its height, m, and since when fixes of a vehicle that moves have told it, without a vertical velocity.
+    /// Height of the last fix, m, and since when fixes of a moving vehicle repeat it without a vertical velocity.
     last_height_m: f64,
     height_since: Time,
     level: Level,
     wheels: WheelWatch,
-    /// When a sample was last suspect.
+    /// Time of the last suspect sample.
     suspected: Time,
 }
 
@@ -124,23 +124,23 @@ enum Phase {
     Navigating,
 }
 
-/// Least one-sigma of a heading just found, rad (10°): the guesses share what their model lacks.
+/// Least one-sigma of a newly found heading, rad (10°): errors that the model lacks are common to all hypotheses.
 const FOUND_SIGMA_RAD: f64 = 0.175;
 
-/// What is further from the inertial samples than this, s, is from another clock.
+/// Largest offset, s, between a measurement and the inertial samples; beyond it the clocks differ.
 const OF_ONE_CLOCK_S: f64 = 10.0;
-/// A fix that repeats a velocity below this, m/s, may be true.
+/// Speed, m/s, below which a repeated velocity may be correct.
 const REPEATED_MPS: f64 = 0.2;
-/// A height that stays the same for so long, s, of a vehicle that moves is none.
+/// Minimum time, s, of an unchanged height during motion after which it counts as not measured.
 const HELD_HEIGHT_S: f64 = 3.0;
 /// Suspect samples closer than this, s, are one event.
 const SUSPECT_S: f64 = 1.0;
-/// Fixes that may wait for the inertial sample after them.
+/// Number of fixes that may wait for the next inertial sample.
 const HELD: usize = 4;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// An estimator that has seen nothing yet.
-    // As a part of its caller it is put together where the caller keeps it, and not on the stack to be copied.
+    /// An estimator before its first event.
+    // Built in place inside its caller, not on the stack and then copied.
     #[inline(always)]
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
@@ -163,14 +163,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Takes in the next event in order of arrival; `notify` hears what came of it.
+    /// Processes the next event in order of arrival; `notify` receives the outcome.
     ///
-    /// A fix waits until the inertial samples tell the motion for 0.06 s after it; what came of it is heard then.
+    /// A fix waits for inertial samples up to 0.06 s after it; its outcome is reported then.
     pub fn push(&mut self, event: &Event, notify: impl FnMut(Notice)) {
         self.push_traced(event, &mut (), notify);
     }
 
-    /// [`push`](Self::push), the filter watched by `trace`.
+    /// [`push`](Self::push), with the filter observed by `trace`.
     pub fn push_traced(
         &mut self,
         event: &Event,
@@ -180,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.take_in(event, trace, &mut notify);
     }
 
-    /// [`push_traced`](Self::push_traced), once in the program whoever it notifies.
+    /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`.
     fn take_in(
         &mut self,
         event: &Event,
@@ -238,8 +238,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if takes_heading { Ok(&mut self.filter) } else { Err(Unusable::HeadingUnknown) }
     }
 
-    /// Checks the time of a measurement that is compared with the present state: the time of another clock would shut out
-    /// all later measurements, and within a gap of the inertial samples the present state is unknown.
+    /// Checks the time of a measurement that is compared with the present state. A time from another clock would block
+    /// all later measurements. Within a gap of the inertial samples the present state is unknown.
     fn check_time(&self, time: Time) -> Result<(), Unusable> {
         match self.time() - time {
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
@@ -248,7 +248,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    // A frame of its own, not part of its caller's on the way to deeper ones.
+    // In a stack frame of its own, which the deeper calls of its caller do not share.
     #[inline(never)]
     fn imu(
         &mut self,
@@ -310,7 +310,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Holds a vehicle that rolls on wheels to its road where fixes are absent, and tells when that begins and ends.
+    /// Holds a vehicle on wheels to its road while fixes are absent, and reports the start and the end.
     #[inline(never)]
     fn hold_on_wheels(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if let Some(report) = self.filter.update_on_wheels(&mut self.wheels, trace) {
@@ -327,7 +327,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Lets the watch over the heading feel a sample.
+    /// Feeds a sample to the heading monitor.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
@@ -339,9 +339,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         );
     }
 
-    /// Whether a fix says the same as the one before in place and velocity, to the last bit, though it says
-    /// that it moves, or the filter has moved by more than its own error since it says so. A receiver at rest may
-    /// well repeat itself.
+    /// Whether a fix repeats the previous one bit for bit in position and velocity, during motion: its velocity is not
+    /// zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
         if core::mem::replace(&mut self.last_said, said) != said {
@@ -354,14 +353,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
-    /// Whether a receiver seems to hold the height, as with three satellites, though it does not say so: the same to the last
-    /// bit in fix after fix of a vehicle that moves, with a vertical velocity of nothing or none.
+    /// Whether a receiver seems to hold the height, as with three satellites, without reporting so: the height of a
+    /// moving vehicle is identical in fix after fix, and its vertical velocity is zero or absent.
     fn holds_height(&mut self, fix: &Fix) -> bool {
         let height_m = fix.position.height_m;
         let same = core::mem::replace(&mut self.last_height_m, height_m) == height_m;
         let tells_climb = fix.down_velocity_mps.is_some_and(|down_mps| down_mps != 0.0);
         let stands = level_square(fix).is_none_or(|squared| squared < square(REPEATED_MPS));
-        // At rest a receiver may well tell the same again.
+        // At rest a receiver may repeat a height.
         if !same || tells_climb || stands {
             self.height_since = fix.time;
         }
@@ -438,15 +437,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }
 
-    /// The filter, once alignment and the search for a heading are over.
+    /// The filter, after alignment and heading search.
     #[must_use]
     pub fn filter(&self) -> Option<&Ekf<L, N, T>> {
         (self.phase == Phase::Navigating).then_some(&self.filter)
     }
 
-    /// The solution now, in the numbers that the estimator computes in; `None` until alignment ends.
+    /// The present solution, in the numeric type of the estimator; `None` until alignment ends.
     #[must_use]
-    // Once in a program, with a frame of its own: it is long.
+    // Compiled once, with a stack frame of its own, because it is long.
     #[inline(never)]
     pub fn solution(&self) -> Option<Solution<T>> {
         match self.phase {
@@ -463,12 +462,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// The square of the level speed that a fix tells, (m/s)².
+/// The square of the horizontal speed that a fix reports, (m/s)².
 fn level_square(fix: &Fix) -> Option<f64> {
     fix.horizontal_velocity_mps.map(|[north, east]| square(north) + square(east))
 }
 
-/// What two fixes have in common only where they say the same of place and velocity, to the last bit.
+/// A hash that is equal for two fixes if position and velocity are identical bit for bit.
 fn signature(fix: &Fix) -> u32 {
     let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
     let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
@@ -479,6 +478,6 @@ fn signature(fix: &Fix) -> u32 {
     (mixed >> 32) as u32
 }
 
-/// Start and factor of a hash of 64 bits, of Fowler, Noll and Vo.
+/// Start value and factor of a 64-bit Fowler–Noll–Vo hash.
 const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 const FNV_PRIME: u64 = 0x0100_0000_01b3;

@@ -8,50 +8,50 @@ use crate::ins::{AlignmentConfig, Mounting};
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[non_exhaustive]
 pub struct EstimatorConfig {
-    /// Where the sensors are in the vehicle.
+    /// Positions of the sensors in the vehicle.
     pub mounting: Mounting,
-    /// How it starts.
+    /// Settings of the alignment.
     pub alignment: AlignmentConfig,
-    /// How it goes on.
+    /// Settings of the filter.
     pub ekf: EkfConfig,
-    /// Which aids beside GPS it uses, where there are any.
+    /// Aids in addition to GPS that are used, if present.
     pub aiding: Aiding,
     /// The rangefinder that looks at the ground.
     pub rangefinder: Rangefinder,
-    /// Errors of the heading of two antennas; [`AlignmentConfig::baseline_m`] says where they are.
+    /// Errors of the heading of two antennas; [`AlignmentConfig::baseline_m`] gives their positions.
     pub antenna_heading: AntennaHeadingModel,
 }
 
 impl EstimatorConfig {
-    /// With the sensors mounted like this.
+    /// Sets the mounting of the sensors.
     #[must_use]
     pub const fn with_mounting(mut self, mounting: Mounting) -> Self {
         self.mounting = mounting;
         self
     }
 
-    /// With these settings of the alignment.
+    /// Sets the settings of the alignment.
     #[must_use]
     pub const fn with_alignment(mut self, alignment: AlignmentConfig) -> Self {
         self.alignment = alignment;
         self
     }
 
-    /// With these settings of the filter.
+    /// Sets the settings of the filter.
     #[must_use]
     pub const fn with_ekf(mut self, ekf: EkfConfig) -> Self {
         self.ekf = ekf;
         self
     }
 
-    /// With these aids beside GPS.
+    /// Sets the aids in addition to GPS.
     #[must_use]
     pub const fn with_aiding(mut self, aiding: Aiding) -> Self {
         self.aiding = aiding;
         self
     }
 
-    /// With this rangefinder.
+    /// Sets the rangefinder.
     #[must_use]
     pub const fn with_rangefinder(mut self, rangefinder: Rangefinder) -> Self {
         self.rangefinder = rangefinder;
@@ -59,14 +59,14 @@ impl EstimatorConfig {
     }
 }
 
-/// A rangefinder: where it is, where it looks, and how good it is.
+/// A rangefinder: position, direction and errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rangefinder {
-    /// The sensor from the point of the solution, body axes, m.
+    /// Position of the sensor relative to the point of the solution, body axes, m.
     pub lever_arm_m: Vector<Body>,
-    /// Where its beam leads, body axes, of length one; straight down where nothing is said.
+    /// Direction of the beam, body axes, of length one; straight down by default.
     pub beam: Vector<Body>,
-    /// What it measures, and how the ground varies.
+    /// Errors of the sensor, and variation of the ground.
     pub model: RangeModel,
 }
 
@@ -80,8 +80,7 @@ impl Default for Rangefinder {
     }
 }
 
-/// Which aids beside GPS are used once aligned. To change some, take the default, all, and assign to
-/// its fields.
+/// Aids in addition to GPS that are used after alignment. The default is all; to change some, assign to its fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(
@@ -92,7 +91,7 @@ impl Default for Rangefinder {
 pub struct Aiding {
     /// The inertial unit's own attitude.
     pub attitude: bool,
-    /// Magnetic heading, where the unit's own attitude is not used.
+    /// Magnetic heading, while the inertial unit's own attitude is not used.
     pub magnetometer: bool,
     /// Barometric height.
     pub baro: bool,

@@ -1,84 +1,84 @@
-//! How much noisier the inertial unit is than assumed, learned from what the fixes say.
+//! Ratio of the inertial unit's noise to the assumed noise, learned from the innovations of fixes.
 //!
-//! Innovations of a filter whose noise is right are white. A filter that trusts its inertial unit too much
-//! corrects too little, and what is left of one innovation is found again in the next: the innovations of
-//! successive fixes become alike. Their product tells by how much the driving noise has to grow, and needs
-//! no knowledge of the size of the fixes' own errors, which only ever make successive ones unlike.
+//! Innovations of a filter with correct noise are white. A filter that trusts its inertial unit too much corrects too
+//! little, so part of one innovation remains in the next: successive innovations become correlated. Their product shows
+//! by how much the driving noise has to grow. Errors of the fixes themselves only reduce the correlation, so their size
+//! need not be known.
 //!
-//! Where they become very much alike within seconds, something has stepped: a bias, for all the filter knows.
-//! A large step leads beyond the gate before that shows; what is refused then grows from fix to fix, while what a
-//! receiver gets wrong is there at a stroke.
+//! A strong correlation within seconds indicates a step, most likely of a bias. A large step leads beyond the gate
+//! before it shows in the correlation. Rejected innovations then grow from fix to fix, while a receiver fault appears
+//! at full size at once.
 
 use super::innovation::{Channel, Innovation, Verdict};
 use super::measurement::Report;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// By how many times the variance of the inertial unit's driving noise exceeds what is assumed.
+/// Factor of the variance of the inertial unit's driving noise over the assumed one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Excess {
     learned: f64,
-    /// Normalised innovations of velocity, north and east, at the last fix, where they were accepted.
+    /// Normalised innovations of velocity, north and east, of the last fix, if accepted.
     last: Option<(Time, [f64; 2])>,
-    /// The same of vertical velocity.
+    /// Normalised innovation of the vertical velocity, if accepted.
     last_down: Option<(Time, f64)>,
-    /// How much alike they have been in the last seconds, level and vertical.
+    /// Mean product of successive innovations over the last seconds, horizontal and vertical.
     of_late: [f64; 2],
-    /// When level velocity was first refused, soon after it had been accepted, and how far off it was.
+    /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
     refused: Option<(Time, f64)>,
-    /// The same of vertical velocity, m/s; none off where it was reopened.
+    /// Same for the vertical velocity, innovation in m/s; zero after a reset to the measurement.
     refused_down: (Time, Option<f32>),
-    /// When vertical velocity was reopened last, and by how much its error had grown each second, m/s².
+    /// Time of the last reset of vertical velocity, and the growth rate of its error before, m/s².
     reopened_down: (Time, Option<f32>),
 }
 
-/// Which innovations speak of a step.
+/// Innovations that indicate a step, by group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stepped {
-    /// Those of level velocity: of a gyro, or of an accelerometer.
+    /// Accepted innovations of horizontal velocity: step of a gyro or an accelerometer.
     pub level: bool,
-    /// Those of vertical velocity: of an accelerometer.
+    /// Accepted innovations of vertical velocity: step of an accelerometer.
     pub down: bool,
-    /// Those of level velocity that are refused: of a large step.
+    /// Rejected innovations of horizontal velocity: a large step.
     pub far: bool,
-    /// Those of vertical velocity that are refused: of an accelerometer.
+    /// Rejected innovations of vertical velocity: step of an accelerometer.
     pub down_far: Option<Growth>,
 }
 
-/// How an error of the vertical velocity has grown.
+/// Growth of an error of the vertical velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Growth {
-    /// By so much a second, m/s².
+    /// Growth rate, m/s².
     pub rate_mps2: f64,
-    /// For what is left of it, for so long, s: for none where a fix has just been taken in.
+    /// Time, s, for which the remaining error has grown; zero right after a reset to the fix.
     pub left_s: f64,
 }
 
-/// Share by which the likeness of two fixes a second apart moves the factor.
+/// Share by which the product of two innovations one second apart changes the factor.
 const RATE: f64 = 0.03;
-/// Likeness that a filter with right noise shows too: slow errors of the fixes, timing.
+/// Usual mean product with correct noise, from slow errors and timing of the fixes.
 const USUAL: f64 = 0.2;
-/// Chance alone makes the innovations of a filter with right noise so much alike.
+/// Factor that chance alone produces with correct noise.
 const BY_CHANCE: f64 = 1.5;
-/// No unit is noisier than assumed by more than so many times, in variance.
+/// Upper limit of the factor, in variance.
 const MOST: f64 = 10.0;
-/// Innovations that are so much alike for so long, s, are those of a step.
+/// Mean product that indicates a step, and its averaging time, s.
 const STEP: f64 = 4.0;
 const STEP_S: f64 = 2.0;
-/// Refused innovations speak of a step when, after so long, s, they are so many times what they were.
+/// Rejected innovations indicate a step when they have grown by the factor `GROWN` within this time, s.
 const GROWING_S: f64 = 0.9;
 const GROWN: f64 = 1.5;
-/// Vertical ones after so long, s.
+/// Same for vertical innovations, s.
 const GROWING_DOWN_S: f64 = 1.9;
-/// So does a vertical velocity that is reopened again, to the same side, within so long, s.
+/// A second reset of the vertical velocity to the same side within this time, s, also indicates a step.
 const AGAIN_S: f64 = 10.0;
-/// Fixes further apart than this, s, tell nothing of each other.
+/// Fixes further apart than this, s, are not compared.
 const LONGEST_S: f64 = 3.0;
-/// An innovation counts no more than so many one-sigmas: outliers are no noise.
+/// Limit of an innovation, in one-sigmas: outliers are not noise.
 const MOST_SIGMAS: f64 = 3.0;
 
 impl Excess {
-    /// The noise is what is assumed.
+    /// Assumed noise, nothing learned.
     pub const NONE: Self = Self {
         learned: 1.0,
         last: None,
@@ -89,12 +89,12 @@ impl Excess {
         reopened_down: (Time::ZERO, None),
     };
 
-    /// The factor on variances, from 1 to 10.
+    /// Factor on the variances, from 1 to 10.
     pub fn factor(&self) -> f64 {
         (self.learned / BY_CHANCE).max(1.0)
     }
 
-    /// Takes in what became of a fix; gives whether the fixes of late speak of a step.
+    /// Feeds the report of a fix. Returns the step, if any, that recent fixes indicate.
     ///
     /// # Source
     /// Equation (K18) of docs/equations.md.
@@ -124,7 +124,7 @@ impl Excess {
         Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
     }
 
-    /// Compares the level velocity of a fix with that of the fix before.
+    /// Compares the horizontal velocity of a fix with that of the previous fix.
     fn compare_level(&mut self, time: Time, level: Option<(f64, f64)>) {
         let before = core::mem::replace(&mut self.last, level.map(|(n, e)| (time, [n, e])));
         if let (Some((north, east)), Some((then, last))) = (level, before)
@@ -138,8 +138,8 @@ impl Excess {
         }
     }
 
-    /// The same of the vertical velocity, where the innovation of `height` bears it out: a receiver's vertical
-    /// velocity errs slowly too.
+    /// Compares the vertical velocity likewise. The product counts only if the height innovation `height` has the same
+    /// sign: a receiver's vertical velocity has slow errors too.
     fn compare_down(&mut self, time: Time, down: Option<f64>, height: f64) {
         let before = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
         if let (Some(down), Some((then, last))) = (down, before)
@@ -150,8 +150,7 @@ impl Excess {
         }
     }
 
-    /// Whether innovations that are refused grow, as a bias makes them: what a receiver does is there at a
-    /// stroke.
+    /// Whether rejected innovations grow, as with a bias step. A receiver fault appears at full size at once.
     fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
         let Some((north, east)) = refused else {
             self.refused = None;
@@ -169,7 +168,7 @@ impl Excess {
         grown
     }
 
-    /// The same of the vertical velocity, where the innovation of `height` bears it out; gives by how much it grows.
+    /// Growth of the vertical velocity innovation, if the height innovation `height` has the same sign.
     fn grows_down(&mut self, time: Time, down: &Innovation, height: f64) -> Option<Growth> {
         let off = down.innovation;
         let began = self.last_down.is_some_and(|(then, _)| soon_after(then, time).is_some());
@@ -195,7 +194,7 @@ impl Excess {
     }
 }
 
-/// Time from one fix to another, s, where they tell of each other.
+/// Time from one fix to the next, s, if short enough for a comparison.
 fn soon_after(then: Time, time: Time) -> Option<f64> {
     Some(time - then).filter(|interval_s| (0.0..LONGEST_S).contains(interval_s))
 }

@@ -1,101 +1,101 @@
-//! Whether the magnetic field is still what it was.
+//! Monitor of the magnetic field for changes.
 //!
-//! A current or iron nearby adds to the field. What it adds along the level field and downwards no heading changes.
-//! What it adds across turns the heading: where it comes faster than gyros drift it can be told by them, and where it
-//! comes slowly it is as large as the rest, for all that is known.
+//! A current or iron nearby adds to the field. The parts it adds along the horizontal field and downwards do not depend
+//! on the heading, so they are observable. The part across turns the measured heading. A turn faster than gyro drift is
+//! detected with the gyros. A slower one is unobservable; it is assumed to be as large as the other parts.
 
 use super::{root, square};
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// What is usual of a field, and what it was when the heading was last opened for it.
+/// The usual field, and the field when the heading was last opened for a change.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldWatch {
-    /// When a reading was last looked at.
+    /// Time of the last evaluated reading.
     seen: Time,
-    /// Zero before the first reading, which no field is.
+    /// Zero before the first reading; a real field is never zero.
     usual: Parts,
     opened_at: Parts,
-    /// Variance of a part about what is usual, gauss².
+    /// Variance of a component about the usual field, gauss².
     scatter: f32,
-    /// For how long the field has been what is usual, s, and how long it has stood still elsewhere.
+    /// Time, s, for which the field was usual, and for which it has been constant elsewhere.
     usual_s: f32,
     elsewhere_s: f32,
-    /// One-sigma of what the field's distance from the usual makes of the heading, rad.
+    /// One-sigma of the heading error due to the field's distance from the usual one, rad.
     pub doubt_rad: f32,
-    /// The share of its strength by which the last reading was off what is usual, where it alone was; else none.
+    /// Distance of a single unusual reading from the usual field, as a share of its strength; zero otherwise.
     suspect: f32,
 }
 
-/// A field as the filter levels and turns it.
+/// Field resolved with the filter's attitude: components and azimuth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
-    /// What does not change with the heading, gauss.
+    /// Horizontal and vertical components, which do not change with the heading, gauss.
     pub level: f32,
     pub down: f32,
-    /// Where it points, from the filter's north, rad.
+    /// Azimuth from the filter's north, rad.
     pub azimuth_rad: f32,
 }
 
-/// How far the filter's attitude may be off.
+/// Uncertainty of the filter's attitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AttitudeDoubt {
     pub tilt_variance: f32,
     pub heading_variance: f32,
-    /// Whether the gyros may have missed a turn of late.
+    /// Whether the gyros may have missed a recent turn.
     pub turned: bool,
 }
 
-/// What a field has changed by.
+/// Change of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FieldChange {
-    /// One-sigma of what the change since the heading was last opened for one makes of it, rad.
+    /// One-sigma of the heading error due to the change since the heading was last opened, rad.
     pub sigma_rad: f32,
-    /// Share of its strength by which the field is off what is usual.
+    /// Distance from the usual field, as a share of its strength.
     pub share: f32,
     pub turn: Option<Turn>,
 }
 
-/// Where a disturbance begins, ends, or has lasted for so long that it is another matter.
+/// Event in the course of a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
-    /// One reading is off what is usual, as a spike is: not before the next one is off too, the field has come away.
+    /// One reading is unusual. It may be a spike; a second one makes it [`Away`](Self::Away).
     Suspect,
-    /// The field came away from what is usual.
+    /// The field departed from the usual one.
     Away,
-    /// It is back.
+    /// The field returned to the usual one.
     Back,
-    /// It has stood elsewhere for longer than it was what the start gave the heading by: that was the wrong one, and
-    /// this is the usual now.
+    /// The field has been elsewhere for longer than it was at its initial value. The initial field was the disturbed
+    /// one; the present field becomes the usual one.
     Settled,
-    /// It has stood elsewhere for so long that either may be the Earth's.
+    /// The field has been constant elsewhere for so long that either field may be the Earth's.
     Lasting,
 }
 
-/// The field is not what it was beyond this share of its strength, and beyond so many one-sigmas of its scatter.
+/// Limits of a change: share of the field's strength, and number of one-sigmas of its scatter.
 const CHANGED_SHARE: f32 = 0.1;
 const CHANGED_SIGMAS: f32 = 4.0;
-/// It points elsewhere beyond this, rad, and beyond so many one-sigmas of its scatter and of the heading, where it turned
-/// there within the time over which its usual azimuth is learned, s.
+/// Limits of a turn of the field: angle, rad, and number of one-sigmas of scatter and heading. The usual azimuth is
+/// learned over `AZIMUTH_S`, s, so only a faster turn counts.
 const TURNED_RAD: f32 = 0.17;
 const TURNED_SIGMAS: f32 = 3.0;
 const AZIMUTH_S: f32 = 15.0;
-/// It is what it was again within this share of that.
+/// The field counts as returned within this share of the limits.
 const BACK_SHARE: f32 = 0.5;
-/// What is usual is learned over this time, s, less as long as it is not known for as long.
+/// Time constant, s, of the usual field; shorter while the field is known for less time.
 const USUAL_S: f32 = 60.0;
-/// A field that stands still elsewhere for twice as long as the usual one was there is as likely the Earth's, after no
-/// less than the first and no more than the second of these times, s.
+/// A field constant elsewhere for twice the time of the usual one may as well be the Earth's. The time is limited to
+/// this range, s.
 const LASTING_S: [f32; 2] = [5.0, 180.0];
-/// A usual one that was there for less than this, s, was that of the start alone.
+/// A usual field of less than this time, s, was only the field at the start.
 const WRONG_START_S: f32 = 30.0;
-/// Readings further apart, s, count as so far apart.
+/// Longer intervals between readings, s, count as this one.
 const LONGEST_S: f32 = 1.0;
-/// A heading is not in doubt by more for the part that is not seen, rad.
+/// Largest heading one-sigma assumed for the unobserved component, rad.
 const MOST_RAD: f32 = 1.0;
 
 impl FieldWatch {
-    /// Has seen nothing.
+    /// State before the first reading.
     pub const NONE: Self = Self {
         seen: Time::ZERO,
         usual: Parts::NONE,
@@ -107,12 +107,12 @@ impl FieldWatch {
         suspect: 0.0,
     };
 
-    /// Whether a reading at `time` comes at least `interval_s` after the last one that was looked at.
+    /// Whether a reading at `time` comes at least `interval_s` after the last evaluated one.
     pub fn is_due(&self, time: Time, interval_s: f64) -> bool {
         !self.has_seen() || time - self.seen >= interval_s
     }
 
-    /// Whether the last reading was off what is usual, and no other before it.
+    /// Whether the last reading was the first unusual one.
     pub fn is_suspect(&self) -> bool {
         self.suspect > 0.0
     }
@@ -121,9 +121,9 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Takes in a field, by an attitude that is in `doubt`. Gives what it has changed by since the heading was last
-    /// opened for a change, where that is more than its scatter and the attitude make of it, or where it came away from
-    /// what is usual or is usual again.
+    /// Feeds a field resolved with an attitude of uncertainty `doubt`. Returns a change that exceeds scatter and
+    /// attitude error, relative to the field when the heading was last opened. Departure from the usual field and
+    /// return to it are also returned.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
@@ -140,13 +140,13 @@ impl FieldWatch {
         }
         let elapsed_s = ((time - before) as f32).clamp(0.0, LONGEST_S);
         let least_level = field.level.min(self.usual.level);
-        // Squares, for roots take long and are needed only where something has changed.
+        // Squares are compared, because roots are slow and needed only after a change.
         let strength = square(self.usual.level) + square(self.usual.down);
         let [least_s, most_s] = LASTING_S;
         let lasting_s = (2.0 * self.usual_s).clamp(least_s, most_s);
         let lasted = self.elsewhere_s > lasting_s;
         let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * doubt.tilt_variance);
-        // A heading that is opened for the field's sake does not bring it back.
+        // A large heading variance, opened because of the field, must not make the field count as returned.
         let heading_variance = doubt.heading_variance.min(square(TURNED_RAD));
         let limit = Change {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
@@ -156,7 +156,7 @@ impl FieldWatch {
         };
         let was_usual = self.doubt_rad == 0.0;
         if was_usual {
-            // Where it points may change slowly: by what gyros drift.
+            // The azimuth may drift slowly with the gyros.
             self.opened_at.azimuth_rad = self.usual.azimuth_rad;
         }
         let off = field.change_from(self.usual);
@@ -173,7 +173,7 @@ impl FieldWatch {
         let lasts = self.elsewhere_s > lasting_s;
         let is_settled = lasts && self.usual_s < WRONG_START_S;
         let turn_rad = |change: &Change| {
-            // Two parts of three are seen by themselves.
+            // Two of the three components are observed directly.
             let across = root(0.5 * change.parts);
             let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
             unseen_rad.min(MOST_RAD).max(root(change.turn))
@@ -201,14 +201,14 @@ impl FieldWatch {
         (!is_still || turn.is_some()).then(|| {
             self.opened_at = field;
             let share = off.share(&field, strength);
-            // Of one that comes away, by what both readings say.
+            // For a departure, the smaller share of both readings.
             let share = if turn == Some(Turn::Away) { share.min(suspect) } else { share };
             FieldChange { sigma_rad: turn_rad(&moved), share, turn }
         })
     }
 }
 
-/// Squares of what two fields differ by: of the parts that no heading changes, gauss², and of where they point, rad².
+/// Squared differences of two fields: of the components independent of the heading, gauss², and of the azimuth, rad².
 #[derive(Clone, Copy, Debug)]
 struct Change {
     parts: f32,
@@ -216,7 +216,7 @@ struct Change {
 }
 
 impl Change {
-    /// As a share of a strength that is given by its square, gauss².
+    /// Distance as a share of the strength whose square is `strength`, gauss².
     fn share(&self, field: &Parts, strength: f32) -> f32 {
         root((self.parts + self.turn * square(field.level)) / strength)
     }
@@ -253,7 +253,7 @@ mod tests {
         Time::from_nanoseconds(step * 100_000_000)
     }
 
-    /// A watch over readings 0.1 s apart, from the first on.
+    /// Result of readings 0.1 s apart.
     fn watched(readings: &[Parts]) -> (FieldWatch, Vec<FieldChange>) {
         let mut watch = FieldWatch::NONE;
         let changes = (0_i64..)
@@ -271,7 +271,8 @@ mod tests {
         readings[300..600].fill(near);
         let (watch, changes) = watched(&readings);
         let [came, went] = changes[..] else { panic!("{changes:?}") };
-        // 0.1 gauss of two parts leave 0.07 for the third, across 0.3 and more of level field.
+        // A change of 0.1 gauss over two components suggests 0.07 for the third, relative to a horizontal field of at
+        // least 0.3.
         assert!((came.sigma_rad - 0.1 * 0.5_f32.sqrt() / 0.3).abs() < 1e-4, "{came:?}");
         assert_eq!([came, went].map(|change| change.turn), [Some(Turn::Away), Some(Turn::Back)]);
         assert!((came.share - 0.1 / 0.3_f32.hypot(0.35)).abs() < 1e-4, "{came:?}");
@@ -289,7 +290,7 @@ mod tests {
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Back)]);
         assert!(changes.iter().all(|change| (change.sigma_rad - 0.5).abs() < 0.01), "{changes:?}");
         assert!(watch.doubt_rad == 0.0);
-        // By 0.3 °/s, once around.
+        // At 0.3 °/s, once around.
         let drifting: Vec<Parts> = (0..12_000)
             .map(|step| {
                 let azimuth_rad = wrap_angle((0.03 * step as f32).to_radians());
@@ -299,7 +300,7 @@ mod tests {
         assert!(watched(&drifting).1.is_empty());
     }
 
-    /// After a gap, or where gyros were at full scale, nobody knows how the vehicle turned.
+    /// After a gap or a saturated gyro, the turn of the vehicle is unknown.
     #[test]
     fn a_turn_that_gyros_may_have_missed_is_none_of_the_field() {
         let (mut watch, _) = watched(&[EARTH; 100]);
@@ -320,7 +321,7 @@ mod tests {
         assert!(watched(&readings).1.is_empty());
     }
 
-    /// A field that was there for 10 s stands elsewhere from then on.
+    /// A field changes after 10 s and stays changed.
     #[test]
     fn a_field_that_stays_changed_is_the_usual_one_where_that_was_of_the_start_alone() {
         let mut readings = vec![EARTH; 12_000];
@@ -331,7 +332,7 @@ mod tests {
         assert!(watch.doubt_rad == 0.0);
     }
 
-    /// A load that is switched on in flight turns the field for good.
+    /// A load switched on in flight turns the field permanently.
     #[test]
     fn a_field_that_was_right_for_long_and_stays_changed_is_told_once_and_doubted_for_good() {
         let mut readings = vec![EARTH; 12_000];
@@ -344,7 +345,7 @@ mod tests {
         assert!(watched(&readings).0.doubt_rad == 0.0);
     }
 
-    /// A magnet at the start, for 0.3 and for 30 s, costs no more than twice that afterwards.
+    /// A magnet at the start, for 0.3 or 30 s, spoils the field for at most twice that time afterwards.
     #[test]
     fn what_the_field_was_at_the_start_is_soon_forgotten() {
         for (wrong, doubted) in [(3, 60), (300, 700)] {

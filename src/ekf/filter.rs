@@ -1,4 +1,4 @@
-//! The filter itself: the state it holds, and its step with the inertial unit.
+//! The filter itself: its state, and its step with the inertial unit.
 
 mod accessors;
 
@@ -31,20 +31,20 @@ use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
 use crate::time::Time;
 
-/// No gap opens the attitude further than this, rad: beyond it no linearisation holds.
+/// Largest one-sigma, rad, to which a gap opens the attitude: beyond it no linearisation holds.
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
-/// What is remembered of the samples themselves, whatever a filter makes of them.
+/// Memory of the samples themselves, independent of the filter's estimates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Samples<T> {
     pub integrator: Integrator<T>,
     pub integrity: Integrity<T>,
-    /// What is known against the last sample.
+    /// Evidence against the last sample.
     pub suspicion: Suspicion<T>,
     pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
-    /// Mean rate of a second of rest that ended with the last sample.
+    /// Mean rate, rad/s, over a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
 }
 
@@ -59,7 +59,7 @@ impl<T: Scalar> Samples<T> {
         resting_rate_radps: None,
     };
 
-    /// As [`Gates::clear`].
+    /// Clears the memory, as [`Gates::clear`] does.
     fn clear(&mut self) {
         self.integrator = Integrator::EMPTY;
         self.integrity = Integrity::NONE;
@@ -73,45 +73,45 @@ impl<T: Scalar> Samples<T> {
 
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
-/// `L` chooses the error states, `N` is their padded number, `T` the numbers it computes in; the
-/// aliases [`BaseEkf`](super::BaseEkf) and [`FullEkf`](super::FullEkf) name the usual choices. It
-/// allocates nothing, and every call does bounded work.
+/// `L` chooses the error states, `N` is their padded number, `T` the numeric type. The aliases
+/// [`BaseEkf`](super::BaseEkf) and [`FullEkf`](super::FullEkf) name the usual choices. The filter allocates nothing,
+/// and every call does bounded work.
 #[derive(Clone, Debug)]
 pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) config: EkfConfig,
     pub(super) mounting: Mounting,
     pub(super) state: NavState<T>,
-    /// Estimates of the states that are parameters; the first nine are not used.
+    /// Estimates of the states that are parameters; the first nine entries are not used.
     pub(super) parameters: [T; N],
     pub(super) covariance: Covariance<T, N>,
     pub(super) history: History<T>,
     pub(super) gates: Gates,
     pub(super) attitude_used: Option<Time>,
     pub(super) attitude_watch: AttitudeWatch,
-    /// The slow error of what last gave the heading: one-sigma, rad, and correlation time, s.
+    /// Slow error of the last sensor of heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
-    /// How far off what gives the heading may be beyond its own slow error, rad, by what the fixes said.
+    /// Additional error of the sensor of heading beyond its own slow error, rad, according to the fixes.
     pub(super) heading_doubt_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// When what gives the heading last disagreed with a heading that was turned against it.
+    /// Time when the sensor of heading last disagreed with a heading that had been turned against it.
     pub(super) heading_distrusted: Option<Time>,
-    /// When a gap last hid where the attitude went, until one is measured.
+    /// Time when a gap last hid the attitude, until an attitude is measured.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
     pub(super) heading_revision: HeadingRevision<T>,
     pub(super) barometer: Barometer,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
-    /// Slow part of the latest fix's one-sigma: position h, v (m), velocity h, v (m/s).
+    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity likewise, m/s.
     pub(super) gps_wander: Option<[f32; 4]>,
-    /// The steps that the covariance has not been propagated over yet.
+    /// Steps over which the covariance is not propagated yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
     /// Angular rate against the ground's axes, less bias, rad/s.
     pub(super) angular_rate_radps: Vector<Body, T>,
     /// Time since the parameters last relaxed, s, at the last propagation.
     pub(super) unrelaxed_s: T,
-    /// Learned size of the GPS errors against the stated or configured one: variances of position and of horizontal and
-    /// vertical velocity.
+    /// Learned variances of the GPS errors, relative to the stated or configured ones: position, horizontal velocity
+    /// and vertical velocity.
     pub(super) gps_learned: [f32; 3],
     pub(super) net_turn: NetTurn<T>,
     pub(super) level_force: LevelForce<T>,
@@ -133,8 +133,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         filter
     }
 
-    /// A filter that knows nothing yet, to be [`restart`](Self::restart)ed.
-    // As a part of its caller it is put together where the caller keeps it.
+    /// A filter without a state, to be [`restart`](Self::restart)ed.
+    // Built in place inside its caller.
     #[inline(always)]
     pub(super) const fn unstarted(config: EkfConfig, mounting: Mounting) -> Self {
         const { assert!(layout::is_sound::<L, N>(), "the layout breaks its rules") };
@@ -173,7 +173,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Starts anew, in place, where alignment ended.
+    /// Starts again, in place, from the end of an alignment.
     pub(super) fn restart(&mut self, start: &Start) {
         self.state = start.state.cast();
         self.parameters.fill(T::ZERO);
@@ -215,8 +215,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open_wander_of_start(start);
     }
 
-    /// Position and velocity of a start are those of a fix: what wandered in it then is their error,
-    /// with the other sign.
+    /// Opens the slow errors of GPS. Position and velocity of a start are those of a fix: their error is the slow error
+    /// of that fix with the opposite sign.
     ///
     /// # Source
     /// Equation (K14) of docs/equations.md.
@@ -225,14 +225,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let shares = (model.position_wander_share, model.velocity_wander_share);
         let [north_m, east_m, down_m] = start.position_sigma_m.to_array();
         let [.., usual_m] = model.position_sigma_m();
-        // A height that no fix has told is no fix's error.
+        // A height that no fix measured has no error of a fix.
         let down_m = if down_m < UNKNOWN_HEIGHT_M { down_m } else { usual_m };
         let position = Vector::new(north_m, east_m, down_m);
         let [position_h, _, position_v] = match L::GPS_POSITION {
             Some(first) => self.open_block_of_start(first, POSITION, shares.0, position, true),
             None => [0.0; 3],
         };
-        // A start that no fix gave, a velocity say, has a far wider one-sigma.
+        // A start velocity from another source than a fix has a far larger one-sigma.
         let from_fix = start.velocity_sigma_mps.x() < UNKNOWN_VELOCITY_MPS;
         let velocity =
             if from_fix { start.velocity_sigma_mps } else { model.velocity_sigma_mps().into() };
@@ -243,7 +243,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Opens the slow errors at a share of `sigma`, tied to what came `of` the fix; gives their one-sigma.
+    /// Opens the slow errors at a share of `sigma`, correlated with the states `of` that came from the fix; returns
+    /// their one-sigmas.
     fn open_block_of_start(
         &mut self,
         first: usize,
@@ -293,12 +294,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Advances the filter to the next sample of the inertial unit.
     ///
     /// # Errors
-    /// [`ImuFault`] says why a sample was refused; it changed nothing.
+    /// [`ImuFault`] gives the reason why a sample was rejected; such a sample changes nothing.
     pub fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         self.predict_traced(sample, &mut ())
     }
 
-    /// [`predict`](Self::predict), watched by `trace`.
+    /// [`predict`](Self::predict), observed by `trace`.
     ///
     /// # Errors
     /// As [`predict`](Self::predict).
@@ -324,7 +325,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let errors = self.imu_errors();
         let integrated = self.samples.integrator.push_finite(sample.time, motion, &errors);
-        // The first sample's rates hold since the start.
+        // The first sample's rates are assumed constant since the start.
         let mut increment = integrated.unwrap_or_else(|| {
             let interval_s = sample.time.seconds_since(self.state.time);
             Increment::of_first_sample(&motion, interval_s, &errors)
@@ -361,8 +362,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
-    /// One step of the mechanization and of the covariance. Gives how fast NED turned, rad/s; none, the
-    /// state as it was but for its time, where it would lead off the Earth.
+    /// One step of the mechanization and of the covariance. Returns the rotation rate of NED, rad/s. If the step would
+    /// lead off the Earth, it returns `None` and changes only the time of the state.
     fn step(
         &mut self,
         time: Time,
@@ -382,8 +383,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
 
-    /// Over a gap: the state coasts, and the covariance opens by what the vehicle can have done. Gives what
-    /// [`step`](Self::step) does.
+    /// A step over a gap: the state coasts, and the covariance opens by the possible motion. Returns the same as
+    /// [`step`](Self::step).
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
         self.catch_up(trace);
         let before = self.state;
@@ -407,17 +408,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// A start whose velocity is less sure than this, m/s, had none from a fix.
+/// One-sigma of a start velocity, m/s, above which it did not come from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
-/// [`Ekf::heading_wander`] before anything gave the heading.
+/// [`Ekf::heading_wander`] before the first measured heading.
 const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
     [config.attitude.heading_wander_rad, config.attitude.wander_time_s]
 }
 
-/// One-sigma of the level of a barometer that has not been used yet, m: far more than any height's, so that
-/// the first reading ties it to the height and tells nothing of that.
+/// One-sigma of the level of a barometer before its first use, m. It is far larger than that of any height, so that the
+/// first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
-/// A gap longer than this, s, is not bridged: what happened in it nobody knows.
+/// Longest gap that is bridged, s: the motion in a longer one is unknown.
 const LONGEST_BRIDGE_S: f64 = 60.0;
 
 #[cfg(test)]

@@ -1,38 +1,40 @@
-//! Gates, and which is at fault when one stays shut: the sensor or the filter.
+//! Gates, and the choice between sensor and filter when a gate stays closed.
 //!
-//! A gate keeps a bad fix out. A filter that has gone wrong keeps *every* fix out, and drifts for
-//! ever. How the refusals began tells the two apart:
+//! A gate rejects a bad fix. A diverged filter rejects *every* fix, and drifts without end. The start of the rejections
+//! distinguishes the two cases:
 //!
-//! - Positions agreed until one jumped away from the inertial path, and the velocity goes on agreeing and leans to no
-//!   side: the sensor is at fault, even if the inertial samples had trouble, for no vehicle and no filter moves like
-//!   that. Positions are refused for [`GateConfig::fault_s`](super::GateConfig::fault_s). Where the filter knew nothing
-//!   of the place before its last series of fixes, they are refused for no longer than that series has lasted.
-//! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of
-//!   innovations that were too large already: the filter is lost. It is reopened as soon as
-//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) have passed and three fixes were refused.
-//! - Velocity jumped as no acceleration explains: the receiver is at fault. It reopens nothing until its velocity is
-//!   back, for at most 15 s.
-//! - The receiver contradicts itself, reading after reading: it reopens nothing, and its fixes are rejected unless all
-//!   of them lies at the filter.
-//! - The innovations of a height lean to one side for seconds: those of the receiver while a barometer agrees with the
-//!   filter, or those of a barometer while the receiver agrees. The sensor that leans drifts. It is refused although
-//!   each single innovation lies within the gate.
-//! - A distance to the ground jumped: a roof, a tree or a false reading. It is refused for
-//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then taken for another ground, never for height.
-//! - A barometer denies a height by always the same amount, while both agree about each change of it: the barometer's
-//!   level came from this receiver, and one of the two heights was wrong. The one that was told for longer is believed.
-//! - In all other cases nobody knows, and the filter gives way after
-//!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of refusals. A height is not believed while a barometer
-//!   denies it. A heading is believed only after two minutes in which neither the fixes nor another sensor bore out the
-//!   filter's own.
+//! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias: the
+//!   sensor is at fault, even if the inertial samples had trouble, because neither a vehicle nor a filter moves like
+//!   that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). If the position was unknown
+//!   before its last series of fixes, they are rejected for at most the duration of that series.
+//! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of large innovations:
+//!   the filter has diverged. It is reset to the measurement after
+//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) and three rejected fixes.
+//! - Velocity jumped more than any acceleration explains: the receiver is at fault. It resets nothing until its
+//!   velocity agrees again, for at most 15 s.
+//! - The receiver contradicts itself in successive readings: it resets nothing. Its fixes are rejected, except a fix
+//!   that agrees with the filter in all axes within the noise of the fix.
+//! - The innovations of a height are biased for seconds: those of the receiver while a barometer agrees with the
+//!   filter, or those of a barometer while the receiver agrees. The sensor with the biased innovations drifts. It is
+//!   rejected although each single innovation lies within the gate.
+//! - A distance to the ground jumped: a roof, a tree or a false reading. It is rejected for
+//!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then attributed to other ground, never to height.
+//! - A barometer disagrees with a height by a constant amount, while both agree about each change of height: the
+//!   barometer's level came from this receiver, and one of the two heights was wrong. The filter uses the one that was
+//!   reported for longer.
+//! - In all other cases the fault is unknown, and the filter is reset to the measurement after
+//!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of rejections. A height is not accepted while a barometer
+//!   disagrees with it. A heading is accepted only after two minutes without confirmation of the filter's own heading
+//!   by fixes or another sensor.
 //!
-//! Where a place is believed by its word alone, the one before stays in dispute for as long as it was told: the one-sigma of
-//! the solution reaches back to it, and three fixes that return to it are believed. Where places walk away
-//! from the receiver's own velocity, too slowly for a gate, the one-sigma reaches back to where the walk began.
+//! A position may be accepted without other evidence. Then the previous position stays a second hypothesis for as long
+//! as it had been reported: the one-sigma of the solution reaches back to it, and three fixes that return to it are
+//! accepted. If positions drift away from the receiver's own velocity, too slowly for a gate, the one-sigma reaches
+//! back to the start of the drift.
 //!
-//! Reopening widens the covariance by the size of the innovation and keeps the correlations, so that both
-//! answers lie within it; the fix is then taken. That is reported as
-//! [`Verdict::Reopened`](super::Verdict::Reopened), never silent.
+//! A reset to the measurement ("reopening") widens the covariance by the size of the innovation and keeps the
+//! correlations. Both hypotheses then lie within it. Then the fix is fused. The report is always
+//! [`Verdict::Reopened`](super::Verdict::Reopened).
 
 mod refusal;
 mod walk;
@@ -40,7 +42,7 @@ mod walk;
 use crate::time::Time;
 use walk::Walk;
 
-/// Kinds of measurement that are refused, and reopened, together.
+/// Kinds of measurement that are rejected, and reopened, together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     HorizontalPosition,
@@ -58,21 +60,21 @@ pub(super) enum Group {
 
 impl Group {
     const COUNT: usize = 11;
-    /// The first so many are those of the GPS.
+    /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
-    /// Whether it is one axis and tells height: what [`leans`](Gates::leans) is asked of.
+    /// Whether the group is one axis and measures height, as [`leans`](Gates::leans) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
     }
 }
 
-/// What a measurement that was refused for too long reopens.
+/// States that a measurement reopens after it was rejected for too long.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Reopening {
-    /// The state that it measures.
+    /// The measured state.
     State,
-    /// A position, and the velocity which the receiver does not tell: it was not taken in for so long, s.
+    /// A position, and the velocity that the receiver does not report. The position was not fused for `lost_s`, s.
     Motion { lost_s: f64 },
 }
 
@@ -94,51 +96,52 @@ impl Contradiction {
     }
 }
 
-/// What each gate has seen.
+/// State of all gates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// Until when trouble with the inertial samples puts the filter itself in doubt.
+    /// End of the time in which trouble with the inertial samples makes the filter suspect.
     doubted_until: Time,
-    /// Until when a velocity that had to be reopened puts the filter in doubt.
+    /// End of the time in which a reopened velocity makes the filter suspect.
     lost_until: Time,
-    /// Until when a heading that was found or replaced has yet to prove itself.
+    /// End of the time in which a found or replaced heading is unconfirmed.
     unproven_until: Time,
-    /// For how long the receiver's height has been taken in, s.
+    /// Time for which the receiver's height has been fused, s.
     height_taken_s: f32,
-    /// For how long the receiver's place has been taken in, s, since the fix that first made it known.
+    /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
     place_taken_s: f32,
     walk: Walk,
-    /// How far the receiver's height was off when its refusal began, m.
+    /// Innovation of the receiver's height when its rejection began, m.
     height_off_m: f32,
     pub contradiction: Contradiction,
-    /// Whether the barometer's last reading denied the filter's height.
+    /// Whether the barometer's last reading disagrees with the filter's height.
     baro_denies: bool,
-    /// Whether the fixes have borne out the filter's heading of late.
+    /// Whether the filter's heading is consistent with recent fixes.
     heading_borne_out: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Gate {
-    /// When it was last open, if it ever was.
+    /// Time of the last acceptance, if any.
     accepted: Time,
-    /// When the refusals that count began.
+    /// Start of the present series of rejections.
     since: Time,
-    /// Mean square of the normalised innovations of late; 1 where filter and sensor agree.
+    /// Mean square of recent normalised innovations; 1 if filter and sensor agree.
     spread: f32,
-    /// Of a height: the mean of the normalised innovations of late, and so to which side they lean. Of a horizontal
-    /// position that is refused: how far it was off at first, m.
+    /// For a height: mean of recent normalised innovations, which shows their bias. For a rejected horizontal position:
+    /// its innovation at the first rejection, m.
     lean: f32,
-    /// Of a position that was believed although nothing else speaks for it: how far off, m, the one before may still
-    /// be right; zero where none is in dispute.
+    /// For a position accepted without other evidence: distance, m, to the previous position, which may still be right;
+    /// zero without such an ambiguity.
     disputed_m: f32,
-    /// In how many seconds of being taken in that is forgotten: as many as the one before was told for.
+    /// Time of fused fixes, s, in which that ambiguity decays: the duration for which the previous position was
+    /// reported.
     disputed_s: u8,
-    /// Refusals in a row; zero while the gate is open.
+    /// Successive rejections; zero while the gate is open.
     refusals: u8,
-    /// Whether these refusals are the filter's own fault.
+    /// Whether the filter itself causes these rejections.
     filter_is_lost: bool,
-    /// Whether it was ever open.
+    /// Whether the gate was ever open.
     was_open: bool,
 }
 
@@ -155,12 +158,12 @@ impl Gate {
         was_open: false,
     };
 
-    /// Whether it was open within the last [`ABSENCE_S`].
+    /// Whether the gate was open within the last [`ABSENCE_S`].
     fn was_open_lately(&self, time: Time) -> bool {
         self.was_open && time - self.accepted <= ABSENCE_S
     }
 
-    /// Forgets of a dispute what `taken_s` more of being taken in leave of it.
+    /// Reduces the ambiguity after another `taken_s` seconds of fused fixes.
     fn settle(&mut self, taken_s: f32) {
         if self.disputed_m > 0.0 {
             self.disputed_m *= (1.0 - taken_s / f32::from(self.disputed_s)).max(0.0);
@@ -171,44 +174,44 @@ impl Gate {
     }
 }
 
-/// Without a measurement for this long, s, the filter may have gone anywhere.
+/// Time without a measurement, s, after which the filter's error is unbounded.
 const ABSENCE_S: f64 = 2.5;
-/// Before every time there is.
+/// Earlier than every other time.
 pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
-/// A doubt of the filter explains a disagreement for this long, s.
+/// Time, s, for which a suspicion against the filter explains a disagreement.
 const DOUBT_S: f64 = 10.0;
-/// A heading that is found has proven itself after this, s.
+/// Time, s, after which a found heading counts as confirmed.
 const UNPROVEN_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Innovations whose mean is more one-sigmas than this lean to one side, and not by chance.
+/// Innovations whose mean exceeds this, in one-sigmas, are biased: chance does not explain it.
 const LEANING: f32 = 1.5;
-/// No single innovation counts for more one-sigmas than this in that mean.
+/// Limit, in one-sigmas, of a single innovation in that mean.
 const MOST_LEAN: f32 = 5.0;
-/// Memory of that mean, s, where innovations come often.
+/// Time constant of that mean, s, for frequent innovations.
 const LEANING_S: f64 = 2.0;
-/// Innovations whose mean is less than this lean to no side.
+/// Innovations whose mean is below this, in one-sigmas, are unbiased.
 const UPRIGHT: f32 = 0.75;
-/// Where the filter's velocity is right, a place is off by no more than this, m, and this for each second since the last
-/// fix, m/s: one that is further off has jumped.
+/// Largest position innovation with a correct filter velocity: this, m, plus `JUMP_MPS`, m/s, for each second since the
+/// last accepted fix. A larger one is a jump.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
-/// A heading that is refused for this long, s, is believed in the end.
+/// Time, s, after which a rejected heading is accepted.
 const HEADING_S: f64 = 120.0;
-/// A height that a barometer denies by always the same amount is believed after this long, s, at most: sooner where the
-/// height before was believed for less.
+/// Longest time, s, until a height with a constant offset from a barometer is accepted. It is shorter if the previous
+/// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
-/// A dispute about a position is forgotten within so many seconds at most.
+/// Longest decay time of an ambiguity of position, s.
 const DISPUTED_MOST_S: f32 = 200.0;
-/// What is left of a dispute below this, m, is nothing.
+/// An ambiguity below this, m, is set to zero.
 const DISPUTED_LEAST_M: f32 = 0.1;
-/// A place that has been taken in for less than this, s, has yet to settle.
+/// A position fused for less than this, s, has not settled.
 const SETTLED_S: f32 = 5.0;
-/// Of the time between two fixes no more than this, s, counts as time in which a height or a place was taken in.
+/// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
 const MOST_BETWEEN_S: f32 = 3.0;
 
 impl Gates {
-    /// Gates that have seen nothing.
+    /// Gates before the first measurement.
     pub const NONE: Self = Self {
         gates: [Gate::NONE; Group::COUNT],
         doubted_until: NEVER,
@@ -223,8 +226,8 @@ impl Gates {
         heading_borne_out: false,
     };
 
-    /// Forgets everything that the gates have seen. Field by field: [`NONE`](Self::NONE) as a whole would be stored as
-    /// a constant beside the program.
+    /// Clears the state of all gates. It does so field by field: [`NONE`](Self::NONE) as a whole would be stored as a
+    /// constant next to the program.
     pub fn clear(&mut self) {
         self.gates = [Gate::NONE; Group::COUNT];
         self.doubted_until = NEVER;
@@ -239,17 +242,17 @@ impl Gates {
         self.heading_borne_out = false;
     }
 
-    /// The inertial samples had a gap, or were clipped: what disagrees now is the filter's own fault.
+    /// Notes a gap in the inertial samples, or clipping: disagreements now are the filter's own fault.
     pub fn doubt_filter(&mut self, time: Time) {
         self.doubted_until = time + DOUBT_S;
     }
 
-    /// A heading was found or replaced: where fixes disagree in the time after it, the heading is wrong.
+    /// Notes that a heading was found or replaced: if fixes disagree in the time after it, the heading is wrong.
     pub fn doubt_heading(&mut self, time: Time) {
         self.unproven_until = time + UNPROVEN_S;
     }
 
-    /// Whether the inertial samples had trouble of late.
+    /// Whether the inertial samples had trouble within the last [`DOUBT_S`].
     pub fn doubts_filter(&self, time: Time) -> bool {
         time < self.doubted_until
     }
@@ -259,18 +262,18 @@ impl Gates {
         self.doubted_until - time > DOUBT_S
     }
 
-    /// Whether a velocity was reopened of late, which leaves innovations that are alike for a while.
+    /// Whether a velocity was reopened recently. Innovations have one sign for a while after that.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.lost_until
     }
 
-    /// Notes whether the fixes have borne out the filter's heading of late.
+    /// Notes whether the filter's heading is consistent with recent fixes.
     pub fn set_heading_borne_out(&mut self, borne_out: bool) {
         self.heading_borne_out = borne_out;
     }
 
-    /// Whether the filter's heading, with which a heading disagrees, is borne out by something else: by the fixes, or
-    /// by the other kind of heading.
+    /// Whether the filter's heading, with which a measured heading disagrees, is confirmed by the fixes or by the other
+    /// kind of measured heading.
     fn is_heading_borne_out(&self, group: Group, time: Time) -> bool {
         let other = match group {
             Group::Heading => Group::BaselineHeading,
@@ -281,19 +284,19 @@ impl Gates {
         by_fixes || self.is_open(other, time)
     }
 
-    /// Notes whether a reading of the barometer denies the filter's height.
+    /// Notes whether a reading of the barometer disagrees with the filter's height.
     pub fn set_baro_denies(&mut self, denies: bool) {
         self.baro_denies = denies;
     }
 
-    /// Whether a group is that of a receiver which is proven to contradict itself.
+    /// Whether the group belongs to a receiver with a proven contradiction.
     pub fn is_contradicted(&self, group: Group) -> bool {
         self.contradiction.proven && (group as usize) < Group::GPS
     }
 
-    /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Gives whether such innovations lean to
-    /// one side by more than chance makes them, while the other sensor of height agrees with the filter: of receiver
-    /// and barometer the one that leans first drifts.
+    /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
+    /// biased beyond chance while the other height sensor agrees with the filter. The first of receiver and barometer
+    /// with a bias is the one that drifts.
     pub fn leans(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
         let normalised = off / sigma;
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
@@ -310,7 +313,7 @@ impl Gates {
             }
     }
 
-    /// Whether a group is open and leans to no side.
+    /// Whether a group is open and its innovations are unbiased.
     fn agrees(&self, group: Group, time: Time) -> bool {
         let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
         let denies = group == Group::Baro && self.baro_denies;
@@ -336,9 +339,10 @@ impl Gates {
         }
     }
 
-    /// Notes by how much, m, north and east, a fix has moved where the next is expected. Where fixes whose velocity was
-    /// taken in too have moved it by more than `least_m`, their places walk away from that velocity, until they are back
-    /// within half of it; meanwhile where the walk began is in dispute. Gives how far that is, m; zero where they do not.
+    /// Notes the shift, m, north and east, by which a fix has moved the expected position of the next fix. Positions
+    /// drift from their velocity once the sum of such shifts exceeds `least_m` while the velocity was fused too. The
+    /// drift ends when the sum is below half of that. Meanwhile the start of the drift is a second hypothesis. Returns
+    /// the drift, m; zero without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
@@ -355,29 +359,29 @@ impl Gates {
         self.walk.walked_m()
     }
 
-    /// Adds to how far where the next fix is expected has moved, other than with the vehicle, north and east, m.
+    /// Adds a shift of the expected position of the next fix, other than by the vehicle's motion, north and east, m.
     pub fn expect_elsewhere(&mut self, moved_m: [f32; 2]) {
         self.walk.add(moved_m);
     }
 
-    /// Counts anew how far fixes move where the next is expected.
+    /// Resets the sum of the shifts of the expected position.
     pub fn forget_walk(&mut self) {
         self.walk = Walk::NONE;
     }
 
-    /// How far off, m, the place and the height that were told before lie, where they may still be right.
+    /// Distances, m, horizontal and vertical, to a previous position and height that may still be right.
     pub fn disputed_m(&self) -> [f32; 2] {
         let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
             .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m));
         [level_m.max(self.walk.walked_m()), vertical_m]
     }
 
-    /// Counts anew for how long the place has been taken in: the fix that comes next first makes it known.
+    /// Resets the fused time of the position: the next fix makes the position known.
     pub fn forget_place(&mut self) {
         self.place_taken_s = 0.0;
     }
 
-    /// Whether a group was accepted when it was last heard, not long ago.
+    /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].
     pub fn is_open(&self, group: Group, time: Time) -> bool {
         self.gates
             .get(group as usize)
@@ -389,7 +393,7 @@ impl Gates {
         self.gates.get(group as usize).map_or(0.0, |gate| time - gate.accepted)
     }
 
-    /// Whether a group has not been heard for long, neither accepted nor refused.
+    /// Whether a group has no recent measurement, neither accepted nor rejected.
     pub fn is_absent(&self, group: Group, time: Time) -> bool {
         self.gates
             .get(group as usize)
@@ -400,12 +404,12 @@ impl Gates {
         self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
     }
 
-    /// Whether no fix was accepted for so long that the filter may have gone anywhere.
+    /// Whether the last accepted fix is too old to bound the filter's error.
     pub fn lack_fixes(&self, time: Time) -> bool {
         self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
     }
 
-    /// Whether a barometer agrees with the filter, and so denies what a receiver says of the height.
+    /// Whether a barometer agrees with the filter, and so contradicts a receiver that disagrees about the height.
     pub fn barometer_agrees(&self, time: Time) -> bool {
         self.agrees(Group::Baro, time)
     }

@@ -1,28 +1,28 @@
-//! What of the filter's turns of its heading the vehicle did not turn by.
+//! Part of the filter's heading corrections that is not a turn of the vehicle.
 
 use super::scalar::Scalar;
 use crate::time::Time;
 
-/// So fast at the most a heading that is held goes after a magnetometer, rad/s, 0.1 °/s: faster than gyros drift,
-/// and slow against a magnet that passes.
+/// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. Faster than gyro drift, slower than a
+/// passing magnet.
 const FOLLOWED_RADPS: f64 = 0.0017;
-/// Corrections further apart than this, s, count as so far apart.
+/// Longer intervals between corrections, s, count as this one.
 const FARTHEST_APART_S: f64 = 1.0;
 
-/// How far the heading was turned, in all, because what gives it was found in error.
+/// Total heading change due to errors found in the heading source.
 ///
 /// # Source
 /// Equation (K22) of docs/equations.md.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeadingRevision<T> {
-    /// Up to now, rad.
+    /// Total up to now, rad.
     pub total_rad: T,
-    /// Whether what gives the heading is a magnetometer, whose error stays while the heading does. That of a heading
-    /// which a unit computes wanders by itself.
+    /// Whether the heading source is a magnetometer, whose error stays constant while the heading does. The error of a
+    /// heading computed by a sensor drifts by itself.
     pub is_magnetic: bool,
-    /// What of the changes of the error is not in it yet, rad.
+    /// Change of the error not yet included in the total, rad.
     pending_rad: T,
-    /// The error after the correction before, rad, and when it was.
+    /// Error after the previous correction, rad, and its time.
     reference_error_rad: T,
     corrected: Time,
 }
@@ -36,13 +36,13 @@ impl<T: Scalar> HeadingRevision<T> {
         corrected: Time::ZERO,
     };
 
-    /// A correction turned the heading by `turned_rad`, and left the error of what gives it at
+    /// Feeds a correction: the heading turned by `turned_rad`, and the error of its source is now
     /// `reference_error_rad`.
     ///
-    /// The heading as it is shown, error and all, stays where the vehicle does not turn. So what of the turn is
-    /// matched by the opposite change of the error is an error found, at once; and what else the error has changed
-    /// since the correction before, by being forgotten and found again, comes slowly, and only of a magnetometer:
-    /// it may be a disturbance.
+    /// The displayed heading, including its error, stays constant while the vehicle does not turn. A turn matched by an
+    /// opposite change of the error is therefore an error found: it counts at once. The rest of the error's change
+    /// since the previous correction, from decay and re-estimation, may be a disturbance. Such a change is followed
+    /// slowly, and only for a magnetometer.
     pub fn corrected(&mut self, time: Time, turned_rad: T, reference_error_rad: T) {
         let opposite = self.reference_error_rad - reference_error_rad;
         let found = turned_rad.min(opposite).max(T::ZERO) + turned_rad.max(opposite).min(T::ZERO);
@@ -61,7 +61,7 @@ impl<T: Scalar> HeadingRevision<T> {
         self.corrected = time;
     }
 
-    /// A wrong heading was replaced by one turned by `turn_rad`, and what gave the wrong one is taken to be right.
+    /// Feeds the replacement of a wrong heading by one turned by `turn_rad`. The error of the source restarts at zero.
     pub fn replaced(&mut self, turn_rad: f64) {
         *self = Self {
             total_rad: self.total_rad + T::of(turn_rad),
@@ -75,7 +75,7 @@ impl<T: Scalar> HeadingRevision<T> {
 mod tests {
     use super::*;
 
-    /// Gives a correction every 0.1 s.
+    /// Feeds a correction every 0.1 s.
     fn corrected(revision: &mut HeadingRevision<f64>, step: i64, turned_rad: f64, error_rad: f64) {
         let time = Time::from_nanoseconds(step * 100_000_000);
         revision.corrected(time, turned_rad, error_rad);
@@ -94,7 +94,7 @@ mod tests {
         assert!((revision.total_rad + 0.03).abs() < 1e-12, "{revision:?}");
     }
 
-    /// The vehicle turned: what a gyro missed of it, a magnetometer corrects.
+    /// The vehicle turned: the magnetometer corrects the part that the gyro missed.
     #[test]
     fn a_correction_that_leaves_the_magnetometers_error_revises_nothing() {
         for is_magnetic in [true, false] {
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// A magnet of 30° passes: what the heading follows of it comes no faster than 0.1 °/s, and goes again.
+    /// A magnet of 30° passes: the heading follows at most at 0.1 °/s, and returns.
     #[test]
     fn a_disturbance_is_followed_slowly_and_the_units_own_heading_not_at_all() {
         let mut revision = magnetic();

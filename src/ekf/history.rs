@@ -1,9 +1,8 @@
 //! A short, bounded history of increments, for fixes that come late.
 //!
-//! A fix that was true a moment ago is compared with where the *present* state was then: the state
-//! is carried back through the increments that led from then to now, and the measurement's
-//! sensitivity with it. Nothing is rolled back and no past covariance is kept; what is neglected is
-//! the noise the sensors added in between, which the caller adds to the measurement's.
+//! A late fix is compared with the *present* state carried back to the time of the fix. The state goes back through the
+//! increments since then, and the measurement's sensitivity with it. Nothing is rolled back and no past covariance is
+//! kept. The comparison neglects the sensor noise added in between; the caller adds it to the measurement's noise.
 
 use crate::earth::Local;
 use crate::frames::{Body, Ned, Rotation, Vector};
@@ -14,18 +13,18 @@ use crate::time::Time;
 /// Number of entries kept.
 const CAPACITY: usize = 51;
 
-/// Steps shorter than this share an entry, s: with [`CAPACITY`] entries the memory reaches back at
-/// least half a second whatever the sample rate.
+/// Steps are merged into entries of at most this duration, s. [`CAPACITY`] entries then reach back at least half a
+/// second at any sample rate.
 const ENTRY_S: f64 = 0.0101;
 
-/// What the memory reaches back at least, s.
+/// Guaranteed reach of the memory, s.
 const REACH_S: f64 = 0.5;
 
-/// Acceleration is taken over this long to either side of a moment, ns: shorter than a vehicle's own
-/// motion. It must not lag, or what is left of other errors of time shows as one of the GPS.
+/// Half-width of the window for mean acceleration, ns: shorter than a vehicle's own motion. The mean must not lag: a
+/// lag would appear as an extra GPS delay.
 pub(super) const ABOUT_NS: i64 = 60_000_000;
 
-/// What happened between two moments.
+/// Motion between two moments.
 #[derive(Clone, Copy, Debug)]
 struct Entry<T> {
     end: Time,
@@ -33,14 +32,14 @@ struct Entry<T> {
     motion: EntryMotion<T>,
 }
 
-/// The motion of an entry, which depends on the biases of the filter that saw it.
+/// Motion of an entry, corrected by the biases of the filter that recorded it.
 #[derive(Clone, Copy, Debug)]
 struct EntryMotion<T> {
     /// Rotation vector from the body axes at the end to those at the start.
     rotation_rad: Vector<Body, T>,
     /// Velocity change by specific force, body axes at the start.
     force_mps: Vector<Body, T>,
-    /// Velocity change by all else; none where there were no inertial samples and the state coasted.
+    /// Velocity change by gravity and Earth rotation; zero where the state coasted without inertial samples.
     fall_mps: Vector<Ned, T>,
 }
 
@@ -52,31 +51,30 @@ pub struct History<T> {
     len: usize,
 }
 
-/// The present state as it must have been at an earlier moment, and how its errors hang together
-/// with the present ones.
+/// The present state carried back to an earlier moment, and the relation of its errors to the present ones.
 #[derive(Clone, Copy, Debug)]
 pub struct LookBack<T> {
     /// The state then.
     pub state: NavState<T>,
     /// Angular rate of the body then, rad/s.
     pub angular_rate_radps: Vector<Body, T>,
-    /// Acceleration then, low-passed, m/s²; zero where it was not asked for.
+    /// Acceleration then, low-passed, m/s²; zero if not requested.
     pub acceleration_mps2: Vector<Ned, T>,
-    /// Over how long it is the mean, s.
+    /// Duration of that mean, s.
     pub acceleration_over_s: T,
-    /// How long ago it was, s.
+    /// Time from then to now, s.
     pub age_s: T,
-    /// How much of that lies in a gap of the inertial samples, s.
+    /// Part of that time within gaps of the inertial samples, s.
     pub hidden_s: T,
     /// Velocity change by specific force since then, m/s.
     pub force_mps: Vector<Ned, T>,
-    /// Its integral from then to now, m.
+    /// Integral of that velocity change from then to now, m.
     pub force_m: Vector<Ned, T>,
     /// Integral of the direction cosines since then, rows north, east, down, s.
     pub turn_s: [[T; 3]; 3],
 }
 
-/// Motion since an earlier moment, by the samples alone.
+/// Motion since an earlier moment, from inertial samples alone.
 #[derive(Clone, Copy, Debug)]
 pub struct FeltSince<To, T> {
     /// Velocity change by specific force, m/s.
@@ -99,13 +97,13 @@ impl<T: Scalar> EntryMotion<T> {
 }
 
 impl<T: Scalar> History<T> {
-    /// A memory of nothing.
+    /// The empty memory.
     pub const EMPTY: Self = {
         let entry = Entry { end: Time::ZERO, interval_s: T::ZERO, motion: EntryMotion::NONE };
         Self { entries: [entry; CAPACITY], next: 0, len: 0 }
     };
 
-    /// Takes in one step of the mechanization that ended at `end`.
+    /// Appends one step of the mechanization that ended at `end`.
     pub fn push(&mut self, end: Time, increment: &Increment<T>, advance: &Advance<T>) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
         if let Some(Entry { end: entry_end, interval_s, motion }) = self.newest_mut(0)
@@ -134,7 +132,7 @@ impl<T: Scalar> History<T> {
         self.advance_cursor();
     }
 
-    /// Takes in a gap in the samples that ended at `end`, over which the state coasted.
+    /// Appends a gap in the samples that ended at `end`, over which the state coasted.
     pub fn coast(&mut self, end: Time, interval_s: T, rotation_rad: Vector<Body, T>) {
         if let Some(slot) = self.entries.get_mut(self.next) {
             let motion = EntryMotion { rotation_rad, ..EntryMotion::NONE };
@@ -148,13 +146,13 @@ impl<T: Scalar> History<T> {
         self.len = CAPACITY.min(self.len + 1);
     }
 
-    /// Forgets everything: after a gap the increments no longer connect.
+    /// Clears the history: after a gap the increments no longer connect.
     pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// How long before `time` it may be looked back to, s: no longer than memories of all sample rates reach, and no
-    /// further than where one begins for want of room.
+    /// Largest look-back before `time`, s. Limited to [`REACH_S`], which every sample rate covers, and to the oldest
+    /// entry of a full memory.
     pub fn reach_s(&self, time: Time) -> T {
         let least = T::of(REACH_S);
         let oldest = self.newest(CAPACITY - 1);
@@ -178,7 +176,7 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// What has been felt since `time`, in the axes to which `attitude` turns the body now; `None` when `time` is older than
+    /// Motion measured since `time`, in the axes to which `attitude` turns the body now. `None` if `time` is older than
     /// the memory.
     pub fn felt_since<To>(
         &self,
@@ -209,9 +207,9 @@ impl<T: Scalar> History<T> {
         None
     }
 
-    /// Carries `now`, where the Earth is `earth`, back to `time`. `None` when `time` is older than the memory. A `time` after
-    /// `now` carries forward at the last entry's mean specific force and rate. The acceleration is zero unless
-    /// asked for: it takes a third of the whole.
+    /// Carries `now` back to `time`, with the Earth model `earth` at `now`. `None` if `time` is older than the memory.
+    /// A `time` after `now` is reached forward with the last entry's mean specific force and rate. The acceleration
+    /// costs a third of the run time, and is zero unless `with_acceleration`.
     ///
     /// # Source
     /// Equations (M1) and (M2) of docs/equations.md.
@@ -233,7 +231,7 @@ impl<T: Scalar> History<T> {
             force_m: Vector::ZERO,
             turn_s: [[T::ZERO; 3]; 3],
         };
-        // Whole nanoseconds compare at once; as seconds each would have to be converted.
+        // Integer nanoseconds compare directly; seconds would each need a conversion.
         let [earliest, latest] = [-ABOUT_NS, ABOUT_NS]
             .map(|away| Time::from_nanoseconds(time.nanoseconds().saturating_add(away)));
         let mut travel_m = Vector::ZERO;
@@ -245,7 +243,7 @@ impl<T: Scalar> History<T> {
             let left_s: T = back.state.time.seconds_since(time);
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
-            // What is stepped over in part counts whole, with the attitude about which it lies.
+            // An entry covered in part counts whole, with the attitude at that point.
             if with_acceleration && back.state.time <= latest {
                 change.add(&back.state, entry);
             }
@@ -266,7 +264,7 @@ impl<T: Scalar> History<T> {
                 return Some(back);
             }
         }
-        // Without history only the present can be asked for.
+        // Without history, only the present can be returned.
         (back.age_s == T::ZERO && time == now.time).then_some(back)
     }
 }
@@ -291,13 +289,13 @@ impl<T: Scalar> Change<T> {
 }
 
 impl<T: Scalar> LookBack<T> {
-    /// Back by `share` of an entry, negative shares lead forward; gives the way that position has to
-    /// go, m, for the caller to do in one go.
+    /// Steps back by `share` of an entry; a negative share steps forward. Returns the displacement of the position, m,
+    /// which the caller applies once at the end.
     fn step(&mut self, entry: &Entry<T>, share: T) -> Vector<Ned, T> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;
         state.body_to_ned = state.body_to_ned.turned_in_from(entry.motion.rotation_rad * -share);
-        // Resolved in the axes at the start of what is stepped over, also for a part of the entry.
+        // Resolved in the axes at the start of the stepped interval, also for a part of an entry.
         let force = state.body_to_ned * entry.motion.force_mps * share;
         let after = state.velocity_mps;
         state.velocity_mps -= force + entry.motion.fall_mps * share;

@@ -1,8 +1,8 @@
-//! What happened at an update, axis by axis.
+//! The result of an update, axis by axis.
 
 use crate::time::Time;
 
-/// The quantity a scalar update compared.
+/// The quantity compared in a scalar update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// Antenna position north, m.
@@ -17,11 +17,11 @@ pub enum Channel {
     VelocityEast,
     /// Antenna velocity down, m/s.
     VelocityDown,
-    /// Roll of the unit's own attitude, rad.
+    /// Roll of the inertial unit's own attitude, rad.
     Roll,
-    /// Pitch of the unit's own attitude, rad.
+    /// Pitch of the inertial unit's own attitude, rad.
     Pitch,
-    /// Heading of the unit's own attitude or of the magnetometer, rad.
+    /// Heading of the inertial unit's own attitude or of the magnetometer, rad.
     Yaw,
     /// Barometric height, m, up.
     BaroHeight,
@@ -43,12 +43,12 @@ pub enum Channel {
     RestVelocityDown,
     /// Velocity of a vehicle on wheels across its road, right, m/s.
     WheelsRight,
-    /// Velocity of a vehicle on wheels up or down from its road, down, m/s.
+    /// Velocity of a vehicle on wheels perpendicular to its road, down, m/s.
     WheelsDown,
 }
 
 impl Channel {
-    /// Whether it is of a fix: position or velocity.
+    /// Whether the channel belongs to a fix: position or velocity.
     #[must_use]
     pub const fn is_of_fix(self) -> bool {
         matches!(
@@ -62,7 +62,7 @@ impl Channel {
         )
     }
 
-    /// Its name in files, with its unit.
+    /// The channel's name in files, with its unit.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -90,35 +90,34 @@ impl Channel {
     }
 }
 
-/// What became of a scalar update.
+/// The outcome of a scalar update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It corrected the state.
+    /// The measurement corrected the state.
     Accepted,
-    /// Its innovation lay outside the gate; the state is untouched.
+    /// The innovation lay outside the gate; the state is unchanged.
     Rejected,
-    /// The filter had locked itself out and was reopened to take it.
+    /// The filter had rejected the sensor for too long and was reset to the measurement.
     Reopened,
 }
 
-/// One scalar update: measured less predicted, what it was expected to be, and what became of it.
+/// One scalar update: measured minus predicted, the expected one-sigma, and the outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// When the measurement was true.
+    /// The measurement's time of validity.
     pub time: Time,
-    /// What was compared.
+    /// The quantity compared.
     pub channel: Channel,
-    /// Measured less predicted, in the channel's unit.
+    /// Measured minus predicted, in the channel's unit.
     pub innovation: f64,
-    /// Its predicted one-sigma, in the channel's unit.
+    /// Predicted one-sigma of the innovation, in the channel's unit.
     pub sigma: f64,
-    /// Whether it corrected the state, or why not.
+    /// Whether the measurement corrected the state, or why not.
     pub verdict: Verdict,
 }
 
 impl Innovation {
-    /// The innovation in units of its own predicted one-sigma; a consistent filter's are normal
-    /// with unit variance.
+    /// The innovation divided by its predicted one-sigma. In a consistent filter these are normal with unit variance.
     #[must_use]
     pub fn normalised(&self) -> f64 {
         self.innovation / self.sigma

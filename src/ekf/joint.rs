@@ -1,4 +1,4 @@
-//! Position, velocity and attitude as uncertain together.
+//! Joint covariance of position, velocity and attitude.
 #![expect(clippy::indexing_slicing, reason = "indices below the constant length of the arrays")]
 
 use super::filter::Ekf;
@@ -6,18 +6,18 @@ use super::layout::{ATTITUDE, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use crate::frames::Vector;
 
-/// How many errors there are: position, velocity and attitude, each north, east and down.
+/// Number of errors: position, velocity and attitude, each north, east and down.
 const ERRORS: usize = 9;
 
-/// Covariance of the errors of a [`Solution`](super::Solution), true less estimated: position, m,
-/// velocity, m/s, both of the solution's point, and attitude, rad, the small rotation in NED that takes
-/// the estimated to the true body axes.
+/// Covariance of the errors of a [`Solution`](super::Solution), true minus estimated. Position, m, and velocity, m/s,
+/// are those of the solution's point. Attitude, rad, is the small rotation in NED from the estimated to the true body
+/// axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointCovariance(pub [[f64; ERRORS]; ERRORS]);
 
 impl JointCovariance {
-    /// The squared error in units of its own covariance, eᵀ P⁻¹ e: 9 on average where the covariance is
-    /// true. `None` where the covariance is singular or not one.
+    /// Squared error normalised by its covariance, eᵀ P⁻¹ e: 9 on average if the covariance is right. `None` if the
+    /// covariance is singular or not positive definite.
     ///
     /// # Source
     /// Equation (K17) of docs/equations.md.
@@ -29,7 +29,7 @@ impl JointCovariance {
         let mut sum = 0.0;
         for column in 0..ERRORS {
             let pivot = factor[column][column];
-            // Written so that a NaN is none. Cancellation leaves no more than this of a variance.
+            // The comparison also rejects NaN. Rounding leaves at most this share of a variance.
             let is_positive = pivot > 1e-12 * self.0[column][column];
             if !is_positive {
                 return None;
@@ -49,8 +49,8 @@ impl JointCovariance {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// The covariance of position, velocity and attitude together, at the point of the
-    /// [`solution`](Self::solution), and of its one-sigmas.
+    /// Joint covariance of position, velocity and attitude at the point of the [`solution`](Self::solution). Consistent
+    /// with the solution's one-sigmas of position and velocity.
     ///
     /// # Source
     /// Equations (K9) and (K11) of docs/equations.md.
@@ -63,7 +63,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             body_to_ned * lever_arm.relative_velocity(self.angular_rate_radps.cast()),
             Vector::ZERO,
         ];
-        // δ(point) = δ(unit) − [arm ×] ψ: the unit's error, and two of attitude with their factors.
+        // δ(point) = δ(IMU) − [arm ×] ψ: the IMU's error, and two attitude errors with their factors.
         let mut terms = [[(0, 0.0); 3]; ERRORS];
         for (block, (first, arm)) in
             [POSITION, VELOCITY, ATTITUDE].into_iter().zip(arms).enumerate()
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_joint_error_counts_by_its_own_covariance() {
-        // P = A Aᵀ of a lower triangle A; of e = A u the normalised square is uᵀ u.
+        // P = A Aᵀ with a lower triangular A; for e = A u the normalised square is uᵀ u.
         let entry = |i: usize, j: usize| match i.cmp(&j) {
             core::cmp::Ordering::Less => 0.0,
             core::cmp::Ordering::Equal => 0.5 + 0.1 * i as f64,

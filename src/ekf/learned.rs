@@ -1,6 +1,6 @@
-//! Learned sensor errors of a filter: the numbers that its equations take as given.
+//! Learned sensor errors of a filter: the numbers that its equations take as input.
 //!
-//! The textbook filter in `tests/oracle` reads them, and computes everything else by itself.
+//! The textbook filter in `tests/oracle` reads these numbers and computes everything else itself.
 
 use super::filter::Ekf;
 use super::layout::Layout;
@@ -30,22 +30,22 @@ pub struct Learned {
     pub gps_wander: Option<[f32; 4]>,
     /// Slow error of the source of heading: one-sigma, rad, and correlation time, s.
     pub heading_wander: [f64; 2],
-    /// Antenna from its declared position, body axes, m, and the variance that this leaves of a level velocity for
-    /// each (rad/s)² of turn (M16).
+    /// Antenna offset from its declared position, body axes, m, and the remaining variance of the horizontal velocity
+    /// per (rad/s)² of turn rate (M16).
     pub antenna: ([f64; 3], f32),
-    /// Mean square swing of the attitude reference in tilt and heading, rad² (M8).
+    /// Mean square swing of the difference between attitude reference and filter, in tilt and heading, rad² (M8).
     pub attitude_swing: [f64; 2],
-    /// When an attitude or a magnetic heading was last used.
+    /// Time of the last fused attitude or magnetic heading.
     pub attitude_used: Option<Time>,
-    /// When a gap last hid the attitude, until one is measured (K20).
+    /// Time of the last gap that hid the attitude; `None` after the next attitude measurement (K20).
     pub attitude_lost: Option<Time>,
     /// Level of the barometer, m, and the variance of its white error, m² (M18).
     pub baro: (f64, f64),
     /// Height of the ground beneath the rangefinder at its first reading, m (M12).
     pub ground_height_m: Option<f64>,
-    /// When the heading of two antennas was last used.
+    /// Time of the last fused two-antenna heading.
     pub antenna_heading_used: Time,
-    /// Mean rate of a second of rest that ended with the last sample, rad/s (M11).
+    /// Mean angular rate over a second of rest that ended with the last sample, rad/s (M11).
     pub resting_rate_radps: Option<[f64; 3]>,
     /// Mean velocity of the last fixes of a vehicle at rest, m/s (M11).
     pub resting_fixes_mps: [f32; 3],
@@ -59,7 +59,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let integrity = &self.samples.integrity;
         let vibration = [integrity.gyro_vibration(), integrity.accel_vibration()];
         let ones = Vector::new(T::ONE, T::ONE, T::ONE);
-        // A reading of no interval moves the scatter of a copy by nothing.
+        // A reading of zero interval leaves the scatter of the copy unchanged.
         let mut barometer = self.barometer;
         let baro_variance = barometer.scatter(0.0, 0.0, 0.0, self.config.baro.noise_m);
         Learned {
@@ -75,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.antenna.offset_m().cast().to_array(),
                 self.antenna.velocity_variance(1.0),
             ),
-            // Without noise, over two seconds, the excess is the swing itself.
+            // With zero noise and an interval of two seconds, the excess equals the swing.
             attitude_swing: self.attitude_watch.excess(0.0, 2.0),
             attitude_used: self.attitude_used,
             attitude_lost: self.attitude_lost,

@@ -1,4 +1,4 @@
-//! How much of the level specific force is motion, by which a heading is told.
+//! Share of the horizontal specific force that is motion and makes the heading observable.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::filter::Ekf;
@@ -8,29 +8,29 @@ use super::square;
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Ned, Vector};
 
-/// The level specific force is averaged over so long, s.
+/// Averaging time of the horizontal specific force, s.
 const AVERAGED_S: f64 = 1.0;
-/// Below so many variances of its own error nothing is taken for motion.
+/// A squared mean force below this number of its own variances does not count as motion.
 const VARIANCES: f64 = 2.0;
 
-/// Mean level specific force of late, and the share of it that is motion.
+/// Recent mean of the horizontal specific force, and the share of it that is motion.
 ///
-/// A heading that is off turns every change of velocity that was felt. What accelerometers feel without any
-/// motion, noise and gravity by a tilt that is not known, is turned as well, but no fix can tell: held for
-/// motion, it makes a filter in a calm hover surer of its heading with every second in which it learns nothing.
+/// A heading error rotates every measured change of velocity. It also rotates noise, and the gravity component from an
+/// unknown tilt, but fixes cannot observe that rotation. Counted as motion, they would make the filter's heading more
+/// certain every second in a calm hover, without any information.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelForce<T> {
     mean_mps2: [T; 2],
-    /// Of the mean's own error, both axes together, (m/s²)².
+    /// Variance of the mean's own error, both axes together, (m/s²)².
     variance: T,
     share: T,
 }
 
 impl<T: Scalar> LevelForce<T> {
-    /// None felt yet, and nothing known against it.
+    /// State before the first sample: the whole force counts as motion.
     pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
-    /// Takes in a step's change of velocity by specific force.
+    /// Feeds a step's change of velocity by specific force.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
@@ -40,11 +40,11 @@ impl<T: Scalar> LevelForce<T> {
         self.mean_mps2 = [north, east];
         let squared = north * north + east * east;
         let unsure = T::of(VARIANCES) * self.variance;
-        // Written so that a NaN tells nothing.
+        // The comparison also maps NaN to zero.
         self.share = if squared > unsure { T::ONE - unsure / squared } else { T::ZERO };
     }
 
-    /// What of a change of velocity, or of position, by specific force tells the heading.
+    /// Part of a change of velocity or position by specific force that makes the heading observable.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
@@ -55,7 +55,7 @@ impl<T: Scalar> LevelForce<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Finds how wrong the mean level force may be: now and then, for it changes little meanwhile.
+    /// Updates the error variance of the mean horizontal force; called at intervals, because it changes slowly.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
@@ -69,8 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
-    /// Variance of the level force along an axis with these components in the body, by the accelerometers' biases
-    /// and by the tilt that turns so much of gravity into it.
+    /// Variance of the horizontal force along an axis with the body components `row`, from accelerometer biases and
+    /// from the tilt, which projects `gravity` into it.
     fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
         let value = |one: usize, other: usize| self.covariance.value(one, other);
         let mut variance = square(gravity) * value(tilt, tilt);
@@ -105,8 +105,8 @@ mod tests {
     const FORCE_SIGMA_MPS2: f64 = 0.4;
     const STEP_S: f64 = 0.02;
 
-    /// Heading error and its one-sigma, rad, after 240 s of a hover in which nothing moves, with everything drawn
-    /// from what the filter assumes.
+    /// Heading error and its one-sigma, rad, after a motionless hover of 240 s, with all errors drawn from the filter's
+    /// assumptions.
     fn hovered(seed: u64) -> [f64; 2] {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         let mut vector = |sigma: f64| {
@@ -167,7 +167,7 @@ mod tests {
         [error_rad, solution.attitude_sigma_rad[2]]
     }
 
-    /// Forty hovers: the heading goes away with the yaw gyro's bias, and the filter says so.
+    /// Forty hovers: the heading drifts with the yaw gyro's bias, and the filter's one-sigma covers it.
     #[test]
     fn a_calm_hover_tells_no_heading() {
         let squares: f64 = (1..=40).map(hovered).map(|[error, sigma]| square(error / sigma)).sum();
@@ -177,7 +177,7 @@ mod tests {
         assert!((0.6..1.4).contains(&normalised), "{normalised}");
     }
 
-    /// What is felt beyond its own error counts nearly whole, at once.
+    /// Force beyond its own error counts almost fully and at once.
     #[test]
     fn a_manoeuvre_is_motion_within_a_tenth_of_a_second() {
         let mut force = LevelForce::<f64> { variance: 0.002, ..LevelForce::NONE };

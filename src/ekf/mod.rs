@@ -60,19 +60,19 @@ pub use trace::Trace;
 /// The fifteen base states, in `f64`.
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
-/// Every block of states, in `f64`: what the command line runs.
+/// The filter of the command line, with the blocks of [`layout::Full`], in `f64`.
 pub type FullEkf = Ekf<layout::Full, 28>;
 
 fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }
 
-/// In single precision: what has errors of its own needs no more.
+/// Converts to single precision, enough for quantities with errors of their own.
 fn single<T: scalar::Scalar>(value: T) -> f32 {
     value.wide() as f32
 }
 
-/// By the root of double precision, which is linked anyway.
+/// Square root by the double-precision routine, which is linked anyway.
 fn root(of: f32) -> f32 {
     scalar::Scalar::sqrt(f64::from(of)) as f32
 }

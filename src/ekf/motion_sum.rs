@@ -1,11 +1,11 @@
-//! What the steps since the last propagation of the covariance add up to.
+//! Sum of the steps since the last propagation of the covariance.
 
 use crate::frames::{Ned, Vector};
 use crate::ins::Increment;
 use crate::scalar::Scalar;
 
-/// Sums over steps of the mechanization, for the covariance to be propagated over all of them at once. What an
-/// error makes of another within them is left out, as it is within one step.
+/// Sums over steps of the mechanization, so that one propagation of the covariance covers all of them. Couplings
+/// between errors within the sum are neglected, as within one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionSum<T> {
     /// Length, rotation and change of velocity.
@@ -14,14 +14,14 @@ pub(super) struct MotionSum<T> {
     pub body_to_ned_rows: [[T; 3]; 3],
     /// Velocity change by specific force, m/s.
     pub force_mps: Vector<Ned, T>,
-    /// Variance that the gyros have added to the rotation about each of their axes, rad².
+    /// Variance added by the gyros to the rotation about each of their axes, rad².
     pub angle_variance: [T; 3],
-    /// Variance that the accelerometers have added to the change of velocity along each of their axes, (m/s)².
+    /// Variance added by the accelerometers to the velocity change along each of their axes, (m/s)².
     pub velocity_variance: [T; 3],
 }
 
 impl<T: Scalar> MotionSum<T> {
-    /// Adds steps that came before.
+    /// Prepends earlier steps.
     pub fn add_before(&mut self, before: &Self) {
         self.increment.interval_s += before.increment.interval_s;
         self.increment.rotation_rad += before.increment.rotation_rad;
@@ -32,7 +32,7 @@ impl<T: Scalar> MotionSum<T> {
     }
 }
 
-/// Sum axis by axis.
+/// Sum by axis.
 pub(super) fn sum<T: Scalar>([ax, ay, az]: [T; 3], [bx, by, bz]: [T; 3]) -> [T; 3] {
     [ax + bx, ay + by, az + bz]
 }

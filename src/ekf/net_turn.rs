@@ -1,12 +1,12 @@
-//! How far the unit has turned of late about each of its axes: what scale errors of gyros grow with.
+//! Recent net turn of the inertial unit about each axis, which scales the effect of gyro scale errors.
 
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// Net turn about each axis, fading, and the greatest square of it.
+/// Net turn about each axis, with exponential decay, and its greatest square.
 ///
-/// A scale error makes of a turn an error of attitude that is the same share of it whether it was fast or
-/// slow, and that is gone once it is turned back. What aids correct meanwhile comes anew, hence the fading.
+/// A scale error turns a rotation into an attitude error of the same share, at any speed. The error vanishes when the
+/// vehicle turns back. Aiding corrects the error meanwhile, so an older turn decays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetTurn<T> {
     pub(super) angle_rad: [T; 3],
@@ -14,11 +14,10 @@ pub(super) struct NetTurn<T> {
 }
 
 impl<T: Scalar> NetTurn<T> {
-    /// Not turned yet.
+    /// No turn yet.
     pub const NONE: Self = Self { angle_rad: [T::ZERO; 3], greatest: [T::ZERO; 3] };
 
-    /// Takes in a rotation; gives by how much the square of the net turn about each axis exceeds all that it
-    /// was of late, rad².
+    /// Adds a rotation. Returns for each axis the growth of the squared net turn beyond its recent maximum, rad².
     ///
     /// # Source
     /// Equation (K21) of docs/equations.md.
@@ -51,7 +50,7 @@ mod tests {
 
     const STEP_S: f64 = 0.02;
 
-    /// What turns by these angles about the vertical axis, one after the other, add up to, rad².
+    /// Sum of the growth, rad², over successive turns by these angles about the vertical axis.
     fn grown(turns_rad: &[f64], memory_s: f64) -> f64 {
         let mut net_turn = NetTurn::<f64>::NONE;
         let mut push = |turn: &f64| {
@@ -122,7 +121,7 @@ mod tests {
         };
         let (without, with) = (heading_sigma_rad(0.0), heading_sigma_rad(0.003));
         let added_rad = (with * with - without * without).sqrt();
-        // Some of it is forgotten within its 18 s.
+        // Part of the turn decays within its 18 s.
         assert!(
             (added_rad / (0.003 * core::f64::consts::TAU) - 0.9).abs() < 0.05,
             "{added_rad} rad"

@@ -1,26 +1,26 @@
-//! What a sample of the inertial unit did to the filter.
+//! The effect of an inertial sample on the filter.
 
 use core::error::Error;
 use core::fmt;
 
-/// What a sample of the inertial unit did to the filter.
+/// The effect of an inertial sample on the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Prediction {
     /// State and covariance were advanced by one step.
     Stepped,
-    /// The interval before the sample is longer than the configured gap: it was integrated as one
-    /// step, and the covariance opened by the motion it may have hidden.
+    /// The interval before the sample is longer than the configured gap. It was integrated as one step, and the
+    /// covariance was widened by the motion that the gap may have hidden.
     BridgedGap {
         /// Length of the interval, s.
         length_s: f64,
     },
-    /// The covariance was reset; the state goes on from where it was, at the time of the sample.
+    /// The covariance was reset; the state continues unchanged at the time of the sample.
     Reset(ResetCause),
 }
 
-/// Why the covariance was reset: attitude, velocity and position are opened so wide that the next
-/// fixes decide; biases keep their estimates.
+/// Cause of a reset of the covariance. Attitude, velocity and position are opened so far that the next fixes determine
+/// them; biases keep their estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ResetCause {
@@ -29,27 +29,27 @@ pub enum ResetCause {
         /// Length of the interval, s.
         length_s: f64,
     },
-    /// The step would have led to where NED does not exist, or beyond 10 km/s; it was not taken.
+    /// The step would have led to where NED does not exist, or beyond 10 km/s; it was skipped.
     Diverged,
-    /// The attitude was wrong, by what the fixes say of the force that the unit felt: it was aligned anew.
+    /// The attitude was inconsistent with the specific force according to the fixes, and was aligned again.
     Misaligned {
-        /// By how much what the body takes for up was off, rad.
+        /// Error of the up direction, rad.
         off_rad: f64,
     },
 }
 
-/// Why a sample of the inertial unit was refused; it changed nothing.
+/// Reason why an inertial sample was rejected; it changed nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImuFault {
-    /// A component is NaN, infinite or beyond what units measure.
+    /// A component is NaN, infinite or beyond the range of inertial units.
     NotFinite,
-    /// Not later than the sample before.
+    /// Not later than the previous sample.
     NotLater,
-    /// Every reading the same as before, in a unit that vibrates: it was not measuring.
+    /// All readings are the same as before, in an inertial unit that vibrates: the unit did not measure.
     Stuck,
-    /// Every reading on the straight line of those before, in a unit that vibrates: a logger made it up where samples
-    /// were missing.
+    /// All readings lie on the straight line of the previous ones, in an inertial unit that vibrates: a logger
+    /// interpolated missing samples.
     Interpolated,
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for Prediction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stepped => f.write_str("one step"),
-            Self::BridgedGap { length_s } => write!(f, "none for {length_s:.3} s: bridged"),
+            Self::BridgedGap { length_s } => write!(f, "no samples for {length_s:.3} s: bridged"),
             Self::Reset(cause) => cause.fmt(f),
         }
     }
@@ -66,10 +66,12 @@ impl fmt::Display for Prediction {
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::LongGap { length_s } => write!(f, "none for {length_s:.3} s: covariance reset"),
-            Self::Diverged => f.write_str("it would lead off the Earth: covariance reset"),
+            Self::LongGap { length_s } => {
+                write!(f, "no samples for {length_s:.3} s: covariance reset")
+            }
+            Self::Diverged => f.write_str("impossible position or velocity: covariance reset"),
             Self::Misaligned { off_rad } => {
-                write!(f, "{:.0}° off upright by the fixes: aligned anew", off_rad.to_degrees())
+                write!(f, "{:.0}° off according to the fixes: aligned again", off_rad.to_degrees())
             }
         }
     }
@@ -78,10 +80,10 @@ impl fmt::Display for ResetCause {
 impl fmt::Display for ImuFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "not finite: passed over",
-            Self::NotLater => "not later than the sample before: passed over",
-            Self::Stuck => "the same readings as before: passed over",
-            Self::Interpolated => "made up between others, on a straight line: passed over",
+            Self::NotFinite => "not finite, or impossibly large",
+            Self::NotLater => "not later than the previous sample",
+            Self::Stuck => "identical to the previous sample, so not measured",
+            Self::Interpolated => "on a straight line with other samples, so not measured",
         })
     }
 }

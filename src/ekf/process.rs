@@ -11,7 +11,7 @@ use super::{single, square};
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
-/// So many one-sigmas of a slow error are not usual.
+/// A slow error above this number of one-sigmas is unusual.
 const UNUSUAL: f64 = 1.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -43,7 +43,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
     }
 
-    /// How the parameters decay over a step, and the noise that drives them.
+    /// Decay of the parameters over a step, and the noise that drives them.
     ///
     /// # Source
     /// Equation (K5) of docs/equations.md.
@@ -51,9 +51,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let imu = &self.config.imu;
         let Relaxation { mut decay, mut noise } = Relaxation::default();
         let mut markov = |first: usize, sigmas: &[f64], time_s: f64| {
-            // Of a time of -0, which is in range, the quotient would be the infinity that grows.
+            // A time of -0 is within the accepted range; without `abs` its quotient would be −∞ and the decay would
+            // grow.
             let lost = interval_s / T::of(time_s.abs());
-            // To the third order the series is exact to 1e-8 there, and costs a tenth.
+            // Below this limit the third-order series is exact to 1e-8, at a tenth of the cost.
             let left = if lost < T::of(0.02) {
                 T::ONE - lost * (T::ONE - lost * (T::of(0.5) - lost * T::of(1.0 / 6.0)))
             } else {
@@ -89,7 +90,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let attitude = &self.config.attitude;
-            // Where far more of it was found than is usual, more is usual.
+            // An estimate far above the usual one-sigma raises the one-sigma.
             let found = |axis: usize| self.estimate(first + axis).abs().wide() / UNUSUAL;
             let tilt = [0, 1].map(|axis| attitude.tilt_wander_rad.max(found(axis)));
             markov(first, &tilt, attitude.wander_time_s);
@@ -97,7 +98,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             markov(first + 2, &[heading.max(found(2))], time_s);
         }
         if let Some(state) = L::BARO {
-            // About a level that nobody knows it walks: as far in half its time as one that comes back.
+            // The level of a barometer is unknown, so its error is a random walk. The walk reaches in half the wander
+            // time the same spread as a Gauss-Markov process.
             let walk = square(self.config.baro.wander_m) / self.config.baro.wander_time_s;
             let rate = 4.0 * (1.0 - HALF_TIME_LEFT) * walk;
             if let Some(noise) = noise.get_mut(state) {
@@ -112,8 +114,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Relaxation { decay, noise }
     }
 
-    /// For how long the parameters have to relax with a step of `interval_s`, s; `None`, while too little time
-    /// has come together for it to matter, or for the covariance to be gone over whole.
+    /// Time, s, over which the parameters relax with a step of `interval_s`. `None` until [`RELAXED_EVERY_S`] has
+    /// accumulated: earlier, the change is too small to justify a pass over the covariance.
     fn relaxation_due_s(&mut self, interval_s: T) -> Option<T> {
         let since_s = self.unrelaxed_s + interval_s;
         let due = since_s >= T::of(RELAXED_EVERY_S);
@@ -121,8 +123,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         due.then_some(since_s)
     }
 
-    /// The transition over a gap: nothing is known of rate and force, so that no error of attitude or
-    /// bias comes into velocity, but any motion within the vehicle's means may have.
+    /// The transition over a gap. Angular rate and specific force are unknown, so errors of attitude and bias do not
+    /// enter velocity. Instead, any motion within the vehicle's limits may have happened.
     ///
     /// # Source
     /// Equation (K13) of docs/equations.md.
@@ -149,8 +151,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Takes in a step of the mechanization, and propagates the covariance once enough of them have come
-    /// together.
+    /// Adds a step of the mechanization, and propagates the covariance once enough steps have accumulated.
     pub(super) fn sum_up(
         &mut self,
         increment: &Increment<T>,
@@ -178,7 +179,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(before) = &self.unpropagated {
             motion.add_before(before);
         }
-        // What a sensor at full scale hides grows within the interval.
+        // The error hidden by a sensor at full scale grows within the interval, so a clipped step propagates at once.
         let waits = !self.samples.suspicion.is_clipped();
         if waits && motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
             self.unpropagated = Some(motion);
@@ -189,8 +190,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Propagates the covariance to the present: before it is read or opened for a measurement, and before the
-    /// state goes on by anything but a step.
+    /// Propagates the covariance to the present. Needed before the covariance is read or opened for a measurement, and
+    /// before the state changes by anything except a step.
     pub(super) fn catch_up(&mut self, trace: &mut impl Trace<T, N>) {
         if let Some(motion) = self.unpropagated.take() {
             let transition = self.transition(&motion);
@@ -225,7 +226,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Brings covariance and parameters to the present, for a measurement to be compared with.
+    /// Brings covariance and parameters to the present, ready for a measurement.
     #[inline(never)]
     pub(super) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
@@ -239,8 +240,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Variance of the mean over `over_s` of what the accelerometers tell beside the truth, of the three axes
-    /// together, (m/s²)².
+    /// Variance of the accelerometers' mean error over `over_s`, (m/s²)², summed over the three axes.
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
@@ -255,8 +255,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         density.into_iter().fold(T::ZERO, |sum, density| sum + density) / over_s
     }
 
-    /// Variance that the inertial sensors add over one step to rotation, rad², and change of velocity, (m/s)²,
-    /// about and along the axes of the body, where the square of the net turn has grown by `net_turn`, rad².
+    /// Variances that the inertial sensors add over one step, in body axes: of rotation, rad², and of velocity change,
+    /// (m/s)². `net_turn` is the growth of the squared net turn, rad².
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
@@ -279,7 +279,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             T::of(imu.accel_vibration_time_s),
             self.samples.integrity.accel_vibration(),
         );
-        // Rates of two samples, so that vibration does not count as turning.
+        // Rates of two different samples, so that vibration does not count as turning.
         let turned = match L::GYRO_SCALE {
             Some(_) => [T::ZERO; 3],
             None => {
@@ -299,11 +299,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (sum(gyro, suspicion.angle_variance), sum(accel, suspicion.velocity_variance))
     }
 
-    /// The transition over one step of the mechanization or several.
+    /// The transition over one or several steps of the mechanization.
     ///
     /// # Source
     /// Equations (K2) and (K4) of docs/equations.md.
-    // Inlined, that of a single step is made of what is at hand.
+    // Inlined: the transition of a single step is then built from values in registers.
     #[inline(always)]
     fn transition(&mut self, motion: &MotionSum<T>) -> Transition<T, N> {
         let MotionSum { increment, body_to_ned_rows: c, force_mps, .. } = motion;
@@ -327,7 +327,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             position_noise: [T::ZERO; 3],
             relaxation: None,
         };
-        // Put where it belongs: it is large, and a copy of none is a copy.
+        // Assigned in place: the relaxation is large, and moving even a `None` copies it.
         if let Some(due_s) = self.relaxation_due_s(interval_s) {
             transition.relaxation = Some(self.relaxation(due_s));
             self.judge_level_force();
@@ -336,34 +336,33 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Between measurements the parameters relax in portions of so long, s: a hundredth of the shortest
-/// correlation time, so that what a portion puts off is a hundredth of what they wander.
+/// Interval, s, at which the parameters relax between measurements: a hundredth of the shortest correlation time. The
+/// delay then costs at most a hundredth of the parameters' wander.
 const RELAXED_EVERY_S: f64 = 0.2;
-/// Correlation time of the fixes' delays, s: over hours of rest, which tell nothing of them, what was found is
-/// forgotten.
+/// Correlation time of the fixes' delays, s. Rest does not show the delays, so their estimates decay over hours of it.
 const DELAY_TIME_S: f64 = 10_800.0;
-/// e^(−1/2): what half a correlation time leaves.
+/// e^(−1/2): decay over half a correlation time.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 
-/// Gyros across the axis of a turn err by so many times as much as those about it: units are aligned to half a degree.
+/// Ratio of gyro errors across the axis of a turn to errors about it: IMUs are aligned to half a degree.
 const ACROSS: f64 = 2.5;
 
-/// No gap opens roll and pitch further than this, rad: controlled flight near hover.
+/// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 
-/// What a triad whose `vibration` is alike over `alike_s` adds to its integral, variance a second, axis by axis.
+/// Variance per second, by axis, of the integral of a triad whose `vibration` stays correlated over `alike_s`.
 #[inline(always)]
 fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
     let (walk, share) = (square(T::of(walk)), square(T::of(share)));
     vibration.map(|variance| {
         let shaken = share * variance * alike_s;
-        // By a comparison: neither is NaN, for which `max` would look.
+        // A comparison is enough: neither value is NaN, which `max` would check for.
         if shaken > walk { shaken } else { walk }
     })
 }
 
-/// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, for the columns of C
-/// are orthonormal.
+/// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, because the columns of C are
+/// orthonormal.
 fn turned<T: Scalar>(c: &[[T; 3]; 3], [v0, v1, v2]: [T; 3]) -> [T; 6] {
     let (d0, d1) = (v0 - v2, v1 - v2);
     let entry = |i: usize, j: usize| d0 * c[i][0] * c[j][0] + d1 * c[i][1] * c[j][1];

@@ -1,40 +1,39 @@
-//! What vibration makes of the accelerometers' biases.
+//! Effect of vibration on the accelerometers' biases.
 //!
-//! An accelerometer that is shaken reads a little too much to one side: its response is not straight, and what is beyond
-//! its band or its range is folded back. While the vibration stays as it is that is a part of the bias. When motors
-//! start or stop the bias steps.
+//! A vibrating accelerometer has a bias: its response is nonlinear, and motion beyond its band or range is rectified or
+//! aliased. Under constant vibration this is part of the bias. When motors start or stop, the bias steps.
 
 use crate::scalar::Scalar;
 
-/// Watches vibration come and go.
+/// Detector of vibration that comes or goes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectification {
-    /// Vibration before it last came or went, variance per axis, (m/s²)².
+    /// Vibration before its last change, variance per axis, (m/s²)².
     before: [f32; 3],
-    /// What is left of the time over which the bias opens, s.
+    /// Remaining time of the bias opening, s.
     left_s: [f32; 3],
-    /// By how much the bias opens a second, (m/s²)².
+    /// Growth of the bias variance per second, (m/s²)²/s.
     opening: [f32; 3],
 }
 
-/// Share of the vibration by which the bias may step, one-sigma.
+/// One-sigma of the bias step as a share of the vibration.
 const SHARE: f32 = 0.1;
-/// A level bias opens by this share of the variance: fixes tell it from tilt only after minutes, in which the attitude
-/// pays for what is opened in vain.
+/// Share of the variance that opens a horizontal bias. Fixes separate it from tilt only after minutes, and a needless
+/// opening costs attitude accuracy meanwhile.
 const LEVEL: f32 = 0.25;
-/// The opening is spread over so long, s.
+/// Time over which the opening is spread, s.
 const SPREAD_S: f32 = 2.0;
-/// Vibration comes or goes where its variance grows or falls to so many times what it was.
+/// Factor by which the variance of a vibration must grow or fall to count as a change.
 const COMES: f32 = 4.0;
-/// Less of it, (m/s²)², is that of hands and wind.
+/// Smaller vibration, (m/s²)², comes from hands and wind.
 const LEAST: f32 = 0.04;
 
 impl Rectification {
-    /// Nothing shakes yet.
+    /// State before any vibration.
     pub const NONE: Self = Self { before: [0.0; 3], left_s: [0.0; 3], opening: [0.0; 3] };
 
-    /// Takes in the `vibration` of late, variance per axis, (m/s²)², over a step; biases are assumed to be off by
-    /// `assumed_mps2`, one-sigma.
+    /// Feeds the recent `vibration`, variance per axis, (m/s²)², over a step. `assumed_mps2` is the assumed one-sigma
+    /// of the biases.
     pub fn push<T: Scalar>(&mut self, vibration: [T; 3], interval_s: T, assumed_mps2: f64) {
         let axes = self.before.iter_mut().zip(vibration);
         for ((before, now), (left_s, opening)) in
@@ -56,7 +55,7 @@ impl Rectification {
         }
     }
 
-    /// What `interval_s` adds to the variance of the biases, (m/s²)², where the axes point `down` by so much, cosines.
+    /// Growth of the bias variances over `interval_s`, (m/s²)². `down` holds the cosines of the axes to the vertical.
     ///
     /// # Source
     /// Equation (K24) of docs/equations.md.
@@ -71,7 +70,7 @@ impl Rectification {
 mod tests {
     use super::*;
 
-    /// What a vertical bias of 0.05 m/s² opens by, m/s², over `seconds` of a vibration of so many m/s² rms.
+    /// Opening of a vertical bias of 0.05 m/s², m/s², over `seconds` of a vibration of `rms_mps2`.
     fn opened(watch: &mut Rectification, seconds: i32, rms_mps2: f64) -> [f64; 3] {
         let mut variance = [0.0; 3];
         for _ in 0..100 * seconds {

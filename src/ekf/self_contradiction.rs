@@ -1,9 +1,9 @@
-//! Whether a receiver contradicts itself: no motion leads from one of its readings to the next and on to the one after.
+//! Detects a receiver that contradicts itself: no motion connects three successive fixes.
 //!
 //! Between two fixes the inertial unit measures the change of velocity, and the receiver's own velocities give the
-//! change of position. A reading that jumps leaves that path once, a filter that is lost or a bias that has stepped leave it to the same
-//! side each time. Readings that leave it to one side and then to the other are those of a receiver that is jammed,
-//! reflected or broken. Neither a wrong heading nor a tilt that is off by ten degrees looks so.
+//! change of position. A single jump leaves that path once. A diverged filter or a bias step leaves it to the same side
+//! each time. Alternating departures come from a jammed, reflected or broken receiver. Neither a wrong heading nor a
+//! tilt error of ten degrees causes them.
 
 use super::square;
 use crate::earth::Geodetic;
@@ -18,14 +18,14 @@ pub(super) struct SelfContradiction<T> {
     last: Option<Reading>,
     /// Change of velocity by specific force since the last fix.
     felt_mps: Vector<Ned, T>,
-    /// Whether samples since are missing, or stood at full scale.
+    /// Whether samples since then are missing or were at full scale.
     in_part: bool,
     unexplained: Unexplained,
-    /// Largest recent accelerations, level and vertical, m/s².
+    /// Largest recent accelerations, horizontal and vertical, m/s².
     agility_mps2: [f32; 2],
-    /// How many of the last fixes contradicted the two before, less those that did not, 0 to [`MOST`].
+    /// Number of recent contradictions, less the number of usual fixes, 0 to [`MOST`].
     contradictions: u8,
-    /// Last change of velocity less the change that was felt, m/s.
+    /// Last change of velocity minus the measured one, m/s.
     left_mps: [f32; 3],
     /// Sum of these changes since a jump, m/s, its largest length, and the time of the jump.
     jump_mps: [f32; 3],
@@ -40,8 +40,8 @@ struct Reading {
     velocity_mps: Option<Vector<Ned>>,
 }
 
-/// The part of a change from fix to fix that nothing explains: of velocity, m/s, and of position, m, NED. Zero where it
-/// lies within what is usual.
+/// Unexplained part of a change from fix to fix: of velocity, m/s, and of position, m, NED. Zero within the usual
+/// limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unexplained {
     velocity_mps: [f32; 3],
@@ -62,7 +62,7 @@ pub(super) struct Expected {
 impl Unexplained {
     const NONE: Self = Self { velocity_mps: [0.0; 3], position_m: [0.0; 3] };
 
-    /// Whether it leads back, level or vertically, where another has led.
+    /// Whether this departure is opposite to another, horizontally or vertically.
     fn opposes(&self, other: &Self) -> bool {
         let opposed =
             |[n, e, d]: [f32; 3], [on, oe, od]: [f32; 3]| n * on + e * oe < 0.0 || d * od < 0.0;
@@ -70,34 +70,33 @@ impl Unexplained {
     }
 }
 
-/// Fixes closer than this, s, are not compared: what drifts like a true motion from one to the next is not told from it.
+/// Shortest interval between compared fixes, s: over shorter ones, drift cannot be separated from motion.
 const LEAST_S: f64 = 0.8;
-/// Nor those further apart than this, s.
+/// Longest interval between compared fixes, s.
 const LONGEST_S: f64 = 2.5;
-/// Changes of velocity within this, m/s, are what vibration and a swinging antenna leave.
+/// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Recent acceleration explains a change of velocity up to this number of times its own, for any heading and any delay
-/// of the fixes.
+/// Recent acceleration, times this number, explains a change of velocity for any heading and any delay of the fixes.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
-/// Share of a change of velocity that times which do not agree leave.
+/// Error of a velocity change from timing, as a share of the change.
 const TIMING: f64 = 0.3;
-/// Changes of position within this, m, are usual.
+/// Usual error of a change of position, m.
 const AGREEMENT_M: f64 = 5.0;
-/// Share of the change of velocity between two fixes by which the velocity meanwhile may have been another than their mean.
+/// Possible deviation of the velocity between two fixes from their mean, as a share of its change.
 const MEANWHILE: f64 = 0.5;
-/// So many one-sigmas of each of two fixes may add up.
+/// Number of one-sigmas allowed for the two fixes together.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
-/// A velocity that has jumped resets nothing for this long, s, unless it comes back.
+/// Time, s, after a velocity jump during which fixes do not reset the filter, unless the velocity returns.
 const JUMPED_S: f64 = 15.0;
-/// After so many contradictions a fix is not taken in, even where it agrees with the filter by chance.
+/// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance.
 const REFUSED: u8 = 2;
-/// The count goes no further than this.
+/// Upper limit of the count.
 const MOST: u8 = 3;
 
 impl<T: Scalar> SelfContradiction<T> {
-    /// Nothing seen yet.
+    /// State before the first fix.
     pub const NONE: Self = Self {
         last: None,
         felt_mps: Vector::ZERO,
@@ -111,23 +110,24 @@ impl<T: Scalar> SelfContradiction<T> {
         jumped: Time::ZERO,
     };
 
-    /// Adds a step's change by specific force; `whole` says whether the unit measured all of it.
+    /// Adds a step's change by specific force; `whole` is true if the inertial unit measured all of it.
     pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
         self.felt_mps += felt_mps;
         self.in_part |= !whole;
     }
 
-    /// Whether the last fixes have contradicted each other, or a velocity has jumped and not come back: they reset nothing.
+    /// Whether the last fixes contradicted each other, or a velocity jump has not returned. Such fixes do not reset the
+    /// filter.
     pub fn is_suspected(&self) -> bool {
         self.contradictions > 0 || self.farthest_mps > 0.0
     }
 
-    /// Whether they have done so more than once: they are not taken in.
+    /// Whether the fixes contradicted each other repeatedly. Such fixes are rejected.
     pub const fn is_proven(&self) -> bool {
         self.contradictions >= REFUSED
     }
 
-    /// Takes in a fix; `own_mps` is the filter's velocity.
+    /// Feeds a fix; `own_mps` is the filter's velocity.
     ///
     /// # Source
     /// Equation (K15) of docs/equations.md.
@@ -178,12 +178,12 @@ impl<T: Scalar> SelfContradiction<T> {
         self.unexplained = unexplained;
     }
 
-    /// Goes on from a reading.
+    /// Continues from a fix.
     fn begin(&mut self, reading: Reading) {
         (self.last, self.felt_mps, self.in_part) = (Some(reading), Vector::ZERO, false);
     }
 
-    /// Updates the largest recent accelerations by a change of velocity that was felt.
+    /// Updates the largest recent accelerations with a measured change of velocity.
     fn note_agility(&mut self, moved_mps: Vector<Ned>, interval_s: f64) {
         let [north, east, down] = moved_mps.to_array();
         let left = libm::exp(-interval_s / AGILE_S) as f32;
@@ -193,8 +193,8 @@ impl<T: Scalar> SelfContradiction<T> {
         }
     }
 
-    /// Notes a change of velocity that was not felt, and whether no attitude explains it. One that goes on as it was
-    /// is no jump: a bias that has stepped, or a level that is lost.
+    /// Feeds an unmeasured change of velocity, and whether every attitude contradicts it. A change that continues
+    /// unaltered is not a jump: it comes from a bias step or a wrong tilt.
     fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_denied: bool) {
         let left = left.to_array().map(|left| left as f32);
         let before = core::mem::replace(&mut self.left_mps, left);
@@ -221,8 +221,8 @@ impl<T: Scalar> SelfContradiction<T> {
     }
 }
 
-/// Whether no attitude makes the change that was felt as long as `change` needs beside gravity's `fallen_mps`: a rotation
-/// leaves lengths.
+/// Whether the measured change cannot have the length that `change` requires after gravity's `fallen_mps`, at any
+/// attitude: a rotation preserves lengths.
 fn is_denied(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,
@@ -240,8 +240,8 @@ fn length([x, y, z]: [f32; 3]) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }
 
-/// The part of `left`, a change of velocity less the change that was felt, m/s, beyond the recent acceleration's
-/// `agility_mps`, level and vertical.
+/// Part of `left` beyond the recent acceleration's `agility_mps`, horizontal and vertical. `left` is a change of
+/// velocity minus the measured change, m/s.
 fn unexplained_velocity(
     left: Vector<Ned>,
     [level_mps, vertical_mps]: [f64; 2],
@@ -252,14 +252,14 @@ fn unexplained_velocity(
     beyond(left.to_array(), usual(sigma, level_mps), usual(sigma_down, vertical_mps))
 }
 
-/// What of a change of position the velocities do not explain, m, where they may have led elsewhere by `meanwhile_m`.
+/// Part of a position change that the velocities do not explain, m. They may have deviated by `meanwhile_m`.
 fn unexplained_position(off_m: Vector<Ned>, meanwhile_m: f64, expected: &Expected) -> [f32; 3] {
     let [sigma, _, sigma_down] = expected.position_m;
     let usual_m = |sigma: f64| AGREEMENT_M + SIGMAS * sigma + MEANWHILE * meanwhile_m;
     beyond(off_m.to_array(), usual_m(sigma), usual_m(sigma_down))
 }
 
-/// A vector whose level part and whose vertical part are zero where they are no longer than these.
+/// Sets the horizontal and the vertical part of a vector to zero if within these limits.
 fn beyond([north, east, down]: [f64; 3], level: f64, vertical: f64) -> [f32; 3] {
     let [north, east] =
         if square(north) + square(east) > square(level) { [north, east] } else { [0.0; 2] };
@@ -275,8 +275,8 @@ mod tests {
     const EXPECTED: Expected =
         Expected { position_m: [2.0; 3], velocity_mps: [0.2; 3], gravity_mps2: GRAVITY_MPS2 };
 
-    /// One fix a second that tells these velocities, north, at the place where they lead, of a vehicle that feels what
-    /// it should: how often they contradicted each other after each.
+    /// Contradictions after each of several fixes, one a second. The fixes have these velocities, north, and matching
+    /// positions; the inertial unit measures `felt_mps` each second.
     fn contradictions(north_mps: impl IntoIterator<Item = f64>, felt_mps: [f64; 3]) -> Vec<u8> {
         let mut watch = SelfContradiction::<f64>::NONE;
         let mut position = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();

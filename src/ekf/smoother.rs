@@ -1,32 +1,28 @@
-//! Fixed-interval smoothing: every moment estimated from the whole log, past and future. Needs `std`.
+//! Fixed-interval smoothing: every moment is estimated from the whole log, past and future. Needs `std`.
 //!
-//! The filter runs forward once, watched by a [`Smoother`], which keeps what it did: the transition
-//! of every propagation, sensitivity, gain and innovation of every scalar update, and at every
-//! inertial sample the estimate and its covariance. Then the modified Bryson–Frazier recursion runs
-//! backward over it. It carries an adjoint λ and its information Λ, zero at the end of the log, back
-//! through every update
+//! The filter runs forward once, observed by a [`Smoother`]. The smoother stores the transition of every propagation,
+//! and sensitivity, gain and innovation of every scalar update. At every inertial sample it stores the estimate and its
+//! covariance. Then the modified Bryson–Frazier recursion runs backward over the record. An adjoint λ and its
+//! information Λ are zero at the end of the log. The recursion takes them back through every update by
 //!
 //! λ ← λ − h (kᵀλ + ν/s),  Λ ← (I − k hᵀ)ᵀ Λ (I − k hᵀ) + h hᵀ/s
 //!
-//! and every propagation λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ. At a sample of filtered covariance P the smoothed
-//! error state is −P λ, its covariance P − P Λ P. This gives what the Rauch–Tung–Striebel form gives,
-//! but inverts no covariance: the only divisor is an innovation's variance s. So states that are
-//! known exactly, or not yet opened, do no harm.
+//! and through every propagation by λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ. At a sample with filtered covariance P the smoothed error
+//! state is −P λ, its covariance P − P Λ P. The result equals that of the Rauch–Tung–Striebel form without inverting a
+//! covariance: the only divisor is an innovation's variance s. So states that are known exactly, or not yet opened, do
+//! no harm.
 //!
-//! What the filter does beside updates and propagations needs no record. Its corrections move the
-//! estimate but not the error's statistics: λ tells by how much each estimate was off *at its own
-//! time*. To add to a variance is process noise under the identity as transition. A rejected axis did
-//! nothing. Where states are opened anew, their correlations cut, nothing later tells of what they were: their
-//! rows of λ and Λ become zero.
+//! Other actions of the filter need no record. Its corrections move the estimate but not the error's statistics: λ
+//! gives the error of each estimate *at its own time*. Adding to a variance is process noise under the identity as
+//! transition. A rejected axis has no effect. If states are opened again with their correlations removed, later data
+//! have no information about their previous values: their rows of λ and Λ become zero.
 //!
-//! The smoother is as linear as the filter: it takes the forward run's transitions and sensitivities
-//! as they are.
+//! The smoother is as linear as the filter: it uses the transitions and sensitivities of the forward run.
 //!
 //! # Memory
-//! Per inertial sample the transition (0.8 kB with 26 states), the estimate (0.4 kB) and those rows
-//! of the covariance that the solution needs, the fifteen of the base states without what symmetry
-//! repeats (2.3 kB); per scalar update 0.6 kB. An hour at 100 Hz takes 1.3 GB, unless it is smoothed in
-//! parts: see [`Smoother::smooth_before`].
+//! Per inertial sample: the transition (0.8 kB with 26 states), the estimate (0.4 kB), and the rows of the covariance
+//! for the solution (2.3 kB). Those are the fifteen rows of the base states, without symmetric repetitions. Per scalar
+//! update: 0.6 kB. An hour at 100 Hz takes 1.3 GB, unless it is smoothed in parts: see [`Smoother::smooth_before`].
 //!
 //! # Source
 //! G. J. Bierman (1973), Fixed interval smoothing with discrete measurements, *International Journal
@@ -48,10 +44,9 @@ use super::trace::Trace;
 use crate::frames::{Body, Vector};
 use crate::ins::NavState;
 
-/// Keeps what a filter did on its way forward, then goes back over it.
+/// Records a filter's forward run, then smooths it backward.
 ///
-/// Give it to the filter as its [`Trace`], and call [`sampled`](Self::sampled) wherever a smoothed
-/// solution is wanted.
+/// Give it to the filter as its [`Trace`], and call [`sampled`](Self::sampled) at each moment of a smoothed solution.
 ///
 /// ```
 /// use hovernav::ekf::{FullEkf, Smoother};
@@ -77,13 +72,13 @@ pub struct Smoother<L, const N: usize> {
     propagations: Vec<Transition<f64, N>>,
     updates: Vec<Update<N>>,
     samples: Vec<Sample<N>>,
-    /// For each sample the rows of the base states, each from its diagonal on.
+    /// For each sample, the rows of the base states, each from its diagonal on.
     covariances: Vec<f64>,
-    /// The filter at the first sample, which the smoothed estimates are put into one by one.
+    /// The filter at the first sample; the smoothed estimates are written to it one by one.
     filter: Option<Ekf<L, N>>,
 }
 
-/// What happened next, its details at the end of the list of its kind.
+/// Kind of the next action; its details are at the end of the list of that kind.
 #[derive(Clone, Copy, Debug)]
 enum Record {
     Propagated,
@@ -99,17 +94,17 @@ struct Update<const N: usize> {
     innovation: f64,
 }
 
-/// The filter's estimate.
+/// The filter's estimate at a sample.
 #[derive(Clone, Copy, Debug)]
 struct Sample<const N: usize> {
     state: NavState,
     parameters: [f64; N],
     angular_rate_radps: Vector<Body>,
-    /// What is in dispute of its place, level and vertical, m.
+    /// Ambiguity of its position, horizontal and vertical, m.
     disputed_m: [f32; 2],
 }
 
-/// What the log after a moment says of the error state then: nothing, by its default, at the end of the
+/// Information from the later part of the log about the error state at a moment; zero by default, at the end of the
 /// log.
 #[derive(Clone, Debug)]
 pub struct Adjoint<const N: usize> {
@@ -143,10 +138,10 @@ impl<L: Layout<N>, const N: usize> Trace<f64, N> for Smoother<L, N> {
 }
 
 impl<L: Layout<N>, const N: usize> Smoother<L, N> {
-    /// Covariance entries kept of a sample.
+    /// Number of covariance entries stored for a sample.
     const KEPT: usize = BASE * N - BASE * (BASE - 1) / 2;
 
-    /// A smoother that has seen nothing yet, with memory for so many samples.
+    /// An empty smoother, with memory for `samples` samples.
     #[must_use]
     pub fn with_capacity(samples: usize) -> Self {
         Self {
@@ -159,7 +154,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         }
     }
 
-    /// Keeps the filter's estimate, to be smoothed.
+    /// Stores the filter's estimate for smoothing.
     pub fn sampled(&mut self, filter: &Ekf<L, N>) {
         self.order.push(Record::Sampled);
         self.samples.push(Sample {
@@ -174,18 +169,18 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         self.filter.get_or_insert_with(|| filter.clone());
     }
 
-    /// Goes back over all it has seen: the smoothed solution at every
-    /// [`sampled`](Self::sampled) moment, in order of time.
+    /// Runs backward over the record. Returns the smoothed solution at every [`sampled`](Self::sampled) moment, in
+    /// order of time.
     ///
-    /// The angular rate is the filter's less the correction of the gyro bias.
+    /// The angular rate is the filter's minus the correction of the gyro bias.
     #[must_use]
     pub fn smooth(self) -> Vec<Solution> {
         self.smooth_before(&mut Adjoint::default())
     }
 
-    /// [`smooth`](Self::smooth) of a part of a log, `adjoint` being what the log after it says, and
-    /// afterwards what the log from the part's beginning on says. So a long log is smoothed part by
-    /// part, from the last to the first, to the same bits.
+    /// [`smooth`](Self::smooth) for a part of a log. `adjoint` holds the information from the log after the part, and
+    /// on return that from the beginning of the part. So a long log is smoothed part by part, from the last to the
+    /// first, with bitwise identical results.
     #[must_use]
     pub fn smooth_before(mut self, adjoint: &mut Adjoint<N>) -> Vec<Solution> {
         let mut solutions = Vec::with_capacity(self.samples.len());
@@ -218,7 +213,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
     }
 }
 
-/// The fifteen base rows of a covariance from what was kept of them.
+/// The fifteen base rows of a covariance from their stored entries.
 fn unpacked<const N: usize>(kept: &[f64]) -> [[f64; N]; BASE] {
     let mut rows = [[0.0; N]; BASE];
     let mut kept = kept.iter();
@@ -252,14 +247,14 @@ impl<const N: usize> Adjoint<N> {
         let half_done = self.information;
         self.information = core::array::from_fn(|i| core::array::from_fn(|j| half_done[j][i]));
         pull_back::<L, N, N>(step, &mut self.information);
-        // Rounding would else tear the halves apart over a long log.
+        // Otherwise rounding would make the halves differ over a long log.
         mirror(&mut self.information);
     }
 
-    /// Nothing that comes after tells of what these states were.
+    /// Removes all later information about these states.
     ///
     /// # Source
-    /// Equation (B2) of docs/equations.md, the rows of Φ that belong to them being zero.
+    /// Equation (B2) of docs/equations.md, with zero rows of Φ for these states.
     fn forget(&mut self, states: Range<usize>) {
         for state in states.filter(|&state| state < N) {
             self.vector[state] = [0.0];
@@ -270,7 +265,7 @@ impl<const N: usize> Adjoint<N> {
         }
     }
 
-    /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, of which h has few terms.
+    /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, where h has few terms.
     ///
     /// # Source
     /// Equation (B1) of docs/equations.md.
@@ -294,7 +289,7 @@ impl<const N: usize> Adjoint<N> {
         }
     }
 
-    /// The smoothed solution at a sample, `filter` lent to compute it.
+    /// The smoothed solution at a sample, computed in the borrowed `filter`.
     ///
     /// # Source
     /// Equation (B3) of docs/equations.md.
@@ -327,21 +322,21 @@ impl<const N: usize> Adjoint<N> {
         filter.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
-        // Nobody holds a heading of the past.
+        // No controller holds a heading of the past.
         let mut solution = filter.undisputed_solution();
         solution.widen(sample.disputed_m);
         Solution { heading_revision_rad: 0.0, ..solution }
     }
 }
 
-/// Whether a solution tells of the covariance of two base states: of attitude with itself, velocity
-/// and position, which its lever arm and its angles need, and of all else the variance.
+/// Whether a solution uses the covariance of two base states. It needs all variances, and for its lever arm and its
+/// angles the covariances among attitude, velocity and position.
 const fn is_told(row: usize, column: usize) -> bool {
     row == column || (row < VELOCITY && column < GYRO_BIAS)
 }
 
-/// Φᵀ times a matrix: the transpose of what
-/// [`Covariance::propagate`](super::covariance::Covariance::propagate) multiplies by.
+/// Φᵀ times a matrix: the transpose of the factor in
+/// [`Covariance::propagate`](super::covariance::Covariance::propagate).
 fn pull_back<L: Layout<N>, const N: usize, const M: usize>(
     step: &Transition<f64, N>,
     rows: &mut [[f64; M]; N],
@@ -392,7 +387,7 @@ fn add_scaled<const M: usize>(row: &mut [f64; M], factor: f64, other: &[f64; M])
     }
 }
 
-/// Inner product, in two sums that a processor can keep going side by side.
+/// Inner product, in two sums that a processor computes in parallel.
 fn dot<const M: usize>(a: &[f64; M], b: &[f64; M]) -> f64 {
     let mut sums = [0.0; 2];
     let (a_pairs, a_rest) = a.as_chunks::<2>();

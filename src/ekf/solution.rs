@@ -1,4 +1,4 @@
-//! What the filter says: the vehicle's motion, and how sure it is of it.
+//! The filter's output: the vehicle's motion and its one-sigma.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::covariance::Covariance;
@@ -10,25 +10,26 @@ use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use crate::ins::{Mounting, NavState};
 use crate::time::Time;
 
-/// Position, velocity and attitude at one moment, with one-sigma and the biases removed.
+/// Position, velocity and attitude at one moment, with one-sigma and the removed biases.
 ///
-/// Position and velocity are those of the point the configuration names: the centre of gravity, or
-/// the inertial unit. One-sigmas are those of the last propagation of the covariance, which with a unit of
-/// more than 133 Hz may have been `covariance_interval_s` ago.
+/// Position and velocity are those of the configured point: the centre of gravity, or the inertial unit. One-sigmas
+/// date from the last propagation of the covariance. For an inertial unit faster than 133 Hz that may be
+/// `covariance_interval_s` ago.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<T = f64> {
-    /// The inertial sample it holds at.
+    /// Time of the inertial sample at which the solution is valid.
     pub time: Time,
-    /// Where the point is.
+    /// Position of the point.
     pub position: Geodetic,
     /// The point's velocity over ground, m/s.
     pub velocity_mps: Vector<Ned, T>,
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,
-    /// Angular rate p, q, r of the body against the ground's axes, rad/s, less bias.
+    /// Angular rate p, q, r of the body relative to the ground's axes, rad/s, less bias.
     pub angular_rate_radps: Vector<Body, T>,
-    /// How far the filter has turned its heading, in all, by finding what gives it in error, rad: the vehicle did
-    /// not turn by that. Who holds a heading moves it along. 0 where nothing is known of it, and where smoothed.
+    /// Sum of the filter's corrections of the heading, rad, made when the sensor of heading was found in error. The
+    /// vehicle did not turn by that: controllers that hold a heading shift their setpoint by it. 0 if unknown, and
+    /// after smoothing.
     pub heading_revision_rad: T,
     /// One-sigma of position, m.
     pub position_sigma_m: Vector<Ned, T>,
@@ -47,8 +48,8 @@ pub struct Solution<T = f64> {
 }
 
 impl Solution {
-    /// At rest at `position`, level, heading north, and without error or uncertainty: what is otherwise is
-    /// filled in by struct update.
+    /// A solution at rest at `position`, level, heading north, without error or uncertainty. Struct update fills in
+    /// other values.
     #[must_use]
     pub fn at_rest(time: Time, position: Geodetic) -> Self {
         Self {
@@ -69,19 +70,19 @@ impl Solution {
     }
 }
 
-/// A velocity of more than so many one-sigmas is a motion.
+/// Velocity, in one-sigmas, beyond which the vehicle moves.
 const MOVES_SIGMAS: f64 = 3.0;
 
 impl<T: Scalar> Solution<T> {
-    /// Whether the vehicle moves, by more than `least_mps` and the velocity's own error.
+    /// Whether the speed exceeds `least_mps` plus the velocity's own error.
     pub(super) fn moves(&self, least_mps: f64) -> bool {
         let [north, east, down] = self.velocity_sigma_mps.to_array();
         let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
         !self.velocity_mps.is_shorter_than(still_mps)
     }
 
-    /// Adds to the one-sigma of position what else it may be off by, level and vertical, m.
-    // A call of its own in each step, where there is next to nothing to do, would cost more than that.
+    /// Enlarges the one-sigma of position by further possible errors, horizontal and vertical, m.
+    // Inlined: in most steps there is nothing to do, and the call would cost more than that.
     #[inline(always)]
     pub(super) fn widen(&mut self, [level_m, vertical_m]: [f32; 2]) {
         if level_m <= 0.0 && vertical_m <= 0.0 {
@@ -99,7 +100,7 @@ impl<T: Scalar> Solution<T> {
         self.body_to_ned.inverse() * self.velocity_mps
     }
 
-    /// The same in numbers of another type; time and place are exact in any.
+    /// The same solution in another numeric type; time and position stay exact.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Solution<U> {
         Solution {
@@ -123,8 +124,8 @@ impl<T: Scalar> Solution<T> {
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Position, velocity, attitude and their one-sigma now, at the point of the solution.
     ///
-    /// Where a place that jumped was believed in the end, the one before may still be right: the one-sigma of position
-    /// reaches there (equation K9), further than that of the covariance.
+    /// After a position that jumped was accepted without other evidence, the previous one may still be right. Then the
+    /// one-sigma of position reaches back to it (equation K9), further than that of the covariance.
     #[must_use]
     pub fn solution(&self) -> Solution<T> {
         let mut solution = self.undisputed_solution();
@@ -132,7 +133,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         solution
     }
 
-    /// [`solution`](Self::solution), as sure of the place as the covariance is.
+    /// [`solution`](Self::solution), with the one-sigma of position from the covariance alone.
     pub(super) fn undisputed_solution(&self) -> Solution<T> {
         let errors = self.imu_errors();
         let estimate = Estimate {
@@ -147,7 +148,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// What a solution is made of.
+/// The inputs of a solution.
 pub(super) struct Estimate<'a, T, const N: usize> {
     pub state: &'a NavState<T>,
     pub covariance: &'a Covariance<T, N>,
@@ -222,10 +223,10 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     /// # Source
     /// Equation (K12) of docs/equations.md.
     fn euler_sigma(&self) -> [T; 3] {
-        // Sines and cosines stand in the direction of the nose.
+        // Sines and cosines come from the direction of the nose.
         let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
         let level = (north * north + east * east).sqrt();
-        // Upright, yaw is any; the limit bounds what one over its cosine does to roll and yaw.
+        // With the nose straight up or down, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
         let (sin_yaw, cos_yaw) =
             if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
         let cos_pitch = level.max(T::of(0.02));

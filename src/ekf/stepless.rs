@@ -1,5 +1,4 @@
-//! A solution without steps, for a controller: what a measurement corrects is fed in over about a
-//! second.
+//! A solution without steps, for a controller: corrections by measurements are fed in over about a second.
 
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::scalar::Scalar;
@@ -8,18 +7,17 @@ use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// Corrections not yet fed in that are larger than this are no corrections but another solution, m/s
-/// and m: they are taken at once. A heading that was replaced is fed in, however far it turned.
+/// Corrections not yet fed in that exceed these limits, m/s and m, mean that the solution was replaced: they are
+/// applied at once. A replaced heading is fed in, at any size of the turn.
 const ANOTHER_MPS: f64 = 10.0;
 const ANOTHER_M: f64 = 100.0;
 
-/// Keeps back what the measurements have corrected, and lets it out with a time constant.
+/// Holds back the corrections by measurements, and releases them with a time constant.
 ///
-/// Give it to the estimator as its [`Trace`], and take the controller's solution from
-/// [`solution`](Self::solution). Between measurements that is the filter's own solution less what is
-/// still kept back: motion passes through undelayed, so the phase of the loop at the frequencies that
-/// matter is that of the filter; only the jumps of the corrections are drawn out. What is kept back is
-/// added to the uncertainty, so that nobody trusts the solution more than it deserves.
+/// Give it to the estimator as its [`Trace`], and take the controller's solution from [`solution`](Self::solution).
+/// That is the filter's own solution minus the corrections still held back. Motion passes through without delay, so at
+/// the loop's frequencies the phase is that of the filter. Only the jumps by corrections are spread over time. The
+/// held-back part is added to the one-sigma, so that the solution does not look more certain than it is.
 ///
 /// ```
 /// use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
@@ -39,21 +37,22 @@ const ANOTHER_M: f64 = 100.0;
 #[derive(Clone, Copy, Debug)]
 pub struct SteplessSolution<T = f64> {
     time_constant_s: T,
-    /// The solution's time before.
+    /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// About down, like the attitude that it goes with; and all of it up to the solution before.
+    /// Rotation about down, in addition to the attitude; then the total up to the previous solution.
     heading_revision_rad: PendingCorrection<T>,
     revised_rad: T,
     velocity_mps: PendingCorrection<T>,
     position_m: PendingCorrection<T>,
 }
 
-/// What is kept back and its rate below which nothing is: rad, m/s or m, and those per second.
+/// Limit of a held-back correction and of its rate below which both are set to zero: rad, m/s or m, and the same per
+/// second.
 const FORGOTTEN: f64 = 1e-12;
 
-/// What is kept back of one quantity, and how fast it changes. Critically damped, so that neither it nor
-/// its rate jumps when it is let out: a controller that differentiates hears no step either.
+/// Held-back correction of one quantity, and its rate of change. Critically damped, so that neither value nor rate
+/// jumps during the release: a controller that differentiates sees no step either.
 #[derive(Clone, Copy, Debug, Default)]
 struct PendingCorrection<T> {
     left: Vector<Ned, T>,
@@ -61,12 +60,12 @@ struct PendingCorrection<T> {
 }
 
 impl<T: Scalar> PendingCorrection<T> {
-    /// Over `elapsed_s`, `times` time constants of this rate, that leave this `share`.
+    /// Releases over `elapsed_s`, which is `times` time constants of rate `per_s` and leaves `share` of it.
     fn let_out(&mut self, elapsed_s: T, times: T, per_s: T, share: T) {
         let drive = self.rate_per_s + self.left * per_s;
         self.left = (self.left + drive * elapsed_s) * share;
         self.rate_per_s = (self.rate_per_s - drive * times) * share;
-        // Without corrections it would decay to numbers that processors compute with a hundred times slower.
+        // Without corrections it would decay to denormal numbers, with which processors compute a hundred times slower.
         let forgotten = T::of(FORGOTTEN);
         if self.left.is_shorter_than(forgotten) && self.rate_per_s.is_shorter_than(forgotten) {
             *self = Self::default();
@@ -75,14 +74,14 @@ impl<T: Scalar> PendingCorrection<T> {
 }
 
 impl<T: Scalar> Default for SteplessSolution<T> {
-    /// With a time constant of 0.35 s: four fifths of a correction are in before the next fix.
+    /// With a time constant of 0.35 s: four fifths of a correction are released before the next fix.
     fn default() -> Self {
         Self::new(0.35)
     }
 }
 
 impl<T: Scalar> SteplessSolution<T> {
-    /// Nothing kept back yet; corrections are let out with `time_constant_s`, brought into 0.05 to 10 s.
+    /// Without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
     #[must_use]
     pub fn new(time_constant_s: f64) -> Self {
         Self {
@@ -100,13 +99,13 @@ impl<T: Scalar> SteplessSolution<T> {
         }
     }
 
-    /// What is kept back now: attitude, rad, velocity, m/s, and position, m, north, east, down.
+    /// Held-back corrections: attitude, rad, velocity, m/s, and position, m, north, east, down.
     #[must_use]
     pub const fn kept_back(&self) -> [Vector<Ned, T>; 3] {
         [self.attitude_rad.left, self.velocity_mps.left, self.position_m.left]
     }
 
-    /// The solution without steps at the time of `filtered`, the filter's own.
+    /// The solution without steps at the time of `filtered`, the filter's own solution.
     pub fn solution(&mut self, filtered: &Solution<T>) -> Solution<T> {
         let elapsed_s = self
             .before
@@ -126,7 +125,7 @@ impl<T: Scalar> SteplessSolution<T> {
             kept.let_out(elapsed_s, times, per_s, share);
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
-        // Written so that a NaN is dropped too.
+        // The conditions are written so that a NaN is dropped too.
         let small = velocity_mps.is_shorter_than(T::of(ANOTHER_MPS))
             && position_m.is_shorter_than(T::of(ANOTHER_M))
             && attitude_rad.is_shorter_than(T::of(core::f64::consts::PI));
@@ -185,8 +184,8 @@ mod tests {
     use crate::gps::Fix;
     use crate::imu::{ImuSample, Motion};
 
-    /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each, the
-    /// controller's does not, and both come to the same.
+    /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each fix, the controller's
+    /// does not, and both reach the same value.
     #[test]
     fn fixes_move_it_without_a_step_and_to_the_same_place() {
         let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
@@ -250,7 +249,7 @@ mod tests {
         assert!((later.body_to_ned.euler().yaw_rad - before - 1.5).abs() < 1e-3);
     }
 
-    /// A correction of 1 m comes in as (1 + t/τ) e^(−t/τ), however the samples divide the time.
+    /// A correction of 1 m is released as (1 + t/τ) e^(−t/τ), at any sample rate.
     #[test]
     fn a_correction_begins_without_a_step_of_its_rate() {
         for rate_hz in [33, 200] {

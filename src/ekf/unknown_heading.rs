@@ -1,4 +1,4 @@
-//! A filter whose heading is unknown: the heading search has its attitude and horizontal velocity, the filter keeps
+//! Filter with unknown heading. The heading search provides attitude and horizontal velocity; the filter keeps
 //! position, height and the errors of its sensors.
 
 use super::antenna::AntennaOffset;
@@ -16,13 +16,14 @@ use crate::gps::Fix;
 use crate::ins::{NavState, Start};
 use crate::time::Time;
 
-/// Least one-sigma of roll and pitch next to a heading just found, rad: the guesses share what their model lacks.
+/// Least one-sigma of roll and pitch with a heading just found, rad: the guesses share their model errors.
 const FOUND_TILT_RAD: f64 = 0.01;
-/// What gave the heading within this time, s, still gives it.
+/// A heading source used within this time, s, counts as available.
 const HEADING_GIVEN_S: f64 = 10.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in a fix while the heading is unknown: position and height learn from it, the errors of the sensors do not.
+    /// Fuses a fix while the heading is unknown. The fix corrects position and height, but not the errors of the
+    /// sensors.
     ///
     /// # Errors
     /// As [`update_gps`](Self::update_gps).
@@ -34,7 +35,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
-        // A filter that follows every velocity has no witness against a position.
+        // A filter that follows every velocity cannot contradict a position.
         self.gates.lose_position(fix.time);
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
@@ -65,7 +66,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Takes attitude, velocity and gyro bias from the heading search, unless they are not those of a vehicle.
+    /// Adopts attitude, velocity and gyro bias from the heading search. Returns `false`, and changes nothing, if they
+    /// are impossible for a vehicle.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.
@@ -107,7 +109,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
         self.open_heading(motion.heading_sigma_rad);
-        // The search follows the slow errors of the fixes, and a position is no surer than they are.
+        // The search includes the slow errors of the fixes, so the position variance must not fall below them.
         let [place, _, level, vertical] = self.gps_wander.unwrap_or_default().map(f64::from);
         for (axis, slow) in [level, level, vertical].into_iter().enumerate() {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
@@ -126,8 +128,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         true
     }
 
-    /// Goes on with a heading that the search has found, of at least `least_rad` one-sigma, unless its motion is not that of
-    /// a vehicle.
+    /// Adopts a heading found by the search, with a one-sigma of at least `least_rad`. Returns `false` if its motion is
+    /// impossible for a vehicle.
     pub(super) fn accept_heading(
         &mut self,
         motion: &GuessedMotion<T>,
@@ -149,7 +151,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         true
     }
 
-    /// Goes on, as the same filter, from a second alignment: the motion goes over, the errors of the sensors stay.
+    /// Continues the same filter from a second alignment: the motion is replaced, the sensor errors stay.
     #[inline(never)]
     pub(super) fn realign(&mut self, start: &Start, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
@@ -177,7 +179,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turned.rotation_vector().cast());
     }
 
-    /// Whether something else than motion gave the heading not long before `time`.
+    /// Whether a source other than motion gave the heading shortly before `time`.
     pub(super) fn had_heading(&self, time: Time) -> bool {
         let lately = |used: Time| time - used < HEADING_GIVEN_S;
         let by_attitude =

@@ -1,106 +1,106 @@
-//! Whether the vehicle rolls on wheels, by what its velocity has shown: then it moves along its road, and neither to the
-//! side nor up from it, which holds it where fixes are absent.
+//! Detects from the velocity whether the vehicle rolls on wheels. A vehicle on wheels moves along its road, not
+//! sideways or upwards; this constraint limits the drift while fixes are absent.
 //!
-//! Across its own forward axis a car moves by what the unit is turned in it, a share of its speed, and by what its turns
-//! make of where the unit stands from the axle that does not steer. Both are found while fixes are there, and what is
-//! left says whether it is a vehicle on wheels: of nothing that flies is so little left.
+//! The velocity of a car across its own forward axis has two causes. A misaligned inertial unit adds a share of the
+//! speed; the distance from the unsteered axle adds a share of the turn rate. Both are estimated while fixes are
+//! available. The residual shows whether the vehicle rolls on wheels: no aircraft has so small a residual.
 
 use super::{root, square};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::time::Time;
 
-/// What the fixes have shown of the velocity to the right and downwards.
+/// Velocity to the right and downwards as observed with fixes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelWatch {
     right: Track,
     down: Track,
-    /// How far it has turned while this was seen well, rad.
+    /// Accumulated turn while the velocity was observed well, rad.
     turned_rad: f32,
-    /// How far it banks in turns: sums of the sine of its bank times the centripetal acceleration in g, and of the
-    /// square of that.
+    /// Bank in turns: weighted sums of the sine of the bank times the centripetal acceleration in g, and of the square
+    /// of that acceleration.
     banked: [f32; 2],
-    /// Slowest and fastest that was seen, m/s.
+    /// Slowest and fastest observed speed, m/s.
     speeds_mps: [f32; 2],
     holds: bool,
-    /// Whether [`news`](Self::news) has told that it does.
+    /// Whether [`news`](Self::news) has reported the present value of `holds`.
     told: bool,
-    /// When it was last looked at.
+    /// Time of the last observation or constraint.
     seen: Time,
 }
 
-/// To which side of the forward axis.
+/// Direction across the forward axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Across {
     Right,
     Down,
 }
 
-/// The line along which it rolls, in the unit's axes.
+/// Line along which the vehicle rolls, in the inertial unit's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
     /// Velocity across per forward velocity.
     pub slope: f32,
-    /// Velocity across per rate about the axis that is square to both, m.
+    /// Velocity across per angular rate about the axis perpendicular to both, m.
     pub arm_m: f32,
-    /// Variance of what is left, (m/s)², such that what is seen once in [`INTERVAL_S`] may be taken for white.
+    /// Variance of the residual, (m/s)², inflated so that samples every [`INTERVAL_S`] may count as white.
     pub variance: f32,
 }
 
-/// A velocity across, as the filter has it after a fix.
+/// Velocity across, as estimated by the filter after a fix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub forward_mps: f32,
     pub rate_radps: f32,
     pub across_mps: f32,
-    /// The filter's own variance of what is left of it, (m/s)².
+    /// Variance of the residual from the filter's own errors, (m/s)².
     pub own_variance: f32,
 }
 
-/// Slower than this, m/s, nothing is learned: a hover is slow too.
+/// Slower motion, m/s, is ignored: a hover is slow too.
 pub(super) const SLOWEST_MPS: f32 = 3.0;
-/// It is held this often, s.
+/// Interval of the constraint, s.
 pub(super) const INTERVAL_S: f64 = 0.2;
-/// One-sigma of a car's velocity across: tyres that slip, a road that is uneven, m/s.
+/// Usual one-sigma of a car's velocity across, from tyre slip and uneven roads, m/s.
 const USUAL_MPS: f32 = 0.1;
-/// No less is believed to be left, m/s.
+/// Lower limit of the residual's one-sigma, m/s.
 const LEAST_MPS: f32 = 0.05;
-/// What is left goes on for this long, s.
+/// Correlation time of the residual, s.
 const CORRELATED_S: f32 = 2.0;
-/// One-sigma of the slope once it is found: what the heading was off throughout is in it.
+/// One-sigma of the slope after estimation: it includes the mean heading error.
 const SLOPE_SIGMA: f32 = 0.003;
-/// One-sigmas of slope and arm before anything is known: 6° and 1 m.
+/// One-sigmas of slope and arm before the first observation: 6° and 1 m.
 const SLOPE_PRIOR: f32 = 0.1;
 const ARM_PRIOR_M: f32 = 1.0;
-/// Memory of slope and arm, and of what is left, s.
+/// Memory of slope and arm, and of the residual, s.
 const MEMORY_S: f32 = 300.0;
 const LEFT_MEMORY_S: f32 = 60.0;
-/// It rolls on wheels if no more than this is left, m/s, in at least so many seconds seen as well as a car's usual,
-/// and half a turn.
+/// The vehicle is found to roll on wheels with a residual below `ROLLS_MPS`, m/s. This requires `ROLLS_S` seconds of
+/// observation as accurate as a car's usual residual, and half a turn.
 const ROLLS_MPS: f32 = 0.15;
 const ROLLS_S: f32 = 10.0;
 const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
-/// What flies banks into its turns by as much as takes the weight along, a share of 1; what rolls leans outwards.
+/// An aircraft banks into its turns; a vehicle on wheels rolls outwards. Threshold as a share of the coordinated bank.
 const BANKS: f32 = 0.5;
-/// What an angle of attack or leeway adds to the slope where it is faster or slower than was seen, per m/s of that.
+/// Growth of the slope's one-sigma outside the observed speeds, per m/s, from angle of attack or sideslip.
 const BEYOND: f32 = 0.005;
-/// What is left after a vehicle has denied it, m/s.
+/// Residual assumed after a vehicle has violated the constraint, m/s.
 const DENIED_MPS: f32 = 1.0;
-/// Innovations that lean to one side by so many one-sigmas are those of a vehicle that leaves its road little by
-/// little; a car's are within 0.3, for what is left goes on and is counted so often.
+/// Mean normalised innovation that indicates a vehicle slowly leaving its road. A car's mean stays within 0.3: the
+/// residual is correlated, and [`Line::variance`] is inflated for it.
 const LEANING: f32 = 0.75;
-/// Readings further apart, s, count as so far apart.
+/// Longer intervals between readings, s, count as this one.
 const LONGEST_S: f32 = 1.0;
 
-/// Least squares of one velocity across.
+/// Least squares of one component of the velocity across.
 #[derive(Clone, Copy, Debug)]
 struct Track {
     information: [f32; 3],
     moments: [f32; 2],
-    /// Variance of what is left beyond the filter's own, (m/s)²; below zero by chance.
+    /// Variance of the residual beyond the filter's own, (m/s)²; may be negative by chance.
     left: f32,
-    /// For how long it was seen, as well as a car's usual, s.
+    /// Observation time, weighted by accuracy relative to a car's usual residual, s.
     seen_s: f32,
-    /// Mean of the normalised innovations of late, while it is held.
+    /// Mean normalised innovation during the constraint.
     lean: f32,
 }
 
@@ -116,7 +116,7 @@ impl Track {
     /// Slope and arm, m.
     fn found(&self) -> [f32; 2] {
         let ([a, b, c], [x, y]) = (self.information, self.moments);
-        // Above zero, by what is known beforehand.
+        // Positive because of the prior.
         let determinant = a * c - b * b;
         [(c * x - b * y) / determinant, (a * y - b * x) / determinant]
     }
@@ -143,12 +143,12 @@ impl Track {
     }
 }
 
-/// What is known of slope and arm before the first reading, as inverse variances; of the arm in 1/m².
+/// Prior inverse variances of slope and arm, the latter in 1/m².
 const SLOPE_INFORMATION: f32 = 1.0 / (SLOPE_PRIOR * SLOPE_PRIOR);
 const ARM_INFORMATION: f32 = 1.0 / (ARM_PRIOR_M * ARM_PRIOR_M);
 
 impl WheelWatch {
-    /// Has seen nothing.
+    /// State before the first observation.
     pub const UNSEEN: Self = Self {
         right: Track::UNSEEN,
         down: Track::UNSEEN,
@@ -160,7 +160,7 @@ impl WheelWatch {
         seen: Time::ZERO,
     };
 
-    /// Takes in the velocity to the right and downwards after a fix, and the sine of the bank to the right.
+    /// Feeds the velocity to the right and downwards after a fix, and the sine of the bank to the right.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
@@ -169,7 +169,7 @@ impl WheelWatch {
         self.seen = time;
         let size =
             |seen: &Seen| seen.forward_mps + seen.rate_radps + seen.across_mps + seen.own_variance;
-        // Written so that a NaN tells nothing.
+        // The comparison also rejects NaN.
         let sizes = size(right) + size(down) + bank;
         let speed_mps = right.forward_mps.abs();
         if !(speed_mps >= SLOWEST_MPS && sizes.is_finite()) {
@@ -199,13 +199,13 @@ impl WheelWatch {
         };
     }
 
-    /// Whether the vehicle rolls on wheels, once when that has changed.
+    /// Whether the vehicle rolls on wheels, once after each change.
     pub fn news(&mut self) -> Option<bool> {
         let before = core::mem::replace(&mut self.told, self.holds);
         (before != self.holds).then_some(self.holds)
     }
 
-    /// Whether to hold it at `time`, which then counts as the last.
+    /// Whether the constraint is due at `time`; if so, `time` becomes the last one.
     pub fn is_due(&mut self, time: Time) -> bool {
         let is_due = self.holds && time - self.seen >= INTERVAL_S;
         if is_due {
@@ -214,14 +214,14 @@ impl WheelWatch {
         is_due
     }
 
-    /// Takes in the normalised innovations to the right and downwards with which it is about to be held. Gives whether
-    /// nothing on wheels moves like that, one of them being beyond the `gate` or leaning: until fixes have shown it again
-    /// it is not held.
+    /// Feeds the normalised innovations to the right and downwards, before the constraint is applied. Returns `true` if
+    /// the motion is impossible on wheels: an innovation beyond `gate`, or one-sided innovations. The constraint then
+    /// stops until fixes show wheels again.
     pub fn denies(&mut self, normalised: [f32; 2], gate: f32) -> bool {
         for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
             track.lean += INTERVAL_S as f32 / CORRELATED_S * (normalised - track.lean);
         }
-        // Written so that a NaN denies it.
+        // The comparison also counts NaN as a violation.
         let upright = self.right.lean.abs() < LEANING && self.down.lean.abs() < LEANING;
         let denied = !(upright && normalised.iter().all(|size| size.abs() <= gate));
         if denied {
@@ -233,7 +233,7 @@ impl WheelWatch {
         denied
     }
 
-    /// Along which line it rolls at a forward velocity, m/s.
+    /// Line along which the vehicle rolls at a forward velocity, m/s.
     pub fn line(&self, across: Across, forward_mps: f32) -> Line {
         let track = match across {
             Across::Right => &self.right,
@@ -248,7 +248,7 @@ impl WheelWatch {
         Line { slope, arm_m, variance: once * CORRELATED_S / INTERVAL_S as f32 }
     }
 
-    /// One-sigma of the velocity across, m/s, that it is held to.
+    /// One-sigma of the constrained velocity across, m/s.
     pub fn sigma_mps(&self) -> f32 {
         root(self.right.left.max(self.down.left).max(square(LEAST_MPS)))
     }
@@ -258,18 +258,18 @@ impl WheelWatch {
 mod tests {
     use super::*;
 
-    /// A drive of `seconds` at 10 m/s with turns to both sides, whose velocities across are `right` and `down`
-    /// of the time and the rate of turn.
+    /// State after a drive of `seconds` at 10 m/s with turns to both sides. `right` and `down` give the velocities
+    /// across from time and turn rate.
     fn driven(
         seconds: u32,
         right: impl Fn(f32, f32) -> f32,
         down: impl Fn(f32, f32) -> f32,
     ) -> WheelWatch {
-        // Its springs let it lean outwards.
+        // The springs let the car roll outwards.
         banked(seconds, right, down, -0.05)
     }
 
-    /// The same, its bank's sine a share of the centripetal acceleration in g.
+    /// Same drive; the sine of the bank is `share` of the centripetal acceleration in g.
     fn banked(
         seconds: u32,
         right: impl Fn(f32, f32) -> f32,
@@ -310,7 +310,7 @@ mod tests {
         let line = watch.line(Across::Right, 10.0);
         assert!((line.slope - 0.03).abs() < 0.003 && (line.arm_m - 1.2).abs() < 0.1, "{line:?}");
         assert!((watch.line(Across::Down, 10.0).slope + 0.02).abs() < 0.003);
-        // Held five times a second, it is as sure as one look in two seconds.
+        // Applied five times a second, the constraint is as accurate as one observation in two seconds.
         assert!((line.variance - 10.0 * (0.0025 + 0.0009)).abs() < 1e-4, "{line:?}");
     }
 

@@ -1,7 +1,7 @@
-//! Marks of full scale, by the unit itself.
+//! Full-scale flags reported by the inertial unit.
 
-/// Which sensors of a sample stood at their full scale, about the body axes forward, right, down: what lay
-/// beyond it is lost. A unit that sums up many readings marks a sample for one of them.
+/// Sensors that were at full scale during a sample, about the body axes forward, right, down. Motion beyond full scale
+/// is lost. An IMU that sums many readings flags a sample if one of them was at full scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClippedAxes {
     /// Gyros.
@@ -11,10 +11,10 @@ pub struct ClippedAxes {
 }
 
 impl ClippedAxes {
-    /// None.
+    /// No sensor clipped.
     pub const NONE: Self = Self { gyro: [false; 3], accel: [false; 3] };
 
-    /// Whether any is.
+    /// Whether any sensor was at full scale.
     #[must_use]
     pub fn any(&self) -> bool {
         self.gyro.iter().chain(&self.accel).any(|&clipped| clipped)

@@ -1,9 +1,9 @@
-//! The error model of the unit: biases and scale factors.
+//! The error model of the inertial unit: biases and scale factors.
 
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// What is wrong with the unit, as far as it is known: measured = (1 + scale) true + bias.
+/// Known errors of the inertial unit: measured = (1 + scale) true + bias.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuErrors<T = f64> {
     /// Gyro bias, rad/s.

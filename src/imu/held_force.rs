@@ -1,39 +1,38 @@
-//! The specific force through a shock: how far the readings are believed against what was felt before.
+//! Specific force during a shock: weighs the readings against the force before it.
 
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// By how much a vehicle's own specific force usually changes in a second, and at most, one-sigma, m/s².
+/// Usual change of a vehicle's own specific force within a second, and its maximum, one-sigma, m/s².
 const AGILITY_MPS2: f64 = 1.0;
 const MOST_AGILITY_MPS2: f64 = 3.0;
 /// Memory of the force before a shock, s.
 const BEFORE_S: f64 = 0.3;
-/// By how much the variance of a force that is held grows in a second, and what it is at ease, (m/s²)².
+/// Growth per second of the variance of a held force, and its value without a shock, (m/s²)².
 const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
 const AT_EASE: f64 = DRIFT * BEFORE_S;
-/// A shock begins with a blow where the shaking, as noise without memory over such a time, s, would cost the
-/// integral more than a force that is held.
+/// A shock begins if the vibration costs the integral more than a held force does. The vibration counts as white noise
+/// over this time, s.
 const WEIGHED_S: f64 = 0.3;
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
-/// Where readings are cut off, none counts as further from the force that is believed than so many one-sigmas of the
-/// shaking: close to a median, which a tone that is cut off on one side alone does not move.
+/// Limit of a clipped reading's distance from the held force, in one-sigmas of the vibration. The result is close to a
+/// median, which a tone clipped on one side does not move.
 const FURTHEST_SIGMAS: f64 = 0.5;
-/// Share of shocks in which the readings were right, as of a catapult.
+/// Share of shocks in which the readings are right, as in a catapult launch.
 const PUSHES: f64 = 0.2;
-/// Memory of the strongest shaking, s, and the least of it that a sample leaves: a tone between its peaks
-/// goes on.
+/// Memory of the strongest vibration, s, and its smallest decay factor per sample: a tone continues between its peaks.
 const SHAKING_S: f64 = 0.05;
 const LEAST_LEFT: f64 = 0.3;
 
-/// Follows the specific force of one unit: at ease by a short mean, in a shock by a Kalman filter that
-/// weighs what shakes against what a vehicle can do.
+/// Tracks the specific force of one inertial unit with a short mean. In a shock, a Kalman filter instead weighs the
+/// vibration against the agility of a vehicle.
 ///
-/// A tone of tens of m/s² sampled at a few points of its periods, its tops cut off, adds up to metres a
-/// second that were never flown. The vehicle's own force hardly changes while it lasts.
+/// A tone of tens of m/s², sampled a few times per period and clipped, integrates to metres per second that were never
+/// flown. The vehicle's own force hardly changes meanwhile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeldForce<T> {
-    /// Force that is believed.
+    /// Estimated force.
     force_mps2: Vector<Body, T>,
     /// The last two readings, the earlier first.
     readings_mps2: [Vector<Body, T>; 2],
@@ -42,56 +41,55 @@ pub(super) struct HeldForce<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct Shock<T> {
-    /// For how long it has lasted, s; zero while there is none.
+    /// Duration of the shock, s; zero without one.
     lasted_s: T,
-    /// Variance of the force that is believed, each axis, (m/s²)²: at ease too, where it grows with each reading that is
-    /// left out of the mean.
+    /// Variance of the estimated force per axis, (m/s²)². Without a shock it grows with each reading left out of the
+    /// mean.
     variance: T,
-    /// Variance of the shaking of late, on the axis that shakes most, (m/s²)².
+    /// Recent vibration variance on the strongest axis, (m/s²)².
     shaking: T,
-    /// Integral of what was not believed, and the greatest square of its length, (m/s)².
+    /// Integral of the withheld force, and the greatest square of its length, (m/s)².
     withheld_mps: Vector<Body, T>,
     greatest_withheld: T,
 }
 
-/// How a unit shakes in a shock.
+/// Vibration of an inertial unit in a shock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shaking<T> {
-    /// Variance on the axis that shakes most, by the last reading, (m/s²)².
+    /// Variance on the axis with the strongest vibration, from the last reading, (m/s²)².
     pub variance: T,
-    /// Whether the last reading is a blow, and may begin a shock.
+    /// Whether the last reading is a strong shock reading that may begin a shock.
     pub struck: bool,
-    /// Whether full scale has cut off readings of late.
+    /// Whether recent readings were at full scale.
     pub cut_off: bool,
 }
 
-/// When a reading came, and what it is.
+/// Timing and form of a reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sampling<T> {
-    /// Since the one before, s.
+    /// Time since the previous reading, s.
     pub interval_s: T,
-    /// Whether the integral is a trapezoid over this reading and the one before.
+    /// Whether the integral is a trapezoid over this reading and the previous one.
     pub momentary: bool,
-    /// Whether this interval and the two before are of usual length.
+    /// Whether this interval and the two before it have the usual length.
     pub even: bool,
 }
 
-/// What was made of one reading.
+/// Result for one reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held<T> {
-    /// Part of the mean force over the interval that is not believed.
+    /// Withheld part of the mean force over the interval.
     pub withheld_mps2: Vector<Body, T>,
-    /// Variance that the interval leaves in the integral of each axis, (m/s)²; none where the reading was
-    /// believed.
+    /// Variance that the interval adds to the integral of each axis, (m/s)²; `None` if the reading was accepted.
     pub variance: Option<T>,
 }
 
 impl<T: Scalar> HeldForce<T> {
-    /// Nothing felt yet.
+    /// State before the first reading.
     pub(super) const NONE: Self =
         Self { force_mps2: Vector::ZERO, readings_mps2: [Vector::ZERO; 2], shock: Shock::NONE };
 
-    /// Takes in the mean or momentary force of a sample, and how the unit shakes, if more than usual.
+    /// Feeds the mean or momentary force of a sample, and the vibration if it is above usual.
     ///
     /// # Source
     /// Equation (S16) of docs/equations.md.
@@ -110,7 +108,7 @@ impl<T: Scalar> HeldForce<T> {
             let costs = shaking.variance * interval_s > T::of(HELD_COST / WEIGHED_S);
             shaking.struck && costs && even && share < T::of(0.5)
         };
-        // What was not believed of the reading before.
+        // Withheld part of the previous reading.
         let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
         let shakes = shaking.is_some();
         let Some(shaking) = shaking.filter(|shaking| lasts || begins(shaking)) else {
@@ -118,7 +116,7 @@ impl<T: Scalar> HeldForce<T> {
                 self.shock = Shock::NONE;
             }
             if shakes && self.shock.variance < T::of(2.0 * AT_EASE) {
-                // It may be the first of a shock.
+                // It may be the first reading of a shock.
                 self.shock.variance += T::of(DRIFT) * interval_s;
             } else {
                 self.force_mps2 += (reading_mps2 - self.force_mps2) * share;
@@ -131,8 +129,8 @@ impl<T: Scalar> HeldForce<T> {
         };
         let mut taken_back = Vector::ZERO;
         if !lasts {
-            // A blow shows by its second or third reading: the two before are taken out of the mean, and
-            // back whole, though they were in the intervals before.
+            // A shock shows only in its second or third reading. The two readings before are removed from the mean, and
+            // withheld in full, although they belong to earlier intervals.
             let left_out = self.shock.left_out(interval_s);
             for reading in [first, second].into_iter().skip(left_out) {
                 let without = self.force_mps2 - reading * share;
@@ -151,7 +149,7 @@ impl<T: Scalar> HeldForce<T> {
         Held { withheld_mps2, variance: Some(self.shock.leaves(withheld_mps2, interval_s)) }
     }
 
-    /// Ends a shock, after a gap.
+    /// Ends a shock after a gap.
     pub(super) fn interrupt(&mut self) {
         self.shock = Shock::NONE;
     }
@@ -166,13 +164,13 @@ impl<T: Scalar> Shock<T> {
         greatest_withheld: T::ZERO,
     };
 
-    /// How many of the last two readings were left out of the mean.
+    /// Number of the last two readings left out of the mean.
     fn left_out(&self, interval_s: T) -> usize {
         let [left_out, one] = [self.variance - T::of(AT_EASE), T::of(DRIFT) * interval_s];
         usize::from(left_out > T::of(0.5) * one) + usize::from(left_out > T::of(1.5) * one)
     }
 
-    /// The weight of a reading against the force that is believed.
+    /// Weight of a reading against the estimated force.
     fn weigh(&mut self, shaking: T, interval_s: T) -> T {
         let left = (T::ONE - interval_s * T::of(1.0 / SHAKING_S)).max(T::of(LEAST_LEFT));
         self.shaking = shaking.max(left * self.shaking);
@@ -182,14 +180,14 @@ impl<T: Scalar> Shock<T> {
         weight
     }
 
-    /// Of how far a reading is off, what counts.
+    /// Limits the distance of a clipped reading from the estimated force.
     fn limited(&self, off_mps2: Vector<Body, T>) -> Vector<Body, T> {
         let furthest = T::of(FURTHEST_SIGMAS) * self.shaking.sqrt();
         off_mps2.to_array().map(|off| off.max(-furthest).min(furthest)).into()
     }
 
-    /// What an interval leaves in the integral of each axis, (m/s)²: the force wrong by the same all through
-    /// the shock, or the readings right where they were not believed.
+    /// Variance that an interval adds to the integral of each axis, (m/s)². It covers a force wrong by a constant
+    /// throughout the shock, and withheld readings that were right.
     fn leaves(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> T {
         let held = self.variance * interval_s * (T::of(2.0) * self.lasted_s + interval_s);
         self.lasted_s += interval_s;
@@ -208,7 +206,7 @@ mod tests {
     const QUIET: f64 = 0.25;
     const FULL_SCALE: f64 = 29.4;
 
-    /// A unit that is sampled at this interval, and feels this force when at ease, m/s².
+    /// An inertial unit with this sampling interval, s, and this force outside shocks, m/s².
     struct Unit {
         interval_s: f64,
         momentary: bool,
@@ -217,9 +215,8 @@ mod tests {
     }
 
     impl Unit {
-        /// The unit feels `felt` for so many samples, as far as full scale goes, the shaking as its second differences
-        /// have it: by how much the integral of what is believed is off that of what was `moved`, m/s, and the
-        /// one-sigma of it.
+        /// Feeds the force `felt`, clipped at full scale, one value a sample, with the vibration from its second
+        /// differences. Returns the error of the integrated estimate against `moved`, m/s, and its one-sigma.
         fn error(&self, felt: &[f64], moved: impl Fn(usize) -> f64) -> (f64, f64) {
             let Self { interval_s, momentary, steady, full_scale } = *self;
             let (mut held, mut error_mps, mut variance) = (HeldForce::<f64>::NONE, 0.0, 0.0);
@@ -235,7 +232,7 @@ mod tests {
                 let recent = strengths.iter().rev().take(5).sum::<f64>() / 5.0;
                 let is_tone = recent > 0.04 * full_scale * full_scale;
                 clipped.push(reading.abs() == full_scale && is_tone);
-                // As equation (S13) has it.
+                // As in equation (S13).
                 let cut_off = clipped.iter().rev().take(5).any(|clipped| *clipped);
                 let (strength, struck) = (bend * bend / 6.0, bend * bend / 6.0 > 50.0 * QUIET);
                 let shaking = Shaking { variance: strength.max(QUIET), struck, cut_off };
@@ -252,8 +249,8 @@ mod tests {
         }
     }
 
-    /// Root mean square of what tones of 35 m/s² about this force for so many samples leave behind, m/s; each is within
-    /// three of its one-sigmas.
+    /// RMS error, m/s, left by tones of 35 m/s² about this force over `samples` samples. Asserts that each error is
+    /// within three one-sigmas.
     fn left_by_tones(steady: f64, samples: u32) -> f64 {
         let mut squares = Vec::new();
         for (momentary, turn_rad) in
@@ -282,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_tone_that_is_cut_off_on_one_side_for_seconds_moves_little() {
-        // Their readings are 3.5 m/s² low in the mean.
+        // The mean of the clipped readings is 3.5 m/s² too low.
         let rms_mps = left_by_tones(9.8, 100);
         assert!(rms_mps < 0.4, "{rms_mps} m/s");
     }

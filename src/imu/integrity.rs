@@ -1,4 +1,4 @@
-//! What a sample cannot tell: full scale, shocks, samples that came late or not at all.
+//! Checks of inertial samples: full scale, shocks, and late or missing samples.
 
 mod triad;
 
@@ -10,25 +10,24 @@ use super::{ClippedAxes, MeanRates, Motion};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// The greatest readings a unit can give; zero where it is not known, and then learned from readings
-/// that repeat their own maximum.
+/// Full scale of an inertial unit. Zero if unknown: it is then learned from readings that repeat their own maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FullScale {
-    /// Of each gyro, rad/s.
+    /// Full scale of each gyro, rad/s.
     pub gyro_radps: f64,
-    /// Of each accelerometer, m/s².
+    /// Full scale of each accelerometer, m/s².
     pub accel_mps2: f64,
 }
 
-/// Which gyros and accelerometers of a unit are stuck, in one byte: every filter keeps one.
+/// Stuck gyros and accelerometers of an inertial unit, in one byte, because every filter keeps one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StuckAxes(u8);
 
 impl StuckAxes {
-    /// None is.
+    /// No axis is stuck.
     pub const NONE: Self = Self(0);
 
-    /// Those that are, x, y and z.
+    /// The given stuck axes, x, y and z.
     #[must_use]
     pub fn new(gyro: [bool; 3], accel: [bool; 3]) -> Self {
         let [p, q, r] = gyro.map(u8::from);
@@ -36,46 +35,46 @@ impl StuckAxes {
         Self(p | q << 1 | r << 2 | x << 3 | y << 4 | z << 5)
     }
 
-    /// The gyros x, y and z.
+    /// Stuck gyros x, y and z.
     #[must_use]
     pub const fn gyro(self) -> [bool; 3] {
         [self.0 & 1 != 0, self.0 & 2 != 0, self.0 & 4 != 0]
     }
 
-    /// The accelerometers x, y and z.
+    /// Stuck accelerometers x, y and z.
     #[must_use]
     pub const fn accel(self) -> [bool; 3] {
         [self.0 & 8 != 0, self.0 & 16 != 0, self.0 & 32 != 0]
     }
 
-    /// Whether any axis is.
+    /// Whether any axis is stuck.
     #[must_use]
     pub const fn any(self) -> bool {
         self.0 != 0
     }
 }
 
-/// What is known against the last sample: see [`Integrity::push`].
+/// Faults found in the last sample: see [`Integrity::push`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Suspicion<T = f64> {
-    /// Which gyros stand at their full scale.
+    /// Gyros at full scale.
     pub gyro_clipped: [bool; 3],
-    /// Which accelerometers stand at their full scale.
+    /// Accelerometers at full scale.
     pub accel_clipped: [bool; 3],
-    /// Which axes repeat themselves to the last digit, though the unit vibrates.
+    /// Axes that repeat one reading to the last digit although the inertial unit vibrates.
     pub stuck: StuckAxes,
-    /// Whether the unit takes blows, far beyond its vibration of the last seconds.
+    /// Whether a shock acts on the inertial unit, far above its vibration of the last seconds.
     pub shaken: bool,
-    /// Variance that the sample's interval adds to the integral of rate beside the usual noise, rad².
+    /// Variance that the sample's interval adds to the integral of rate in addition to the usual noise, rad².
     pub angle_variance: [T; 3],
-    /// Variance that it adds to the integral of specific force, (m/s)².
+    /// Same for the integral of specific force, (m/s)².
     pub velocity_variance: [T; 3],
-    /// Part of the mean specific force over the interval that is a shock and not believed, m/s².
+    /// Part of the mean specific force over the interval that is withheld as a shock, m/s².
     pub withheld_mps2: Vector<Body, T>,
 }
 
 impl<T: Scalar> Suspicion<T> {
-    /// Nothing known against a sample.
+    /// No fault.
     pub const NONE: Self = Self {
         gyro_clipped: [false; 3],
         accel_clipped: [false; 3],
@@ -86,7 +85,7 @@ impl<T: Scalar> Suspicion<T> {
         withheld_mps2: Vector::ZERO,
     };
 
-    /// The same in numbers of another type.
+    /// The same in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Suspicion<U> {
         Suspicion {
@@ -100,20 +99,20 @@ impl<T: Scalar> Suspicion<T> {
         }
     }
 
-    /// Whether it hides how the vehicle turned or what was felt: a gyro at full scale, an axis that is stuck.
+    /// Whether the fault hides part of the motion: a gyro at full scale, or a stuck axis.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
         self.stuck.any() || any(self.gyro_clipped)
     }
 
-    /// Whether any sensor stands at its full scale.
+    /// Whether any sensor is at full scale.
     #[must_use]
     pub fn is_clipped(&self) -> bool {
         any(self.gyro_clipped) || any(self.accel_clipped)
     }
 }
 
-/// "gyro z", "accelerometers x, y": those axes of a sensor, in words.
+/// Axes of a sensor in words: "gyro z", "accelerometers x, y".
 struct Axes(&'static str, [bool; 3]);
 
 impl fmt::Display for Axes {
@@ -141,59 +140,58 @@ impl fmt::Display for Suspicion {
         } else if any(self.gyro_clipped) {
             write!(f, "{} at full scale", Axes(gyro, self.gyro_clipped))
         } else if any(self.stuck.gyro()) {
-            write!(f, "{} on repeat to the last digit", Axes(gyro, self.stuck.gyro()))
+            write!(f, "{} stuck at one reading", Axes(gyro, self.stuck.gyro()))
         } else if any(self.stuck.accel()) {
-            write!(f, "{} on repeat to the last digit", Axes(accel, self.stuck.accel()))
+            write!(f, "{} stuck at one reading", Axes(accel, self.stuck.accel()))
         } else if self.shaken {
-            f.write_str("shaken far beyond the usual")
+            f.write_str("vibration far above the usual level")
         } else {
-            f.write_str("nothing known against it")
+            f.write_str("no fault found")
         }
     }
 }
 
-/// Watches the samples of one unit.
+/// Monitor of the samples of one inertial unit.
 ///
-/// A vibrating unit's trapezoids add up to a small error only while the samples are whole and evenly
-/// spaced: what exceeds full scale, what shakes for a moment, and what was lost on the line leaves an
-/// error of full size.
+/// Vibration integrates to a small error only while the samples are complete and evenly spaced. Clipping, a short shock
+/// or lost samples leave an error of full size.
 #[derive(Clone, Copy, Debug)]
 pub struct Integrity<T = f64> {
     gyro: Triad<T>,
     accel: Triad<T>,
     held: HeldForce<T>,
     typical_interval_s: T,
-    /// For how long samples have come, to the memory of what is usual, s.
+    /// Time over which samples have arrived, s, up to the memory of the usual vibration.
     seen_s: T,
-    /// The readings before, of either form: a unit keeps to one.
+    /// The previous readings, in the form of the unit's samples: a unit keeps to one form.
     last: Option<[[T; 3]; 2]>,
     repeated: u8,
-    /// Samples in a row on a straight line.
+    /// Number of successive samples on a straight line.
     straight: u8,
-    /// Intervals of usual length in a row.
+    /// Number of successive intervals of usual length.
     even: u8,
 }
 
-/// Memory of the usual shaking, s.
+/// Memory of the usual vibration, s.
 const USUAL_S: f64 = 5.0;
-/// What is usual is known after this long, s.
+/// Time after which the usual vibration counts as known, s.
 const LEAST_SEEN_S: f64 = 1.0;
-/// So many repetitions in a row are a unit that does not measure.
+/// Number of successive repetitions that indicate an inertial unit that does not measure.
 const STUCK: u8 = 2;
-/// So many in a row on a straight line, over no less than this, s, were made up by a logger: they are off it by less than
-/// this share of the usual noise.
+/// Number of successive samples on a straight line, and their least duration, s, that indicate interpolation by a
+/// logger. The samples deviate from the line by less than this share of the usual noise.
 const STRAIGHT: u8 = 5;
 const STRAIGHT_S: f64 = 0.1;
 const STRAIGHT_SHARE: f64 = 0.02;
-/// Accelerometers whose noise is less than this, (m/s²)², may be those of a simulation.
+/// Accelerometer noise below this, (m/s²)², may be that of a simulation, so straight lines do not count.
 const LEAST_NOISE: f64 = 1e-4;
-/// A shock begins after so many intervals of usual length: what it takes back is known by them.
+/// Number of intervals of usual length before a shock may begin; the shock withholds readings of these intervals.
 const EVEN: u8 = 3;
-/// Vibration of less than this, (m/s²)², may leave readings as they were.
+/// Vibration below this, (m/s²)², may leave readings unchanged.
 const LEAST_VIBRATION: f64 = 0.0025;
 
 impl<T: Scalar> Integrity<T> {
-    /// Nothing seen yet.
+    /// State before the first sample.
     pub const NONE: Self = Self {
         gyro: Triad::NONE,
         accel: Triad::NONE,
@@ -206,9 +204,9 @@ impl<T: Scalar> Integrity<T> {
         even: 0,
     };
 
-    /// Whether a sample repeats the two before in all six readings although the unit vibrates: its
-    /// registers were not written, and it tells nothing. One repetition is how a log that was sampled
-    /// faster than its unit looks.
+    /// Whether all six readings of a sample repeat those of the two samples before, although the inertial unit
+    /// vibrates. Its registers were not written, and the sample contains no information. A single repetition is normal
+    /// in a log sampled faster than its sensor.
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
         let vibrates =
             || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
@@ -220,9 +218,9 @@ impl<T: Scalar> Integrity<T> {
         self.repeated >= STUCK && vibrates()
     }
 
-    /// Whether a sample goes on, `interval_s` after the last one taken in, along the straight line of the ones before in all
-    /// six readings, a line that leads somewhere, although they are not without noise: a logger has put it where it had
-    /// none.
+    /// Whether a sample lies, in all six readings, on the straight line of the samples before, `interval_s` after the
+    /// last used one. The line must not be constant, and the readings must usually be noisy. A logger has interpolated
+    /// such a sample.
     ///
     /// # Source
     /// Equation (S17) of docs/equations.md.
@@ -237,7 +235,7 @@ impl<T: Scalar> Integrity<T> {
         let off_by = T::of(STRAIGHT_SHARE) * scale * typical_s;
         let on_line = |triad: &Triad<T>, reading: &Vector<Body, T>| {
             let lines = triad.difference.lines().zip(triad.usual);
-            // One after the other: all but a few samples are off the first.
+            // Axis by axis: nearly every sample is already off the line on the first axis.
             reading.to_array().into_iter().zip(lines).all(|(reading, ((newer, slope), usual))| {
                 let off = (reading - scale * newer) * typical_s - scale * slope * interval_s;
                 off * off <= off_by * off_by * usual
@@ -253,8 +251,8 @@ impl<T: Scalar> Integrity<T> {
             && self.accel.difference.is_moving()
     }
 
-    /// Takes in the rates of a sample, `interval_s` after the one before, with the unit's own marks of full
-    /// scale. `momentary` says whether the rates are those of the sample's moment, and not means of the interval.
+    /// Feeds the rates of a sample, `interval_s` after the previous one, with the unit's own full-scale flags `marks`.
+    /// `momentary` is true for rates at the sample's time, false for means over the interval.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
@@ -268,7 +266,7 @@ impl<T: Scalar> Integrity<T> {
         if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
         }
-        // Half a percent a sample, and no more for an interval that is itself unusual.
+        // Half a percent per sample; an unusually long interval counts as the longest usual one.
         let typical = self.typical_interval_s;
         let longest = T::of(1.5) * typical;
         let is_late = interval_s > longest;
@@ -304,19 +302,19 @@ impl<T: Scalar> Integrity<T> {
         }
     }
 
-    /// Vibration of the gyros of late, variance per axis, (rad/s)².
+    /// Recent vibration of the gyros, variance per axis, (rad/s)².
     #[must_use]
     pub(crate) fn gyro_vibration(&self) -> [T; 3] {
         self.gyro.vibration.variance()
     }
 
-    /// Vibration of the accelerometers of late, variance per axis, (m/s²)².
+    /// Recent vibration of the accelerometers, variance per axis, (m/s²)².
     #[must_use]
     pub(crate) fn accel_vibration(&self) -> [T; 3] {
         self.accel.vibration.variance()
     }
 
-    /// Forgets the last two samples, after a gap, and with them a shock.
+    /// Forgets the last two samples, and ends a shock, after a gap.
     pub fn interrupt(&mut self) {
         self.gyro.difference.interrupt();
         self.accel.difference.interrupt();
@@ -329,7 +327,7 @@ fn sums<T: Scalar>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 3] {
     [a + d, b + e, c + f]
 }
 
-/// Whether any axis is; without a branch for each.
+/// Whether any element is true; without branches.
 const fn any([x, y, z]: [bool; 3]) -> bool {
     x | y | z
 }

@@ -1,4 +1,4 @@
-//! What an inertial unit measures, in the units and axes the filter takes, whoever made the unit.
+//! Measurements of an inertial unit, in the units and axes of the filter, independent of its manufacturer.
 
 mod clipped;
 mod errors;
@@ -26,20 +26,20 @@ use crate::time::Time;
 /// One sample of the inertial unit, axes already turned to forward-right-down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuSample {
-    /// When the rates were sampled, or the increments ended.
+    /// Time of the rates, or of the end of the increments.
     pub time: Time,
     /// Rates or increments.
     pub motion: Motion,
-    /// The unit's own attitude, if it computes one; yaw from the north its dataset names.
+    /// Attitude computed by the inertial unit, if any; yaw from the north named in its data description.
     pub attitude: Option<EulerAngles>,
-    /// Magnetic field in body axes, gauss, if the unit measures it.
+    /// Magnetic field in body axes, gauss, if measured.
     pub magnetic_field_gauss: Option<Vector<Body>>,
-    /// Which sensors were at their full scale at some time since the sample before, if the unit marks it.
+    /// Sensors at full scale at some time since the previous sample, if the inertial unit reports it.
     pub clipped: ClippedAxes,
 }
 
 impl ImuSample {
-    /// Motion alone: no attitude, no magnetic field, nothing clipped.
+    /// A sample of motion alone: no attitude, no magnetic field, no clipping.
     #[must_use]
     pub const fn new(time: Time, motion: Motion) -> Self {
         Self {

@@ -1,21 +1,20 @@
-//! What gyros and accelerometers measured, as rates or as increments.
+//! Gyro and accelerometer measurements, as rates or as increments.
 
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// The motion between or at samples, in the form the unit delivers it.
+/// Motion at or between samples, in the form output by the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion<T = f64> {
     /// Instantaneous values at the sample's time.
     Rates {
-        /// Angular rate of the body against inertial space, rad/s.
+        /// Angular rate of the body relative to inertial space, rad/s.
         angular_rate_radps: Vector<Body, T>,
-        /// Acceleration less gravitation, m/s²; level and at rest its z is −9.81.
+        /// Acceleration minus gravitation, m/s²; its z component is −9.81 when level and at rest.
         specific_force_mps2: Vector<Body, T>,
     },
-    /// Integrals of rate and specific force since the sample before, each resolved in the body axes
-    /// of its own moment (what an integrating unit puts out before any coning or sculling
-    /// correction).
+    /// Integrals of rate and specific force since the previous sample, each resolved in the momentary body axes. This
+    /// is the output of an integrating IMU before any coning or sculling correction.
     Increments {
         /// Integral of angular rate, rad.
         angle_rad: Vector<Body, T>,
@@ -25,7 +24,7 @@ pub enum Motion<T = f64> {
 }
 
 impl<T: Scalar> Motion<T> {
-    /// The same motion in numbers of another type.
+    /// The same motion in another number type.
     #[must_use]
     #[inline(always)]
     pub fn cast<U: Scalar>(&self) -> Motion<U> {
@@ -41,8 +40,8 @@ impl<T: Scalar> Motion<T> {
         }
     }
 
-    /// Whether every component is finite and one that a unit can measure: within ±10 000 rad/s and
-    /// m/s², or rad and m/s a sample.
+    /// Whether every component is finite and within the range of real IMUs: ±10 000 rad/s and m/s², or rad and m/s per
+    /// sample.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let measurable = |vector: &Vector<Body, T>| {
@@ -54,8 +53,8 @@ impl<T: Scalar> Motion<T> {
         }
     }
 
-    /// Mean angular rate and specific force over the `interval_s` seconds, positive, that end at the
-    /// sample. Instantaneous values stand for their own mean.
+    /// Mean angular rate and specific force over the interval `interval_s`, s, positive, that ends at the sample.
+    /// Instantaneous values are returned as their own mean.
     #[must_use]
     pub fn mean_rates(&self, interval_s: T) -> MeanRates<T> {
         match *self {
@@ -73,11 +72,11 @@ impl<T: Scalar> Motion<T> {
 /// Means over an interval: see [`Motion::mean_rates`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MeanRates<T = f64> {
-    /// Angular rate of the body against inertial space, rad/s.
+    /// Angular rate of the body relative to inertial space, rad/s.
     pub angular_rate_radps: Vector<Body, T>,
-    /// Acceleration less gravitation, m/s².
+    /// Acceleration minus gravitation, m/s².
     pub specific_force_mps2: Vector<Body, T>,
 }
 
-/// Far beyond any unit, and far below where squares overflow.
+/// Far beyond any IMU, and far below the overflow of squares.
 const MEASURABLE: f64 = 1e4;

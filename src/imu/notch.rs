@@ -1,24 +1,24 @@
-//! A notch at the speed of a rotor: takes its vibration out of the samples, and tells what delay that costs.
+//! Notch filter at the speed of a rotor: removes its vibration from the samples, and reports the resulting delay.
 //!
-//! Each harmonic has a second-order section, zero at its frequency and one at rest:
+//! Each harmonic has a second-order section with gain zero at its frequency and one at zero frequency:
 //!
 //! ```text
 //! H(z) = (1 − 2 c z⁻¹ + z⁻²) / ((1 + α) − 2 c z⁻¹ + (1 − α) z⁻²),   c = cos(2π f T), α = tan(π w T)
 //! ```
 //!
-//! with the frequency f, the width w between the points of half power, and the interval T of the samples. What
-//! is slow against f comes out of it α / (1 − c) samples later, about w / (2π f²) seconds: 1.3 ms for 5 Hz
-//! at 25 Hz. The samples that come out are dated back by so much, so that the filter compares its fixes with the
-//! motion at the time it happened. That holds to 1 % of the delay below f/10.
+//! with the frequency f, the half-power width w, and the sampling interval T. Motion that is slow against f leaves the
+//! section α / (1 − c) samples later, about w / (2π f²) seconds: 1.3 ms for 5 Hz at 25 Hz. The output samples are dated
+//! back by this delay, so that the filter compares fixes with the motion at the right time. The dating is accurate to 1
+//! % of the delay below f/10.
 //!
-//! A frequency above half the sample rate appears below it; the section stands where it appears. One that
-//! appears below [`NotchConfig::least_hz`] cannot be told from motion and is left in.
+//! A frequency above half the sample rate appears below it as an alias; the section is set to the alias. An alias below
+//! [`NotchConfig::least_hz`] cannot be separated from motion and is left in.
 
 use super::{ImuSample, Motion};
 use crate::frames::{Body, Vector};
 use crate::time::Time;
 
-/// Most harmonics that a notch takes out.
+/// Largest number of harmonics that a notch removes.
 pub const MOST_HARMONICS: usize = 4;
 
 /// Settings of a notch.
@@ -30,13 +30,13 @@ pub const MOST_HARMONICS: usize = 4;
     serde(default, deny_unknown_fields)
 )]
 pub struct NotchConfig {
-    /// Frequency of the rotor, Hz; 0 until [`Notch::set_frequency_hz`] tells it.
+    /// Frequency of the rotor, Hz; 0 until [`Notch::set_frequency_hz`] sets it.
     pub frequency_hz: f64,
     /// Width of the notch at half power, Hz, the same at each harmonic.
     pub width_hz: f64,
-    /// How many multiples of the frequency are taken out, 1 to [`MOST_HARMONICS`].
+    /// Number of multiples of the frequency to remove, 1 to [`MOST_HARMONICS`].
     pub harmonics: u32,
-    /// What appears below this, Hz, is left in: the vehicle moves there itself.
+    /// Lowest apparent frequency to remove, Hz: below it the vehicle itself moves.
     pub least_hz: f64,
 }
 
@@ -53,22 +53,22 @@ impl NotchConfig {
         Self { frequency_hz, ..Self::default() }
     }
 
-    /// With this width at half power, Hz.
+    /// Sets the width at half power, Hz.
     #[must_use]
     pub const fn with_width_hz(mut self, width_hz: f64) -> Self {
         self.width_hz = width_hz;
         self
     }
 
-    /// With so many multiples of the frequency, 1 to [`MOST_HARMONICS`].
+    /// Sets the number of multiples of the frequency to remove, 1 to [`MOST_HARMONICS`].
     #[must_use]
     pub const fn with_harmonics(mut self, harmonics: u32) -> Self {
         self.harmonics = harmonics;
         self
     }
 
-    /// The first setting that is out of its range, what was found and what was expected: frequencies finite and not negative, the width above
-    /// zero, at least one harmonic.
+    /// The first setting out of range: its name, its value and the expected range. Frequencies must be finite and not
+    /// negative, the width positive, and the number of harmonics at least one.
     #[must_use]
     pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         const FREQUENCY: &str = "0 to less than 10000 Hz";
@@ -88,7 +88,7 @@ impl NotchConfig {
     }
 }
 
-/// Where a tone of `frequency_hz` appears in samples taken `rate_hz` times a second: 0 to half of that.
+/// Apparent frequency of a tone of `frequency_hz` in samples taken at `rate_hz`: 0 to half the sample rate.
 ///
 /// ```
 /// use hovernav::imu::apparent_hz;
@@ -101,13 +101,13 @@ pub fn apparent_hz(frequency_hz: f64, rate_hz: f64) -> f64 {
     libm::fabs(frequency_hz - rate_hz * libm::round(frequency_hz / rate_hz))
 }
 
-/// Rates and forces, or their increments.
+/// Three rates and three forces, or their increments.
 const AXES: usize = 6;
-/// Gaps longer than this, s, and intervals that differ by more than this factor, start the sections anew.
+/// Gaps longer than this, s, reset the sections.
 const GAP_S: f64 = 0.25;
-/// Share by which a new interval moves their mean.
+/// Weight of a new interval in the mean interval.
 const NEWEST: f64 = 0.01;
-/// The sections are set anew where rate or frequency have changed by this share.
+/// The coefficients are recomputed when rate or frequency have changed by this share.
 const CHANGED: f64 = 0.002;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -119,7 +119,7 @@ struct Section {
 }
 
 impl Section {
-    /// Direct form I: what is constant stays so while the coefficients change.
+    /// Direct form I: a constant signal stays constant while the coefficients change.
     fn filter(&mut self, input: [f64; AXES]) -> [f64; AXES] {
         let (twice, scale) = (2.0 * self.cos, 1.0 / (1.0 + self.alpha));
         let mut output = input;
@@ -134,10 +134,9 @@ impl Section {
     }
 }
 
-/// Takes the vibration of a rotor out of inertial samples.
+/// Removes the vibration of a rotor from inertial samples.
 ///
-/// Stands before the [`Estimator`](crate::ekf::Estimator), which knows nothing of it; who needs none pays
-/// nothing.
+/// Used before the [`Estimator`](crate::ekf::Estimator), which does not depend on it; without a notch there is no cost.
 ///
 /// ```
 /// use hovernav::frames::Vector;
@@ -166,19 +165,19 @@ impl Section {
 pub struct Notch {
     config: NotchConfig,
     sections: [Section; MOST_HARMONICS],
-    /// How many of the sections are in use.
+    /// Number of sections in use.
     used: usize,
     frequency_hz: f64,
     interval_s: f64,
-    /// Rate and frequency that the sections are set for.
+    /// Rate and frequency of the present coefficients.
     set_for: [f64; 2],
     delay_s: f64,
-    /// Time and motion of the last sample, and what came out.
+    /// Time and motion of the last sample, and its output.
     last: Option<(Time, Motion, ImuSample)>,
 }
 
 impl Notch {
-    /// A notch that has seen nothing yet.
+    /// A notch without samples yet.
     #[must_use]
     pub fn new(config: NotchConfig) -> Self {
         Self {
@@ -193,22 +192,21 @@ impl Notch {
         }
     }
 
-    /// Follows the rotor to `frequency_hz`; one that is none, or not positive, is passed over.
+    /// Sets the frequency of the rotor, Hz; a value that is not positive and finite is ignored.
     pub fn set_frequency_hz(&mut self, frequency_hz: f64) {
         if frequency_hz > 0.0 && frequency_hz.is_finite() {
             self.frequency_hz = frequency_hz;
         }
     }
 
-    /// By how much what comes out is later than what went in, at low frequency, s. The samples are dated back
-    /// by it already.
+    /// Delay of the output after the input at low frequency, s. The output samples are already dated back by it.
     #[must_use]
     pub const fn delay_s(&self) -> f64 {
         self.delay_s
     }
 
-    /// The sample without the rotor, dated back by the [`delay`](Self::delay_s). One that is not later than
-    /// the one before, or not finite, comes out as it went in, for the filter to refuse.
+    /// The sample without the rotor's vibration, dated back by the [`delay`](Self::delay_s). A sample that is not later
+    /// than the previous one, or not finite, is returned unfiltered, so that the filter can reject it.
     ///
     /// # Source
     /// Equation (S15) of docs/equations.md.
@@ -236,7 +234,7 @@ impl Notch {
         for section in self.sections.iter_mut().take(self.used) {
             filtered = section.filter(filtered);
         }
-        // A unit that repeats itself is seen by that, and must not be smoothed out of sight.
+        // A stuck IMU is detected by its repetitions, so they must stay identical.
         let repeated = self.last.filter(|(_, motion, _)| *motion == sample.motion);
         let motion = match repeated {
             Some((.., out)) => out.motion,
@@ -244,7 +242,7 @@ impl Notch {
         };
         let mut time = sample.time.offset_by(-self.delay_s);
         if let (Some((.., out)), Some(elapsed_s)) = (self.last, elapsed_s) {
-            // Where the delay grows, time still goes on.
+            // Time must increase also while the delay grows.
             time = time.max(out.time.offset_by(0.5 * elapsed_s));
         }
         let out = ImuSample { time, motion, ..*sample };
@@ -252,7 +250,7 @@ impl Notch {
         out
     }
 
-    /// Starts the sections as if the motion had always been this.
+    /// Initialises the sections as if the motion had always been constant at `values`.
     fn settle(&mut self, values: [f64; AXES]) {
         for section in &mut self.sections {
             section.inputs = [values; 2];
@@ -260,7 +258,7 @@ impl Notch {
         }
     }
 
-    /// Sets the sections for the present rate and frequency, where either has changed.
+    /// Recomputes the coefficients if rate or frequency has changed.
     fn set(&mut self) {
         let now = [1.0 / self.interval_s, self.frequency_hz];
         let same = now
@@ -287,7 +285,7 @@ impl Notch {
                 if used >= self.used
                     && let Some(outputs) = last
                 {
-                    // It has not listened: from here on it follows what the others put out.
+                    // A newly used section has no history: it starts from the output of the last one.
                     (section.inputs, section.outputs) = (outputs, outputs);
                 }
                 used += 1;
@@ -299,7 +297,7 @@ impl Notch {
     }
 }
 
-/// Half the width of a notch is at most this, rad a sample.
+/// Upper limit of half the width of a notch, rad per sample.
 const MOST_WIDTH: f64 = 0.75;
 
 fn components(motion: &Motion) -> [f64; AXES] {
@@ -309,7 +307,7 @@ fn components(motion: &Motion) -> [f64; AXES] {
     [x, y, z, u, v, w]
 }
 
-/// A motion of the form of another.
+/// A motion in the same form as `form`.
 fn of_components(form: &Motion, [x, y, z, u, v, w]: [f64; AXES]) -> Motion {
     let (a, b) = (Vector::<Body>::new(x, y, z), Vector::<Body>::new(u, v, w));
     match form {
@@ -335,7 +333,7 @@ mod tests {
         sample.motion.mean_rates(0.01).specific_force_mps2.z()
     }
 
-    /// Largest difference, after a second, between what comes out and `clean` at its time.
+    /// Largest difference, after a second, between the output and `clean` at the output's time.
     fn error(
         config: NotchConfig,
         rate_hz: f64,
@@ -360,7 +358,7 @@ mod tests {
         let raw = |t: f64| slow(t) + 4.0 * (TAU * 23.0 * t).sin() + 2.0 * (TAU * 46.0 * t).cos();
         let config = NotchConfig { harmonics: 2, ..NotchConfig::at_hz(23.0) };
         assert!(error(config, 200.0, raw, slow) < 2e-3);
-        // Without the dating it would be wrong by 2π 1.4 ms.
+        // Without the dating, the error would be 2π · 1.4 ms.
         assert!(error(config, 200.0, raw, |t| slow(t - 1.4e-3)) > 5e-3);
     }
 
@@ -406,7 +404,7 @@ mod tests {
         assert!(
             (101..120).all(|k| notch.filter(&sample(f64::from(k) * 0.01, 3.5)).motion == stuck)
         );
-        // Nor is one that is no number, nor one that comes late.
+        // Nor are NaN and late samples changed.
         assert!(force_z(&notch.filter(&sample(1.3, f64::NAN))).is_nan());
         assert_eq!(force_z(&notch.filter(&sample(0.5, 42.0))), 42.0);
     }

@@ -1,45 +1,44 @@
-//! Single axes that repeat themselves.
+//! Detection of single axes that repeat one reading.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use crate::scalar::Scalar;
 
-/// Watches the readings of a triad for an axis whose register is not written any more.
+/// Monitors the readings of a triad for an axis whose register is not updated.
 ///
-/// A unit of coarse steps repeats readings by chance; how often it does is learned, and a run that such
+/// A sensor with coarse resolution repeats readings by chance. The frequency of repetitions is learned; a run that
 /// chance does not explain is a fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Repetition<T> {
-    /// The readings before; none at first.
+    /// Previous readings; `None` before the first.
     last: Option<[T; 3]>,
-    /// For how long each axis has repeated itself, s, and how often.
+    /// Duration, s, and number of repetitions of the present run of each axis.
     run_s: [T; 3],
     count: [f32; 3],
-    /// Share of readings that repeat the one before, from the first reading on.
+    /// Share of readings that repeat the previous one, learned from the first reading on.
     share: [f32; 3],
 }
 
 /// Memory of that share, s.
 const MEMORY_S: f64 = 20.0;
-/// No unit is trusted to repeat itself less often than this.
+/// Smallest share of repetitions assumed for any sensor.
 const LEAST_SHARE: f32 = 0.02;
-/// Nor is the share that is remembered less than this: half an hour later it would be too small for a
-/// processor to compute with at its usual speed.
+/// Lower limit of the learned share: after half an hour it would become denormal, which slows the processor.
 const FORGOTTEN_SHARE: f32 = 1e-9;
-/// It is taken for coarse until it is known.
+/// Initial share: the sensor counts as coarse until its share is known.
 const FIRST_SHARE: f32 = 0.8;
-/// Chance makes no run of less than this probability: its natural logarithm.
+/// Natural logarithm of the probability below which a run is not chance.
 const IMPROBABLE: f32 = -20.0;
 
 impl<T: Scalar> Repetition<T> {
-    /// Nothing seen yet.
+    /// State before the first reading.
     pub const NONE: Self =
         Self { last: None, run_s: [T::ZERO; 3], count: [0.0; 3], share: [0.0; 3] };
 
-    /// Takes in readings `interval_s` after those before. Gives for how long each axis has been stuck, s;
-    /// zero of one that is not.
+    /// Feeds readings `interval_s` after the previous ones. Returns for each axis the time, s, for which it has been
+    /// stuck; zero if it is not.
     pub fn push(&mut self, values: [T; 3], interval_s: T) -> [T; 3] {
         let mut stuck_s = [T::ZERO; 3];
-        // Nothing equals no number.
+        // NaN equals nothing, so the first readings repeat nothing.
         let last = self.last.replace(values).unwrap_or_else(|| {
             self.share = [FIRST_SHARE; 3];
             [T::of(f64::NAN); 3]

@@ -1,65 +1,65 @@
-//! Whether the vehicle stands still, by its samples, fixes and magnetic field.
+//! Detection of rest from samples, fixes and magnetic field.
 
 use super::MeanRates;
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Watches for rest: seconds in which nothing shakes, nothing changes and no fix moves.
+/// Detects rest: seconds without vibration, without change, and with stationary fixes.
 ///
-/// An engine, a rotor or a road shakes a unit by more than 0.1 m/s². A mast that pans, or a boat that swings, may turn
-/// as smoothly as a gyro's bias: but no bias changes by 0.1 °/s within a minute, nor does it turn the magnetic field.
-/// Where the fixes have no velocity there is no rest.
+/// An engine, a rotor or a road causes vibration above 0.1 m/s². A panning mast or a swinging boat may turn as smoothly
+/// as a gyro bias. No bias changes by 0.1 °/s within a minute, though, and a bias does not turn the magnetic field.
+/// Without fix velocities, rest is not detected.
 #[derive(Clone, Copy, Debug)]
 pub struct Rest {
     second: Second,
-    /// Means of the second before, where that was still.
+    /// Means of the previous second, if still.
     before: Option<[f32; AXES]>,
-    /// What the seconds of late had in common, where all were still.
+    /// Means over the recent seconds, if all were still.
     stillness: Option<Stillness>,
-    /// The latest magnetic field of the second under way.
+    /// Latest magnetic field of the current second.
     field: Option<[f32; 3]>,
-    /// When the last fix came, and the mean velocity of those of late, north, east and down, m/s.
+    /// Time of the last fix, and the recent mean velocity of the fixes, north, east and down, m/s.
     fixes: (Time, Option<[f32; 3]>),
     /// Whether the vehicle has not moved since a second of rest.
     rests: bool,
-    /// Whether the last sample ended the second after a rest.
+    /// Whether the last sample ended the first moving second after rest.
     moves_off: bool,
-    /// How long the fixes have been slow without a second that moved, s.
+    /// Time, s, of slow fixes without a moving second.
     slow_s: f32,
 }
 
-/// Rates, then forces.
+/// Three rates, then three forces.
 const AXES: usize = 6;
 
-/// Largest standard deviations of a unit at rest: gyros, rad/s, and accelerometers, m/s².
+/// Largest standard deviations at rest: gyros, rad/s, and accelerometers, m/s².
 const STILL_RADPS: f32 = 0.012;
 const STILL_MPS2: f32 = 0.1;
-/// Largest change of the means from one second to the next, likewise.
+/// Largest change of the means from one second to the next: gyros, rad/s, and accelerometers, m/s².
 const STEADY_RADPS: f32 = 0.005;
 const STEADY_MPS2: f32 = 0.05;
-/// Largest change of a mean rate from that of the seconds of late, rad/s: noise, warming up.
+/// Largest change of a mean rate from its recent mean, rad/s: noise, warming up.
 const DRIFT_RADPS: f32 = 0.002;
-/// Sine of the largest turn of the magnetic field from that of the seconds of late.
+/// Sine of the largest turn of the magnetic field from its recent mean.
 const FIELD_TURN: f32 = 0.07;
-/// How late these are, s.
+/// Time constant of the recent means, s.
 const STILLNESS_S: f32 = 60.0;
-/// No gyro bias is larger than this, rad/s; what turns faster is no vehicle at rest.
+/// Largest gyro bias, rad/s; a faster turn is not rest.
 const LARGEST_BIAS_RADPS: f32 = 0.05;
-/// Fixes of a vehicle at rest have a velocity below this, m/s, and a mean below that; likewise downwards.
+/// Largest velocity of a fix at rest, horizontal, m/s, and of the mean; then the same downwards.
 const FIX_MPS: f32 = 0.5;
 const FIX_MEAN_MPS: f32 = 0.15;
 const FIX_DOWN_MPS: f32 = 1.0;
 const FIX_MEAN_DOWN_MPS: f32 = 0.25;
-/// The mean is that of as long as the fixes have been slow, s, between these; what a receiver's errors leave of it falls
-/// with the root.
+/// Averaging time of the mean, s: the time for which the fixes have been slow, within this range. Receiver errors in
+/// the mean decrease with its square root.
 const FIX_MEMORY_S: core::ops::RangeInclusive<f32> = 5.0..=30.0;
-/// A fix counts for so long, s.
+/// Time for which a fix is valid, s.
 const FIX_S: f64 = 3.0;
-/// Samples further apart than this, s, tell nothing of what was between them.
+/// Samples further apart than this, s, leave the motion between them unknown.
 const LONGEST_INTERVAL_S: f64 = 0.1;
 
-/// Sums over the second under way, of what exceeds its first sample.
+/// Sums over the current second, relative to its first sample.
 #[derive(Clone, Copy, Debug)]
 struct Second {
     length_s: f32,
@@ -91,14 +91,14 @@ impl Second {
         }
     }
 
-    /// Means, where no axis shook.
+    /// Means, if no axis vibrates.
     fn still_means(&self) -> Option<[f32; AXES]> {
         let mut means = self.first;
         let still = limits(STILL_RADPS, STILL_MPS2);
         let sums = self.sum.iter().zip(&self.squares).zip(still);
         for (mean, ((&sum, &squares), limit)) in means.iter_mut().zip(sums) {
             let above = sum / self.count;
-            // Written so that a NaN is not still.
+            // The comparison also rejects NaN.
             let is_still = squares / self.count - above * above < limit * limit;
             if !is_still {
                 return None;
@@ -109,7 +109,7 @@ impl Second {
     }
 }
 
-/// Means over the seconds of late.
+/// Means over the recent seconds.
 #[derive(Clone, Copy, Debug)]
 struct Stillness {
     rates: [f32; 3],
@@ -117,8 +117,8 @@ struct Stillness {
 }
 
 impl Stillness {
-    /// Whether a still second of these mean rates, and of this field, where one was measured, goes on with it; then
-    /// it counts among the seconds of late.
+    /// Adds a still second with these mean rates, and its field if measured. Returns whether the second continues the
+    /// stillness.
     fn goes_on(&mut self, rates: [f32; 3], field: Option<[f32; 3]>) -> bool {
         let changes =
             self.rates.iter().zip(rates).any(|(old, new)| (new - old).abs() > DRIFT_RADPS);
@@ -131,14 +131,14 @@ impl Stillness {
     }
 }
 
-/// Moves a mean over the seconds of late by the newest.
+/// Updates a mean over the recent seconds with the newest value.
 fn fade_in(mean: &mut [f32; 3], newest: [f32; 3]) {
     for (mean, newest) in mean.iter_mut().zip(newest) {
         *mean += (newest - *mean) / STILLNESS_S;
     }
 }
 
-/// Whether a field points elsewhere than another.
+/// Whether two fields differ in direction.
 fn is_turned(old: [f32; 3], new: [f32; 3]) -> bool {
     let ([a, b, c], [x, y, z]) = (old, new);
     let across = [b * z - c * y, c * x - a * z, a * y - b * x];
@@ -149,8 +149,8 @@ fn squared(of: [f32; 3]) -> f32 {
     of.iter().map(|value| value * value).sum()
 }
 
-/// Whether a velocity, m/s, is faster than that, level or downwards. Without a root, which takes long where there is no
-/// instruction for it.
+/// Whether a velocity, m/s, exceeds the horizontal or the vertical limit. Uses squares, because a root is slow without
+/// a hardware instruction.
 fn is_faster([north, east, down]: [f32; 3], level_mps: f32, down_mps: f32) -> bool {
     north * north + east * east > level_mps * level_mps || down.abs() > down_mps
 }
@@ -160,18 +160,18 @@ fn limits(gyro: f32, accel: f32) -> [f32; AXES] {
     [gyro, gyro, gyro, accel, accel, accel]
 }
 
-/// What a second was.
+/// Classification of a second.
 enum Kind {
-    /// Of rest, as the one before.
+    /// Rest, like the second before.
     Rest,
-    /// As still as rest, but it may be a smooth turn.
+    /// As still as rest, but possibly a smooth turn.
     Doubtful,
-    /// Of motion.
+    /// Motion.
     Motion,
 }
 
 impl Rest {
-    /// Nothing seen yet.
+    /// State before the first sample.
     pub const NONE: Self = Self {
         second: Second::EMPTY,
         before: None,
@@ -183,7 +183,8 @@ impl Rest {
         slow_s: 0.0,
     };
 
-    /// Takes in the velocity of a fix, north, east and down, m/s, zero where it does not say, or that it has none.
+    /// Feeds the velocity of a fix, north, east and down, m/s; zero for an axis without one, `None` for a fix without
+    /// velocity.
     pub fn fix(&mut self, time: Time, velocity_mps: Option<[f64; 3]>) {
         let now = velocity_mps.map(|wide| wide.map(|value| value as f32));
         let slow = now.filter(|now| !is_faster(*now, FIX_MPS, FIX_DOWN_MPS));
@@ -202,23 +203,23 @@ impl Rest {
         self.fixes = (time, mean);
     }
 
-    /// Over how long the mean of the fixes' velocity is, s.
+    /// Averaging time of the fixes' mean velocity, s.
     fn fix_memory_s(&self) -> f32 {
         self.slow_s.max(*FIX_MEMORY_S.start()).min(*FIX_MEMORY_S.end())
     }
 
-    /// Mean velocity of the fixes of late, north, east and down, m/s; zero where it is not known.
+    /// Recent mean velocity of the fixes, north, east and down, m/s; zero if unknown.
     pub fn fixes_mean_mps(&self) -> [f32; 3] {
         self.fixes.1.unwrap_or([0.0; 3])
     }
 
-    /// Takes in a magnetic field, of any unit.
+    /// Feeds a magnetic field, in any unit.
     pub fn field(&mut self, field: Vector<Body>) {
         self.field = Some(field.to_array().map(|axis| axis as f32));
     }
 
-    /// Takes in a sample, `interval_s` after the one before. Gives the mean angular rate, rad/s, of a
-    /// second that ends with it, if the vehicle rested through that second and the one before.
+    /// Feeds a sample, `interval_s` after the previous one. Returns the mean angular rate, rad/s, of a second that ends
+    /// with this sample, if the vehicle rested through that second and the one before.
     pub fn push<T: Scalar>(
         &mut self,
         time: Time,
@@ -250,12 +251,12 @@ impl Rest {
         Some(Vector::new(rate(p), rate(q), rate(r)))
     }
 
-    /// Whether the last sample ended the first second after a rest in which the vehicle moved.
+    /// Whether the last sample ended the first moving second after rest.
     pub fn moves_off(&self) -> bool {
         self.moves_off
     }
 
-    /// What the second was whose means these are, where it was still.
+    /// Classifies a second by its means; `None` if it was not still.
     fn kind(&mut self, time: Time, means: Option<[f32; AXES]>) -> Kind {
         let before = core::mem::replace(&mut self.before, means);
         let field = self.field.take();
@@ -289,8 +290,7 @@ impl Rest {
 mod tests {
     use super::*;
 
-    /// How many of twenty seconds count as rest: a unit shaken by this much, turning at this rate, at fixes
-    /// of this speed.
+    /// Number of twenty seconds that count as rest, for this vibration, this turn rate and this speed of the fixes.
     fn rests(shake: f64, turn_radps: f64, fix_mps: Option<f64>) -> usize {
         let mut rest = Rest::NONE;
         let mut count = 0;
@@ -305,7 +305,7 @@ mod tests {
                 specific_force_mps2: Vector::new(0.1, sign, -9.8),
             };
             if let Some(rate) = rest.push(time, &rates, 0.02) {
-                // A sample of the shake may have no partner.
+                // A sample of the vibration may lack its opposite.
                 assert!((rate - Vector::new(0.004, -0.002, turn_radps)).norm() < 2e-5);
                 count += 1;
             }
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(rests(f64::NAN, 0.0, Some(0.05)), 0);
     }
 
-    /// After how long, s, what glides at this velocity, m/s, after a minute at rest rests no longer.
+    /// Time, s, until rest ends for a vehicle that glides at this velocity, m/s, after a minute at rest.
     fn glides_s(north_mps: f64, down_mps: f64) -> Option<i64> {
         let mut rest = Rest::NONE;
         (0..15_000).find_map(|k| {
@@ -339,7 +339,7 @@ mod tests {
                 specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
             };
             let rested = rest.push(time, &rates, 0.02).is_some();
-            // A second that is still ends every fiftieth sample or so.
+            // A still second ends about every fiftieth sample.
             let ends = rest.second.count == 0.0;
             (glides && ends && !rested).then_some(k / 50 - 60)
         })
@@ -370,8 +370,8 @@ mod tests {
         }
     }
 
-    /// How many seconds count as rest of a minute at the rate, rad/s, that `rate_radps` gives for a time, s, after a
-    /// minute at rest; with a magnetic field where it says how that points then, rad.
+    /// Number of seconds of a minute that count as rest after a minute at rest. `rate_radps` gives the rate, rad/s, at
+    /// a time, s; `field_rad` the direction of the magnetic field, rad, if any.
     fn rests_while(
         rate_radps: impl Fn(f64) -> f64,
         field_rad: Option<fn(f64) -> f64>,
@@ -402,7 +402,7 @@ mod tests {
     #[test]
     fn a_turn_as_smooth_as_a_bias_is_no_rest_and_a_bias_that_warms_up_is_one() {
         assert!(rests_while(|s| 0.005 + 1.5e-5 * s, None, 0.0) >= 58);
-        // A boat at its mooring, a mast that begins to pan, a hoist.
+        // Boat at its mooring, mast that begins to pan, hoist.
         let swings = rests_while(|s| 0.015 * (0.025 * s).sin(), None, 0.0);
         let pans = rests_while(|s| 0.03 * (0.1 * s).min(1.0), None, 0.0);
         assert!(swings <= 15 && pans <= 2, "{swings} {pans}");

@@ -1,12 +1,12 @@
-//! How strongly the unit shakes, measured from its own samples.
+//! Strength of the vibration, measured from the inertial unit's own samples.
 
 use crate::scalar::Scalar;
 
-/// Running strength of what changes from sample to sample, per axis.
+/// Running variance of the change from sample to sample, per axis.
 ///
-/// Measured on the second difference of the samples, which is blind to steady values and to steady
-/// change; for noise without memory its variance is six times that of the noise. Vibration sampled
-/// below twice its frequency looks just like that.
+/// Measured on the second difference of the samples, which is zero for constant values and constant rates of change.
+/// For white noise its variance is six times that of the noise. Vibration sampled below twice its frequency looks like
+/// white noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vibration<T = f64> {
     variance: [T; 3],
@@ -17,10 +17,10 @@ pub(crate) struct Vibration<T = f64> {
 const MEMORY_S: f64 = 2.0;
 
 impl<T: Scalar> Vibration<T> {
-    /// Nothing measured yet.
+    /// State before the first sample.
     pub const NONE: Self = Self { variance: [T::ZERO; 3], seen_s: T::ZERO };
 
-    /// Takes in the [noise](super::noise_variance) that a sample shows, `interval_s` after the one before.
+    /// Feeds the [noise](super::noise_variance) of a sample, `interval_s` after the previous one.
     ///
     /// # Source
     /// Equation (S12) of docs/equations.md.
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use crate::frames::Vector;
 
-    /// The variance in the end, of the samples that `sample` gives.
+    /// Final variance over `count` samples of the function `sample`.
     fn variance(count: i32, interval_s: f64, mut sample: impl FnMut(i32) -> [f64; 3]) -> [f64; 3] {
         let (mut difference, mut vibration) = (SecondDifference::NONE, Vibration::NONE);
         for k in 0..count {

@@ -1,11 +1,11 @@
-//! Alignment: the first attitude, velocity and position, and how sure they are.
+//! Alignment: the first attitude, velocity and position, and their uncertainty.
 //!
-//! Position and velocity come from the first fix. Roll and pitch come from the unit's own attitude
-//! where it has one, else from levelling on the mean specific force. A vehicle that accelerates is not levelled:
-//! the change of velocity from fix to fix tells which way its specific force points. All are given the uncertainty to
-//! match, so a vehicle already in flight aligns like one at rest, only less surely. Gyro bias is measured when the vehicle is at
-//! rest. Heading has the source that the configuration or the sensors allow; with none it stays
-//! open, for the filter to find in motion.
+//! Position and velocity come from the first fix. Roll and pitch come from the inertial unit's own attitude, if it
+//! computes one, otherwise from levelling on the mean specific force. A vehicle that accelerates cannot be levelled:
+//! the change of velocity from fix to fix gives the direction of its specific force. All have a matching uncertainty,
+//! so a vehicle in flight aligns like one at rest, only less accurately. Gyro bias is measured when the vehicle is at
+//! rest. Heading comes from the source that configuration and sensors allow; without one it stays unknown, for the
+//! filter to find in motion.
 
 mod orientation;
 mod pull;
@@ -20,7 +20,7 @@ use crate::scalar::Scalar;
 use crate::time::Time;
 use pull::SinceFix;
 
-/// Where the first heading comes from.
+/// Source of the first heading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -31,19 +31,19 @@ pub enum HeadingSource {
     /// Two GPS antennas.
     #[cfg_attr(feature = "serde", serde(rename = "second_antenna"))]
     SecondAntenna,
-    /// The unit's own attitude.
+    /// The attitude computed by the inertial unit.
     Attitude,
-    /// The magnetometer, levelled, and the declination.
+    /// The magnetometer, with tilt from levelling, and the declination.
     Magnetometer,
-    /// The course over ground; only for vehicles that point where they go.
+    /// The course over ground; only for vehicles whose nose points along their course.
     Course,
-    /// Nothing: found in motion.
+    /// No source: found in motion.
     Unknown,
 }
 
 /// Settings of the alignment.
 ///
-/// To change some, take the default and assign to its fields, or use the methods that take it over.
+/// To change some settings, assign to the fields of the default, or use the `with_` methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 #[cfg_attr(
@@ -52,34 +52,34 @@ pub enum HeadingSource {
     serde(default, deny_unknown_fields)
 )]
 pub struct AlignmentConfig {
-    /// The one source of heading to use; `None` takes the first there is of two antennas, attitude,
-    /// magnetometer, nothing. Course is only used when named.
+    /// The only heading source to use. `None` takes the first available of two antennas, attitude, magnetometer,
+    /// unknown. Course is used only if named here.
     pub heading: Option<HeadingSource>,
-    /// The second GPS antenna from the first, body axes, m; `None` where the receiver tells the heading of
-    /// the vehicle itself.
+    /// The second GPS antenna from the first, body axes, m; `None` if the receiver reports the heading of the vehicle
+    /// itself.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub baseline_m: Option<Vector<Body>>,
-    /// Length of inertial data needed, s.
+    /// Required length of inertial data, s.
     pub duration_s: f64,
-    /// What to add to the unit's yaw for true heading: the declination where it is magnetic, rad.
+    /// Angle to add to the inertial unit's yaw for true heading, rad: the declination if its yaw is magnetic.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub attitude_declination_rad: f64,
     /// Magnetic declination, east positive, rad, for the magnetometer.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub declination_rad: f64,
-    /// One-sigma of the unit's own roll and pitch, rad.
+    /// One-sigma of the inertial unit's own roll and pitch, rad.
     pub attitude_tilt_sigma_rad: f64,
-    /// One-sigma of the unit's own or the magnetic heading, rad.
+    /// One-sigma of the inertial unit's own heading or of the magnetic heading, rad.
     pub heading_sigma_rad: f64,
-    /// One-sigma of levelling at rest, rad: the accelerometer bias over g.
+    /// One-sigma of levelling at rest, rad: accelerometer bias over g.
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position and velocity where the fix does not say, m and m/s.
+    /// One-sigma of position and velocity for fixes without accuracies, m and m/s.
     pub position_sigma_m: f64,
     /// See `position_sigma_m`.
     pub velocity_sigma_mps: f64,
-    /// Speed at which the course gives the heading, m/s.
+    /// Least speed at which the course gives the heading, m/s.
     pub course_speed_mps: f64,
 }
 
@@ -124,8 +124,8 @@ impl AlignmentConfig {
         self
     }
 
-    /// With a magnetic declination, east positive, rad: of the magnetometer, and of the unit's own yaw
-    /// where `attitude_is_magnetic`.
+    /// With a magnetic declination, east positive, rad: for the magnetometer, and for the inertial unit's yaw if
+    /// `attitude_is_magnetic`.
     #[must_use]
     pub const fn with_declination_rad(
         mut self,
@@ -138,7 +138,7 @@ impl AlignmentConfig {
     }
 }
 
-/// What a filter starts from: the end of alignment.
+/// Initial state of a filter: the result of alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// Position, velocity and attitude of the inertial unit.
@@ -151,30 +151,30 @@ pub struct Start {
     pub position_sigma_m: Vector<Ned>,
     /// Gyro bias, rad/s.
     pub gyro_bias_radps: Vector<Body>,
-    /// One-sigma of the gyro bias, rad/s, where alignment measured it; else the configured one.
+    /// One-sigma of the gyro bias, rad/s, if alignment measured it; `None` for the configured one.
     pub gyro_bias_sigma_radps: Option<f64>,
 }
 
-/// How an alignment came about.
+/// Result of an alignment, and its sources.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Alignment {
-    /// What the filter starts from.
+    /// Initial state of the filter.
     pub start: Start,
-    /// Where the heading comes from.
+    /// Source of the heading.
     pub heading: HeadingSource,
-    /// Whether roll and pitch are the unit's own; else they were levelled.
+    /// Whether roll and pitch come from the inertial unit's own attitude; otherwise from levelling.
     pub attitude_given: bool,
     /// Whether the vehicle was at rest, so that the gyro bias could be measured.
     pub at_rest: bool,
-    /// Inertial data it rests on, s.
+    /// Length of the inertial data used, s.
     pub duration_s: f64,
-    /// The direction, of length one, about which the attitude is open where nothing gives a heading: down, or of a
-    /// vehicle that accelerates against its specific force.
+    /// Unit vector of the direction about which the attitude is unknown without a heading: down, or opposite to the
+    /// specific force for a vehicle that accelerates.
     pub axis: Vector<Ned>,
 }
 
-/// Collects events until they make an alignment.
+/// Collects events until they give an alignment.
 #[derive(Clone, Debug)]
 pub struct Aligner {
     config: AlignmentConfig,
@@ -182,14 +182,14 @@ pub struct Aligner {
     window: Window,
     attitude: Option<EulerAngles>,
     field_gauss: Option<Vector<Body>>,
-    /// When two antennas last told a heading, it and its one-sigma, rad.
+    /// Time, value, rad, and one-sigma, rad, of the last two-antenna heading.
     antenna_heading: Option<(Time, f32, f32)>,
-    /// Since when fixes have come without a height, none with one between them; the end of all time where none has. Eight
-    /// bytes less than an option takes.
+    /// Time of the first of the present run of fixes without a height; [`NEVER`] if the last fix had a height. Takes
+    /// eight bytes less than an option.
     heightless_since: Time,
 }
 
-/// Running means of the inertial samples since the window began.
+/// Running means of the inertial samples since the start of the window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
     /// Times of its first and last sample.
@@ -203,50 +203,49 @@ struct Window {
     force_vibration: Vibration,
 }
 
-/// Windows are no longer than this, s.
+/// Longest window, s.
 const LONGEST_WINDOW_S: f64 = 5.0;
-/// Samples further apart than this, s, do not belong to one window.
+/// Longest gap between samples of one window, s.
 const LONGEST_GAP_S: f64 = 0.5;
-/// A fix further than this, s, from the last inertial sample does not end the alignment.
+/// Largest time between a fix and the last inertial sample, s, for the fix to end the alignment.
 pub(crate) const ALIGNABLE_S: f64 = 2.0;
-/// After every time there is.
+/// Later than every possible time.
 const NEVER: Time = Time::from_nanoseconds(i64::MAX);
-/// Fixes without a height are waited out for so long, s, before one of them ends the alignment.
+/// Time, s, for which fixes without a height are skipped before one of them ends the alignment.
 const HEIGHT_WAIT_S: f64 = 10.0;
-/// One-sigma of a height that no fix has told, m: where people fly lies within three of it.
+/// One-sigma of a height without a measurement, m: aircraft altitudes lie within three of it.
 pub(crate) const UNKNOWN_HEIGHT_M: f64 = 1000.0;
-/// At rest: GPS speed, m/s; mean rate, rad/s; scatter of the rate, rad/s; vibration, m/s².
+/// Limits of rest: GPS speed, m/s; mean rate, rad/s; scatter of the rate, rad/s; vibration, m/s².
 const REST_SPEED_MPS: f64 = 0.25;
 const REST_RATE_RADPS: f64 = 0.02;
 const REST_RATE_SCATTER_RADPS: f64 = 0.06;
 const REST_VIBRATION_MPS2: f64 = 0.3;
-/// In steady motion the mean force is gravity; further from it than this, m/s², or turning faster, rad/s, a
-/// vehicle manoeuvres.
+/// In steady motion the mean force equals gravity. A larger difference, m/s², or a faster turn, rad/s, is a manoeuvre.
 const MANOEUVRE_MPS2: f64 = 0.7;
 const MANOEUVRE_RADPS: f64 = 0.15;
 
 impl Window {
     fn push<const WEIGH: bool>(&mut self, sample: &ImuSample, longest_s: f64) {
-        let anew = Self { span: Some((sample.time, sample.time)), ..Self::default() };
+        let restarted = Self { span: Some((sample.time, sample.time)), ..Self::default() };
         let Some((first, last)) = self.span else {
-            *self = anew;
+            *self = restarted;
             return;
         };
         let interval_s = sample.time - last;
-        // A clock that was set back would let no sample in any more.
+        // A clock set back by more must restart the window; otherwise it would reject every later sample.
         let out_of_order = (-LONGEST_GAP_S..=0.0).contains(&interval_s);
         if out_of_order || !sample.motion.is_finite() {
             return;
         }
         if libm::fabs(interval_s) > LONGEST_GAP_S {
-            *self = anew;
+            *self = restarted;
             return;
         }
         let mean = sample.motion.mean_rates(interval_s);
         if WEIGH {
             self.since_fix.feel(mean, interval_s);
         }
-        // What is older counts for half: the vehicle may have moved since, and a fix still finds a window.
+        // A full window halves its count and length: old samples lose weight, and a fix still finds a long window.
         let is_long = last - first > longest_s;
         let first = if is_long { last + (-0.5 * longest_s) } else { first };
         self.count /= if is_long { 2 } else { 1 };
@@ -271,7 +270,7 @@ impl Window {
         self.span.map_or(0.0, |(first, last)| last - first)
     }
 
-    /// Whether it turned or felt a force that no vehicle in steady motion does.
+    /// Whether turn rate or force exceed those of steady motion.
     fn is_manoeuvring(&self) -> bool {
         let beyond = libm::fabs(self.force.norm() - STANDARD_GRAVITY_MPS2);
         beyond > MANOEUVRE_MPS2 || self.rate.norm() > MANOEUVRE_RADPS
@@ -286,7 +285,7 @@ impl Window {
 }
 
 impl Aligner {
-    /// An aligner that has seen nothing yet.
+    /// An aligner without events yet.
     #[must_use]
     pub fn new(config: AlignmentConfig, mounting: Mounting) -> Self {
         Self {
@@ -306,39 +305,42 @@ impl Aligner {
         &self.config
     }
 
-    /// Forgets all that it has seen.
+    /// Clears all collected data.
     pub(crate) fn restart(&mut self) {
         (self.window, self.attitude) = (Window::default(), None);
         (self.field_gauss, self.antenna_heading) = (None, None);
         self.heightless_since = NEVER;
     }
 
-    /// Whether no fix was seen of late, since which a change of velocity could tell the force.
+    /// Whether no recent fix exists from which a change of velocity could give the force.
     pub(crate) fn lacks_fix(&self) -> bool {
         self.window.since_fix.is_old()
     }
 
-    /// Begins anew at a fix, after the sample of `time`. A fix of as much later as inertial data are needed finds enough.
+    /// Restarts at a fix, after the sample at `time`. A fix later by the required length of inertial data can then end
+    /// the alignment.
     pub(crate) fn restart_at(&mut self, fix: &Fix, time: Time) {
         self.restart();
         self.window.span = Some((time + -BEFORE_S, time));
         self.window.since_fix = SinceFix::begin(fix);
     }
 
-    /// Takes in the next event; `Some` ends the alignment, always on a fix, with a start at the time
-    /// of the last inertial sample. A fix that is not finite or finds too little inertial data is
-    /// passed over, and so is one without a height until for ten seconds none had one: the height of a start on
-    /// such a fix is not known, at a one-sigma of a kilometre.
+    /// Feeds the next event. `Some` ends the alignment, always on a fix, with a start at the time of the last inertial
+    /// sample.
+    ///
+    /// A fix that is not finite, or comes with too little inertial data, is ignored. Fixes without a height are ignored
+    /// until ten seconds passed without a height. The height of a start on such a fix is unknown, with a one-sigma of a
+    /// kilometre.
     pub fn push(&mut self, event: &Event) -> Option<Alignment> {
         self.push_as::<true>(event)
     }
 
-    /// [`push`](Self::push), by levelling alone where it is not to `WEIGH` what fixes say of the acceleration: for
-    /// programs that have no room.
+    /// [`push`](Self::push), by levelling alone unless `WEIGH`: without the acceleration from fixes, for programs with
+    /// little memory.
     pub(crate) fn push_as<const WEIGH: bool>(&mut self, event: &Event) -> Option<Alignment> {
         match event {
             Event::Imu(sample) => {
-                // Twice what is needed, so that a fix meets a window that is long enough.
+                // Twice the required length, so that a fix meets a window that is long enough.
                 let longest_s = LONGEST_WINDOW_S.max(2.0 * self.config.duration_s);
                 self.window.push::<WEIGH>(sample, longest_s);
                 self.attitude =
@@ -359,7 +361,7 @@ impl Aligner {
                 self.heightless_since =
                     if fix.two_dimensional { self.heightless_since.min(fix.time) } else { NEVER };
                 let alignment = self.align::<WEIGH>(fix);
-                // The oldest that still tells: over a longer time velocities say more.
+                // The last fix is kept as long as it is usable: velocities over a longer time are more accurate.
                 if WEIGH && alignment.is_none() && self.window.since_fix.is_old() {
                     self.window.since_fix = SinceFix::begin(fix);
                 }
@@ -377,12 +379,12 @@ impl Aligner {
         }
     }
 
-    /// Whether a sample of `time` is not later than the last.
+    /// Whether a sample at `time` is not later than the last one.
     pub(crate) fn is_late(&self, time: Time) -> bool {
         self.window.last().is_some_and(|last| time <= last)
     }
 
-    /// How much older than the last inertial sample a fix is, s; `None` before the first sample.
+    /// Age of a fix against the last inertial sample, s; `None` before the first sample.
     pub(crate) fn age_s(&self, fix: &Fix) -> Option<f64> {
         self.window.last().map(|last| last - fix.time)
     }
@@ -393,7 +395,8 @@ impl Aligner {
         let time = self.window.last()?;
         let age_s = self.age_s(fix)?;
         let is_far = libm::fabs(age_s) > ALIGNABLE_S;
-        // A receiver that starts tells the height some seconds after the place; one that never does is used without.
+        // A receiver reports the height some seconds after the position; a receiver that never does is used without
+        // height.
         let waits_for_height =
             fix.two_dimensional && fix.time - self.heightless_since < HEIGHT_WAIT_S;
         if self.window.length_s() < config.duration_s || waits_for_height || is_far {
@@ -424,7 +427,7 @@ impl Aligner {
             return None;
         }
 
-        // A velocity ages with the acceleration that may have gone on since the fix, or changed.
+        // The velocity becomes less accurate with the acceleration that may have continued or changed since the fix.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),
@@ -464,7 +467,7 @@ impl Aligner {
     }
 }
 
-/// A window that begins at a fix reaches so far back, s.
+/// A window that begins at a fix starts this long before it, s.
 const BEFORE_S: f64 = 0.05;
 /// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;

@@ -1,9 +1,8 @@
-//! From samples to increments: coning and sculling.
+//! Samples to increments: coning and sculling.
 //!
-//! A unit's axes turn while it integrates. The rotation between two samples is therefore not the
-//! integral of rate (coning), and the velocity change is not the integral of specific force
-//! (rotation and sculling). Both are restored here to second order in the change of rate and third
-//! order in its size.
+//! The axes of an inertial unit turn while it integrates. The rotation between two samples is therefore not the
+//! integral of rate (coning), and the velocity change is not the integral of specific force (rotation and sculling).
+//! Both are corrected here to second order in the change of rate and third order in its size.
 //!
 //! # Source
 //! P. G. Savage (1998), Strapdown inertial navigation integration algorithm design, *Journal of
@@ -15,7 +14,7 @@ use crate::imu::{ImuErrors, ImuSample, Motion};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// What the unit went through between two samples, compensated and ready for the mechanization.
+/// Motion of the inertial unit between two samples, compensated and ready for the mechanization.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Increment<T = f64> {
     /// Length of the interval, s, positive.
@@ -27,8 +26,7 @@ pub struct Increment<T = f64> {
 }
 
 impl<T: Scalar> Increment<T> {
-    /// The increment of a sample that has none before it, its rates taken to hold all through
-    /// `interval_s`.
+    /// The increment of a sample without predecessor: its rates count as constant over `interval_s`.
     #[must_use]
     pub fn of_first_sample(motion: &Motion<T>, interval_s: T, errors: &ImuErrors<T>) -> Self {
         let (rotation_rad, velocity_mps) = match *motion {
@@ -43,8 +41,8 @@ impl<T: Scalar> Increment<T> {
         Self { interval_s, rotation_rad, velocity_mps }
     }
 
-    /// Angular rate at the end of the interval, rad/s, of the sample that ended it; of increments the
-    /// mean over the interval.
+    /// Angular rate at the end of the interval, rad/s, from the sample that ended it; for increments the mean over the
+    /// interval.
     #[must_use]
     pub fn angular_rate(&self, motion: &Motion<T>, errors: &ImuErrors<T>) -> Vector<Body, T> {
         match *motion {
@@ -54,7 +52,7 @@ impl<T: Scalar> Increment<T> {
     }
 }
 
-/// Turns samples into [`Increment`]s; remembers the sample before, which coning and sculling need.
+/// Converts samples to [`Increment`]s. Keeps the previous sample, which coning and sculling need.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Integrator<T = f64> {
     previous: Option<Previous<T>>,
@@ -71,20 +69,20 @@ impl<T: Scalar> Integrator<T> {
     /// No sample yet.
     pub const EMPTY: Self = Self { previous: None };
 
-    /// The time of the last sample taken in.
+    /// The time of the last accepted sample.
     #[must_use]
     pub fn time(&self) -> Option<Time> {
         self.previous.map(|previous| previous.time)
     }
 
-    /// Takes in the next sample and gives the increment since the one before, with the known errors
-    /// of the unit removed.
+    /// Feeds the next sample. Returns the increment since the previous one, with the known errors of the inertial unit
+    /// removed.
     ///
-    /// Rates are taken to change linearly between samples. Increments are taken to come from rates
-    /// that change linearly over this interval and the one before.
+    /// Rates count as linear between samples. Increments count as integrals of rates that are linear over this interval
+    /// and the previous one.
     ///
-    /// `None` for the first sample, and, leaving the integrator as it was, for a sample that is not
-    /// finite or not later than the one before.
+    /// Returns `None` for the first sample, and for a sample that is not finite or not later than the previous one.
+    /// Such a sample leaves the integrator unchanged.
     pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors<T>) -> Option<Increment<T>> {
         let motion = sample.motion.cast::<T>();
         if !motion.is_finite() {
@@ -93,8 +91,8 @@ impl<T: Scalar> Integrator<T> {
         self.push_finite(sample.time, motion, errors)
     }
 
-    /// [`push`](Self::push) of a motion that is known to be finite. Inlined, so that scale factors which are
-    /// no states cost nothing.
+    /// [`push`](Self::push) for a motion known to be finite. Inlined, so that scale factors that are not states cost
+    /// nothing.
     #[inline(always)]
     pub(crate) fn push_finite(
         &mut self,
@@ -131,8 +129,8 @@ impl<T: Scalar> Integrator<T> {
             ) => {
                 let angle = errors.rate(angle_rad, interval_s);
                 let velocity = errors.force(velocity_mps, interval_s);
-                // The interval before stands in by its mean rate where its length was another; the
-                // first increment of a log has no known length.
+                // The previous increment is scaled to the present interval. The first increment of a log has no known
+                // length.
                 let (angle_before, velocity_before) = if previous.interval_s > T::ZERO {
                     let scale = interval_s / previous.interval_s;
                     (
@@ -156,7 +154,7 @@ impl<T: Scalar> Integrator<T> {
     }
 }
 
-/// Rates linear over the interval: the integrals in closed form.
+/// Increment from rates that are linear over the interval: the integrals in closed form.
 ///
 /// # Source
 /// Equations (S2) and (S3) of docs/equations.md.
@@ -181,7 +179,7 @@ fn from_rates<T: Scalar>(
     }
 }
 
-/// Rates linear over this interval and the one before, known by their integrals.
+/// Increment from the integrals of rates that are linear over this interval and the previous one.
 ///
 /// # Source
 /// Equations (S4) and (S5) of docs/equations.md.

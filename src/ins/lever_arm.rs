@@ -1,15 +1,12 @@
-//! From the inertial unit to the centre of gravity and the antenna.
+//! Lever arms from the inertial unit to the centre of gravity and the antenna.
 //!
-//! A unit at r from the centre of gravity measures a + ω̇×r + ω×(ω×r) (equation 4.1 of Paw 2005,
-//! whose own program kept only ω̇×r, and only for r along z). Differentiating a vibrating gyro for
-//! ω̇ multiplies its noise by the sample rate, so navigation here never does: it follows the *unit*,
-//! whose velocity needs no ω̇, and moves the result to another point by ω×r, the exact integral of
-//! the two acceleration terms. Vibration enters there by its rate, not by its derivative: 0.02 rad/s
-//! over 0.28 m is 6 mm/s.
-//!
-//! Where the acceleration of the centre of gravity itself is wanted (identification does),
-//! [`AngularAcceleration`] gives ω̇ by a least-squares slope over a short window, whose noise gain
-//! falls with the window's length to the power 3/2.
+//! An IMU at r from the centre of gravity measures a + ω̇×r + ω×(ω×r): equation 4.1 of Paw 2005. The program of that
+//! thesis kept only ω̇×r, and only for r along z. Differentiating a vibrating gyro for ω̇ multiplies its noise by the
+//! sample rate. Navigation therefore follows the *inertial unit*, whose velocity needs no ω̇. The result is moved to
+//! another point by ω×r, the exact integral of the two acceleration terms. Vibration then enters by its rate, not by
+//! its derivative: 0.02 rad/s over 0.28 m is 6 mm/s.
+//! Identification needs the acceleration of the centre of gravity itself. [`AngularAcceleration`] gives ω̇ for it by a
+//! least-squares slope over a short window. Its noise gain falls with the window's length to the power 3/2.
 
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
@@ -21,13 +18,13 @@ use crate::time::Time;
 pub struct LeverArm<T = f64>(pub Vector<Body, T>);
 
 impl<T: Scalar> LeverArm<T> {
-    /// The same lever arm in numbers of another type.
+    /// The same lever arm in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> LeverArm<U> {
         LeverArm(self.0.cast())
     }
 
-    /// The point's position, given the unit's position and attitude.
+    /// The point's position, given the inertial unit's position and attitude.
     ///
     /// # Source
     /// Equation (S9) of docs/equations.md.
@@ -36,8 +33,8 @@ impl<T: Scalar> LeverArm<T> {
         unit.displaced(body_to_ned * self.0)
     }
 
-    /// The point's velocity, m/s, given the unit's velocity and the angular rate of the body against
-    /// the ground's axes, rad/s.
+    /// The point's velocity, m/s, given the inertial unit's velocity and the angular rate of the body relative to the
+    /// ground's axes, rad/s.
     #[must_use]
     pub fn velocity(
         &self,
@@ -48,14 +45,15 @@ impl<T: Scalar> LeverArm<T> {
         unit_mps + body_to_ned * self.relative_velocity(angular_rate_radps)
     }
 
-    /// The point's velocity relative to the unit, ω × ℓ, body axes, m/s.
+    /// The point's velocity relative to the inertial unit, ω × ℓ, body axes, m/s.
     #[must_use]
     pub fn relative_velocity(&self, angular_rate_radps: Vector<Body, T>) -> Vector<Body, T> {
         angular_rate_radps.cross(self.0)
     }
 
-    /// The specific force at the point, m/s², from that at the unit: f + ω̇×ℓ + ω×(ω×ℓ), where ℓ leads
-    /// from the unit to the point (the r of equation 4.1 leads the other way: ℓ = −r).
+    /// The specific force at the point, m/s², from that at the inertial unit: f + ω̇×ℓ + ω×(ω×ℓ).
+    ///
+    /// ℓ points from the unit to the point. The r of equation 4.1 has the opposite direction, ℓ = −r.
     ///
     /// # Source
     /// Equation (S10) of docs/equations.md.
@@ -74,9 +72,9 @@ impl<T: Scalar> LeverArm<T> {
 
 /// Angular acceleration as the least-squares slope of the last `W` angular rates.
 ///
-/// White rate noise of σ at interval Δt gives a slope noise of σ √(12 / (W (W² − 1))) / Δt: 0.11 σ/Δt
-/// for the nine samples that suit 33 Hz, against 1.41 σ/Δt for a difference of neighbours. The slope
-/// holds for the middle of the window, (W − 1)/2 samples ago.
+/// White rate noise of σ at interval Δt gives a slope noise of σ √(12 / (W (W² − 1))) / Δt. For the nine samples suited
+/// to 33 Hz that is 0.11 σ/Δt, against 1.41 σ/Δt for a difference of neighbours. The slope is valid for the middle of
+/// the window, (W − 1)/2 samples ago.
 #[derive(Clone, Copy, Debug)]
 pub struct AngularAcceleration<const W: usize> {
     samples: [(Time, Vector<Body>); W],
@@ -90,9 +88,8 @@ impl<const W: usize> Default for AngularAcceleration<W> {
 }
 
 impl<const W: usize> AngularAcceleration<W> {
-    /// Takes in the next angular rate, rad/s, and gives the slope, rad/s², once the window is full.
-    /// A rate that is not finite, or not later than the one before, is passed over; after a gap of
-    /// more than a second the window fills anew.
+    /// Feeds the next angular rate, rad/s, and returns the slope, rad/s², once the window is full. Ignores a rate that
+    /// is not finite or not later than the previous one. After a gap of more than a second the window starts empty.
     pub fn push(&mut self, time: Time, angular_rate_radps: Vector<Body>) -> Option<Vector<Body>> {
         let newest = self.samples.last().map_or(Time::ZERO, |&(time, _)| time);
         if !angular_rate_radps.is_finite() || (self.filled > 0 && time <= newest) {

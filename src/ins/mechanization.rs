@@ -6,10 +6,10 @@ use crate::ins::Increment;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Where the inertial unit is, how fast it goes, how it is turned.
+/// Position, velocity and attitude of the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavState<T = f64> {
-    /// When.
+    /// Time of the state.
     pub time: Time,
     /// Position of the inertial unit.
     pub position: Geodetic,
@@ -19,18 +19,18 @@ pub struct NavState<T = f64> {
     pub body_to_ned: Rotation<Body, Ned, T>,
 }
 
-/// How long the rate of a controlled vehicle is like itself, s: of its tilt, and of its turn.
+/// Correlation time of the rate of a controlled vehicle, s: of tilt, and of turn.
 const TILT_MEMORY_S: f64 = 0.3;
 const TURN_MEMORY_S: f64 = 1.0;
-/// No gap turns a state further, rad: a rate beyond this is a movement about to be stopped, and one sample of it may
-/// be vibration. A state that is carried past the vertical comes back the wrong way up.
+/// Largest rotation of a state over a gap, rad. A faster rate is a movement about to stop, and a single sample of it
+/// may be vibration. A state rotated past the vertical would return upside down.
 const MOST_TILTED_RAD: f64 = 0.35;
 const MOST_TURNED_RAD: f64 = 1.0;
 
 /// Faster than any orbit, m/s.
 const FASTEST_MPS: f64 = 1e4;
 
-/// What one step of the mechanization went through: what the covariance and a look back need.
+/// Intermediate results of one step of the mechanization, for the covariance and for looking back.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance<T = f64> {
     /// Direction cosines of the attitude at the start, rows north, east, down.
@@ -39,12 +39,12 @@ pub struct Advance<T = f64> {
     pub from_specific_force_mps: Vector<Ned, T>,
     /// Whole velocity change: specific force, gravity, Coriolis, m/s.
     pub velocity_mps: Vector<Ned, T>,
-    /// Rotation of the NED axes against inertial space during the step, rad.
+    /// Rotation of the NED axes relative to inertial space during the step, rad.
     pub frame_rotation_rad: Vector<Ned, T>,
 }
 
 impl<T: Scalar> NavState<T> {
-    /// At rest where the prime meridian meets the equator, level, nose to the north.
+    /// At rest at latitude and longitude zero, level, nose to the north.
     pub const ORIGIN: Self = Self {
         time: Time::ZERO,
         position: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },
@@ -52,7 +52,7 @@ impl<T: Scalar> NavState<T> {
         body_to_ned: Rotation::IDENTITY,
     };
 
-    /// The same state in numbers of another type.
+    /// The same state in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> NavState<U> {
         NavState {
@@ -65,10 +65,9 @@ impl<T: Scalar> NavState<T> {
 
     /// Carries the state over one increment that ends at `time`.
     ///
-    /// Earth rate, transport rate, Coriolis and gravity are taken at the middle of the step;
-    /// position follows the mean of the velocities at its ends. Against a trajectory of bounded
-    /// jerk the position error of the last rule does not grow: it telescopes to Δt²/12 times the
-    /// change of acceleration since the start.
+    /// Earth rate, transport rate, Coriolis and gravity are evaluated at the middle of the step. Position integrates
+    /// the mean of the velocities at its ends. The position error of this rule does not grow for a trajectory of
+    /// bounded jerk. It telescopes to Δt²/12 times the change of acceleration since the start.
     ///
     /// Valid where [`Geodetic::is_navigable`].
     ///
@@ -108,11 +107,12 @@ impl<T: Scalar> NavState<T> {
         Advance { body_to_ned_rows, from_specific_force_mps, velocity_mps, frame_rotation_rad }
     }
 
-    /// Carries the state over a gap in the inertial samples that ends at `time`: the velocity is kept,
-    /// and the rotation goes on at `angular_rate_radps` (against the ground's axes) for as long as a
-    /// rate lasts: of a turn about the vertical at most a second, of a tilt 0.3 s and 0.35 rad. What the vehicle did
-    /// meanwhile nobody knows, and the ends of a gap tell less of its middle than rest does: a rate or a force that is
-    /// held over seconds leads far off.
+    /// Carries the state over a gap in the inertial samples that ends at `time`. The velocity stays constant. The
+    /// rotation continues at `angular_rate_radps` (relative to the ground's axes) for the usual duration of a rate. For
+    /// a turn about the vertical this is at most a second; for a tilt, 0.3 s and 0.35 rad.
+    ///
+    /// The motion during a gap is unknown, and the rates at its ends predict it worse than rest does. A rate or force
+    /// held for seconds leads to large errors.
     ///
     /// # Source
     /// Equation (S14) of docs/equations.md.
@@ -134,7 +134,7 @@ impl<T: Scalar> NavState<T> {
         rotation_rad
     }
 
-    /// Whether every value is finite, the place is one where NED exists, and the speed under 10 km/s.
+    /// Whether every value is finite, NED is defined at the position, and the speed is under 10 km/s.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.position.is_navigable()

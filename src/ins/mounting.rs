@@ -1,10 +1,10 @@
-//! Where the sensors are in the vehicle.
+//! Positions of the sensors in the vehicle.
 
 use super::LeverArm;
 use crate::frames::{Body, Vector};
 
-/// Where the inertial unit and the antenna are, from the point whose position and velocity the
-/// solution gives: the centre of gravity, or the unit itself.
+/// Positions of the inertial unit and the antenna, relative to the point of the solution: the centre of gravity, or the
+/// inertial unit itself.
 ///
 /// ```
 /// use hovernav::frames::Vector;
@@ -18,9 +18,9 @@ use crate::frames::{Body, Vector};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Mounting {
-    /// The inertial unit from the point of the solution, body axes, m.
+    /// Position of the inertial unit relative to the point of the solution, body axes, m.
     pub imu_lever_arm_m: Vector<Body>,
-    /// The GPS antenna from the same point, body axes, m.
+    /// Position of the GPS antenna relative to the same point, body axes, m.
     pub antenna_lever_arm_m: Vector<Body>,
 }
 

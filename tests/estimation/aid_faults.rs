@@ -11,7 +11,7 @@ use hovernav_model::shipped;
 use hovernav_sim::faults::{CATALOGUE, Log};
 use hovernav_sim::{AntennasConfig, FlightConfig, RangefinderConfig};
 
-/// Two minutes of hover, 5 m above the ground, in a directory; with the truth.
+/// Two minutes of hover, 5 m above the ground, written to a directory; returns the truth.
 fn hover(dir: &Path) -> Vec<Truth> {
     let design = HoverDesign::default();
     let gains = design.synthesise(&shipped::raptor60()).unwrap();
@@ -20,7 +20,7 @@ fn hover(dir: &Path) -> Vec<Truth> {
     config.seed = 4;
     config.rangefinder = Some(RangefinderConfig::over(config.start.height_m - 5.0));
     config.antennas = Some(AntennasConfig::default());
-    // Nothing but the antennas gives a heading.
+    // Only the antennas give a heading.
     config.dmu.magnetometer = None;
     config.dmu.attitude = None;
     let (dataset, truth) = config.fly().unwrap().dataset();

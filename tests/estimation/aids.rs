@@ -1,5 +1,5 @@
-//! A rangefinder and a second antenna: they help where nothing else does, are as sure as they are right,
-//! and their faults do no harm.
+//! A rangefinder and a second antenna: they help where no other sensor does, their one-sigmas are right, and their
+//! faults do no harm.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{
@@ -18,7 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 const PERIOD_S: f64 = 0.02;
 const GRAVITY_MPS2: f64 = 9.808;
-/// The ground beneath the start, m under it.
+/// Ground below the start, m under it.
 const HEIGHT_M: f64 = 6.0;
 
 fn place() -> Geodetic {
@@ -48,7 +48,7 @@ fn start(heading_rad: f64, heading_sigma_rad: f64) -> Start {
     }
 }
 
-/// A vehicle that hovers, bobs up and down by half a metre, and is turned about its vertical axis.
+/// A vehicle that hovers, moves up and down by half a metre, and turns about its vertical axis.
 struct Hover {
     noise: ChaCha8Rng,
     accel_bias_mps2: f64,
@@ -76,7 +76,7 @@ impl Hover {
 
     fn sample(&mut self, seconds: f64) -> ImuSample {
         let mut white = |size: f64| size * normal(&mut self.noise) / PERIOD_S.sqrt();
-        // The Earth turns as well.
+        // Includes the rotation of the Earth.
         let earth = 7.292e-5 * [place().latitude_rad.cos(), -place().latitude_rad.sin()][1];
         let rates = Vector::new(white(5e-4), white(5e-4), white(5e-4));
         let forces = Vector::new(white(0.01), white(0.01), white(0.01));
@@ -93,8 +93,8 @@ impl Hover {
     }
 }
 
-/// A minute without fixes, in which a rangefinder at 20 Hz tells `range_m(seconds, true height)`; the largest
-/// error of the height, m, its one-sigma at the end, and what the filter refused.
+/// A minute without fixes, with a rangefinder at 20 Hz that reads `range_m(seconds, true height)`. Returns the largest
+/// height error, m, the final one-sigma, and the rejected readings.
 fn without_fixes(
     seed: u64,
     mut range_m: impl FnMut(f64, f64, f64) -> Option<f64>,
@@ -130,7 +130,7 @@ fn without_fixes(
     (worst_m, sigma_m, refused, filter)
 }
 
-/// White noise as the model has it.
+/// White noise as in the model.
 fn measured(height_m: f64, normal: f64) -> f64 {
     height_m + normal * (0.05f64.powi(2) + (0.01 * height_m).powi(2)).sqrt()
 }
@@ -164,7 +164,7 @@ fn a_roof_and_a_tree_are_ground_and_no_height() {
         );
         assert!(worst_m < plain_m + 0.8, "seed {seed}: {worst_m} m, without {plain_m} m");
         assert!((40..=110).contains(&refused), "{refused}");
-        // The ground is the one beside the roof again.
+        // The ground after the roof is the original one.
         let ground_m = filter.parameter(27);
         assert!(ground_m.abs() < 1.0, "{ground_m}");
     }
@@ -213,7 +213,7 @@ fn a_stuck_reading_of_a_vehicle_that_moves_is_not_used() {
         let seconds = f64::from(step) * PERIOD_S;
         let mut sample = hover.sample(seconds);
         if let Motion::Rates { specific_force_mps2, .. } = &mut sample.motion {
-            // Off to the north.
+            // Away to the north.
             *specific_force_mps2 += Vector::new(0.5, 0.0, 0.0);
         }
         filter.predict(&sample).unwrap();
@@ -256,8 +256,8 @@ fn the_innovations_of_a_rangefinder_are_as_large_as_it_expects() {
     assert!((0.75..1.15).contains(&mean), "{mean}");
 }
 
-/// Two minutes with a second antenna at 5 Hz whose heading is off by what `off_rad` says, given the seconds; the
-/// squared normalised errors of the heading, and the last error.
+/// Two minutes with a second antenna at 5 Hz whose heading is off by `off_rad(seconds)`. Returns the squared normalised
+/// heading errors, the last error, and the rejections.
 fn with_antennas(seed: u64, off_rad: impl Fn(f64) -> f64) -> (Vec<f64>, f64, Vec<Unusable>) {
     let mut hover = Hover::new(seed);
     let off = 0.05 * normal(&mut hover.noise);
@@ -309,7 +309,7 @@ fn a_heading_of_two_antennas_is_as_sure_as_it_is_right() {
 
 #[test]
 fn a_heading_that_points_backwards_or_jumps_is_refused() {
-    // Exchanged for good from a minute on; a wrong ambiguity of 20° for 40 s.
+    // Exchanged permanently after a minute; a wrong ambiguity of 20° for 40 s.
     let half = core::f64::consts::PI;
     let (_, last_rad, why) = with_antennas(7, |seconds| if seconds > 60.0 { half } else { 0.0 });
     assert!(why.len() > 290 && why.iter().all(|why| *why == Unusable::Reversed), "{why:?}");
@@ -337,7 +337,7 @@ fn antennas_that_are_not_so_far_apart_have_a_wrong_ambiguity() {
     assert_eq!(update(1.25, 0.0), Err(Unusable::TooSoon));
 }
 
-/// An estimator at rest that nothing but two antennas gives a heading, from `from_s` on, and its notices.
+/// An estimator at rest whose only heading is from two antennas, from `from_s` on, and its notices.
 fn estimator_at_rest(from_s: f64) -> (Estimator, Vec<Notice>) {
     let mut config = EstimatorConfig::default();
     config.alignment.baseline_m = Some(Vector::new(0.0, 1.0, 0.0));
@@ -350,7 +350,7 @@ fn estimator_at_rest(from_s: f64) -> (Estimator, Vec<Notice>) {
         let mut push = |event| estimator.push(&event, |notice| notices.push(notice));
         push(Event::Imu(still));
         if step % 10 == 0 && seconds >= from_s {
-            // The second antenna lies to the right: the nose points to 70°.
+            // The second antenna is on the right: the nose points to 70°.
             let heading_rad = 160f64.to_radians() + Hover::heading(0.0)[1] * seconds;
             push(Event::AntennaHeading(AntennaHeading::new(still.time, heading_rad, None)));
         }

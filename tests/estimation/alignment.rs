@@ -1,4 +1,4 @@
-//! The first attitude, velocity and position: right to what they state, wherever they come from.
+//! The first attitude, velocity and position: within their stated accuracy, from every source.
 
 use approx::assert_abs_diff_eq;
 use hovernav::earth::{Geodetic, Local};
@@ -18,7 +18,7 @@ fn place() -> Geodetic {
     Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap()
 }
 
-/// A vehicle that does not move, its unit without noise.
+/// A vehicle at rest with a noiseless inertial unit.
 struct Still {
     attitude: Rotation<Body, Ned>,
     gyro_bias_radps: Vector<Body>,
@@ -39,7 +39,7 @@ impl Still {
         }
     }
 
-    /// Two seconds of samples, the fix a first time too early, then again.
+    /// Two seconds of samples. The fix comes once too early, and again after the samples.
     fn aligned(&self, config: AlignmentConfig, fix: Fix) -> Option<Alignment> {
         self.aligned_on(Mounting::default(), config, fix)
     }
@@ -114,7 +114,7 @@ fn an_accelerometer_bias_tilts_the_level_by_its_share_of_gravity() {
     let tilt_rad = bias / Local::at(&place()).gravity_mps2;
     assert_abs_diff_eq!(angles.pitch_rad, tilt_rad, epsilon = 1e-5);
     assert_abs_diff_eq!(angles.roll_rad, tilt_rad, epsilon = 1e-5);
-    // The default one-sigma is for such a bias.
+    // The default one-sigma covers such a bias.
     assert!(alignment.start.attitude_sigma_rad.x() > tilt_rad);
 }
 
@@ -125,7 +125,7 @@ fn at_rest_the_gyro_bias_is_measured_to_its_stated_one_sigma() {
     let alignment = still.aligned(AlignmentConfig::default(), fix()).unwrap();
     let sigma = alignment.start.gyro_bias_sigma_radps.unwrap();
     let off = (alignment.start.gyro_bias_radps - bias).norm();
-    // The Earth's own rate, 7e-5 rad/s, stays in it.
+    // The Earth's rotation rate, 7e-5 rad/s, remains in the bias.
     assert!(off < 8e-5 && off < sigma, "{off} of {sigma} rad/s");
 }
 
@@ -215,8 +215,8 @@ fn position_and_velocity_are_the_units_not_the_antennas() {
         ..Still::at(0.0, 0.0, 90.0)
     };
     let start = turning.aligned_on(mounting, config, fix()).unwrap().start.state;
-    // From the antenna the unit is 1 m ahead, which is east, and 0.3 m down; turning right at
-    // 0.5 rad/s carries what is ahead to the right, which is south.
+    // The inertial unit is 1 m ahead of the antenna, which is east, and 0.3 m below it. A right turn at 0.5 rad/s moves
+    // a point ahead to the right, which is south.
     let off = start.position.displacement_from(&place()) - Vector::new(0.0, 1.0, 0.3);
     assert!(off.norm() < 1e-6);
     assert!((start.velocity_mps - Vector::new(-0.5, 0.0, 0.0)).norm() < 1e-3);
@@ -236,8 +236,8 @@ fn without_enough_samples_or_with_a_fix_of_another_time_nothing_is_aligned() {
     assert_eq!(still.aligned(AlignmentConfig::default(), nowhere), None);
 }
 
-/// Flies the test flight with nothing that tells the heading; when it is found, its error and its
-/// stated one-sigma, rad, and at the end.
+/// Flies the test flight without any heading sensor. Returns error and stated one-sigma, rad, when the heading is found
+/// and at the end.
 fn searched(seed: u64, heading_deg: f64) -> Option<[f64; 4]> {
     let trajectory = FlightPlan::test_flight(place(), heading_deg.to_radians()).build().unwrap();
     let dmu = DmuConfig { attitude: None, magnetometer: None, ..DmuConfig::default() };
@@ -290,7 +290,7 @@ fn an_unknown_heading_is_found_in_motion_within_its_stated_one_sigma() {
     }
 }
 
-/// A fix at any second finds samples enough before it, however seldom fixes come.
+/// A fix at any second meets enough samples, at any interval of the fixes.
 #[test]
 fn a_lone_fix_aligns_whenever_it_comes() {
     let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
@@ -307,7 +307,8 @@ fn a_lone_fix_aligns_whenever_it_comes() {
     }
 }
 
-/// Fixes of which the first ones, for so many seconds, have no height: when an alignment ends, and its one-sigma of height, m.
+/// Fixes of which those in the first `for_s` seconds have no height. Returns the time of the alignment, s, and its
+/// one-sigma of height, m.
 fn aligned_without_height(for_s: u32) -> (f64, f64) {
     let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
     let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);

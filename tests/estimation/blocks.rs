@@ -6,7 +6,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_sim::FlightPlan;
 
-/// So many corners of blocks of houses, driven around at 8 m/s.
+/// A drive around this number of street corners at 8 m/s.
 pub fn around_blocks(corners: u32) -> FlightPlan {
     let place = Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
     let plan = FlightPlan::hover_at(place, 0.4).hold(5.0);

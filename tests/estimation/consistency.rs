@@ -1,5 +1,5 @@
-//! The filter is as sure as it is right: over many flights whose errors are what the filter
-//! assumes, its errors and its innovations are as large as its covariance says.
+//! Consistency of the filter: over many flights with the errors that the filter assumes, its errors and innovations
+//! match its covariance.
 //!
 //! # Source
 //! Y. Bar-Shalom, X. R. Li and T. Kirubarajan (2001), *Estimation with Applications to Tracking and
@@ -31,7 +31,7 @@ const VELOCITY_SIGMA_MPS: HorizontalVertical = HorizontalVertical::new(0.1, 0.2)
 const TILT_SIGMA_RAD: f64 = 0.01;
 const HEADING_SIGMA_RAD: f64 = 0.03;
 
-/// What filter and simulation both assume of the inertial unit.
+/// Inertial unit model of both filter and simulation.
 fn imu_model() -> ImuModel {
     let mut model = ImuModel::default();
     model.angle_random_walk_rad = 5e-4;
@@ -55,13 +55,12 @@ fn mounting() -> Mounting {
 
 fn ekf_config() -> EkfConfig {
     let mut gps = GpsModel::default();
-    // The simulated receiver takes its velocity at a moment.
+    // The simulated receiver measures its velocity at one moment.
     gps.velocity_smoothing_s = 0.0;
     EkfConfig::default().with_imu(imu_model()).with_gps(gps)
 }
 
-/// The same unit for the simulation; `noisy` or only with its biases, which are the same for the
-/// same seed.
+/// The same inertial unit for the simulation. Without `noisy` it only has its biases, which are equal for equal seeds.
 fn dmu_config(noisy: bool) -> DmuConfig {
     let model = imu_model();
     let white = if noisy { 60.0 } else { 0.0 };
@@ -92,7 +91,7 @@ fn gps_config() -> GpsConfig {
     }
 }
 
-/// One moment of the flight without error, at the inertial unit.
+/// One moment of the error-free flight, at the inertial unit.
 struct Moment {
     time: Time,
     truth: ImuTruth,
@@ -128,7 +127,7 @@ fn flight() -> (Trajectory, Vec<Moment>) {
     (trajectory, moments)
 }
 
-/// A start whose errors are drawn from the covariance that it states.
+/// A start with errors drawn from its stated covariance.
 fn start(truth: &State, seed: u64) -> Start {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let mut drawn = |sigma: Vector<Ned>| {
@@ -155,8 +154,7 @@ fn start(truth: &State, seed: u64) -> Start {
     }
 }
 
-/// Normalised squares at each epoch: of the errors just before and just after a fix, and of its
-/// innovations.
+/// Normalised squares at each epoch: of the errors just before and just after a fix, and of the innovations.
 #[derive(Clone, Copy)]
 struct Squares {
     predicted: f64,
@@ -164,7 +162,7 @@ struct Squares {
     innovations: f64,
 }
 
-/// True less estimated, as the covariance orders it.
+/// True minus estimated, in the order of the covariance.
 fn error(filter: &BaseEkf, truth: &State, biases: &ImuSample) -> DVector<f64> {
     let Motion::Increments { angle_rad, velocity_mps } = biases.motion else { unreachable!() };
     let state = filter.state();
@@ -186,7 +184,7 @@ fn normalised_square(filter: &BaseEkf, error: &DVector<f64>) -> f64 {
     error.dot(&root.solve(error))
 }
 
-/// One flight, its errors drawn from `seed`.
+/// One flight with errors drawn from `seed`.
 fn run(moments: &[Moment], trajectory: &Trajectory, seed: u64) -> Vec<Squares> {
     let mut noisy = SimulatedDmu::new(&dmu_config(true), seed).unwrap();
     let mut biased = SimulatedDmu::new(&dmu_config(false), seed).unwrap();
@@ -234,14 +232,13 @@ fn all_runs() -> Vec<Vec<Squares>> {
     })
 }
 
-/// Bounds within which the mean of as many squares of `degrees` each as there are runs lies with
-/// 95 % probability.
+/// 95 % bounds for the mean over all runs of a normalised square with `degrees` degrees of freedom.
 fn bounds(degrees: usize, count: usize) -> [f64; 2] {
     let sum = ChiSquared::new((degrees * count) as f64).unwrap();
     [0.025, 0.975].map(|probability| sum.inverse_cdf(probability) / count as f64)
 }
 
-/// How many of the epochs lie within the bounds of an epoch, and the mean over all.
+/// Share of the epochs within the bounds of an epoch, and the mean over all.
 fn judge(name: &str, degrees: usize, epochs: &[f64]) -> (f64, f64) {
     let [low, high] = bounds(degrees, RUNS as usize);
     let within = epochs.iter().filter(|mean| (low..=high).contains(*mean)).count();
@@ -276,7 +273,7 @@ fn errors_and_innovations_are_as_large_as_the_covariance_says() {
         let (share, mean) = judge(name, degrees, epochs);
         let [low, high] = bounds(degrees, RUNS as usize);
         assert!((low..=high).contains(&mean), "{name}: {mean} outside [{low}, {high}]");
-        // Errors of neighbouring epochs are alike, so the share scatters about its 95 %.
+        // Errors of neighbouring epochs are correlated, so the share scatters about its 95 %.
         assert!(share >= 0.85, "{name}: inside at only {share} of the epochs");
     }
     // Innovations are independent from fix to fix, so their mean over all epochs has tight bounds.

@@ -1,4 +1,4 @@
-//! The covariance of a fast unit, propagated once over several samples, beside that propagated at each.
+//! The covariance of a fast IMU: propagated once over several samples, compared with every sample.
 
 use std::ops::Range;
 
@@ -18,12 +18,12 @@ use rand_distr::{Distribution, Normal};
 const SPEED_MPS: f64 = 3.0;
 const TURN_RADPS: f64 = 1.0;
 const FLIGHT_S: i64 = 30;
-/// Nothing comes from the unit then, s.
+/// Time without inertial samples, s.
 const GAP_S: Range<f64> = 14.2..14.7;
-/// A gyro and an accelerometer stand at full scale then, s.
+/// Time with a gyro and an accelerometer at full scale, s.
 const CLIPPED_S: Range<f64> = 20.301..20.313;
 
-/// Counts propagations, and lets a smoother hear of all.
+/// Counts propagations, and passes all events to a smoother.
 struct Watch {
     propagations: usize,
     smoother: Smoother<Full, 28>,
@@ -42,14 +42,14 @@ impl Trace<f64, 28> for Watch {
     }
 }
 
-/// A flight: its solutions at every sample and the same smoothed, and how often the covariance was propagated.
+/// A flight: its filtered and smoothed solutions at every sample, and the number of propagations.
 struct Flown {
     filtered: Vec<Solution>,
     smoothed: Vec<Solution>,
     propagations: usize,
 }
 
-/// Half a minute of a circle with a gap and a blow, ten attitudes and one fix a second. The fixes are true
+/// Half a minute of a circle with a gap and a shock, with ten attitudes and one fix per second. The fixes are valid
 /// between samples.
 fn fly(rate_hz: i64, covariance_interval_s: f64) -> Flown {
     let mut config = EstimatorConfig::default();
@@ -102,7 +102,7 @@ fn fly(rate_hz: i64, covariance_interval_s: f64) -> Flown {
     Flown { filtered, smoothed: smoother.smooth(), propagations }
 }
 
-/// The most that solutions are apart: velocity, m/s, position, m, attitude, rad, and one-sigmas, as a share.
+/// Largest differences of solutions: velocity, m/s, position, m, attitude, rad, and one-sigmas, as a share.
 fn apart(every: &[Solution], seldom: &[Solution]) -> [f64; 4] {
     assert_eq!(every.len(), seldom.len());
     let sigmas = |solution: &Solution| {
@@ -139,8 +139,8 @@ fn a_fast_unit_has_the_same_solution_of_far_fewer_propagations() {
         println!("{rate_hz} Hz: {} and {} propagations", every.propagations, seldom.propagations);
         println!("  filtered {filtered:?}\n  smoothed {smoothed:?}");
         assert!(seldom.propagations < 150 * usize::try_from(FLIGHT_S).unwrap());
-        // Metres per second, metres, radians, and a share of every one-sigma. The learned slow error of the attitude
-        // reference responds to rounding: it moves the position by 0.24 mm and the smoothed attitude by 2.1e-5 rad.
+        // Limits in m/s, m, rad, and as a share of the one-sigmas. The learned slow error of the attitude reference
+        // responds to rounding: it moves the position by 0.24 mm and the smoothed attitude by 2.1e-5 rad.
         let within = |found: [f64; 4], most: [f64; 4]| found.iter().zip(most).all(|(a, b)| *a < b);
         assert!(within(filtered, [2e-4, 5e-4, 1e-5, 0.005]), "{rate_hz} Hz: {filtered:?}");
         assert!(within(smoothed, [1e-3, 0.02, 3e-5, 0.005]), "{rate_hz} Hz: {smoothed:?}");

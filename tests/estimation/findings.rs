@@ -1,4 +1,4 @@
-//! Every response of the estimator ends in a sentence that names sensor, time, size and cause.
+//! Every response of the estimator ends in a sentence with sensor, time, size and cause.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn log_dir() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
 }
 
-/// What is found in `heli-hover` with faults in it.
+/// Findings of `heli-hover` with these faults.
 fn findings(faults: &[&str]) -> Vec<Finding> {
     let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
     let dir = tempfile::tempdir().unwrap();
@@ -91,7 +91,7 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
         let Some(finding) = named else { panic!("{fault}: {:?}", sentences(&found)) };
         assert!(finding.words.contains(expected), "{fault}: {}", finding.words);
         if fault.contains("@100") {
-            // One finding starts at 90 s: its span begins with the window in which it is seen.
+            // The one finding starts at 90 s, because its span starts with its window.
             let near = (88.0..102.5).contains(&finding.start_s) && finding.end_s < 165.0;
             assert!(near, "{fault}: {finding:?}");
         }
@@ -109,7 +109,7 @@ fn fixes_within_gaps_that_come_soon_after_each_other_are_no_fault_of_a_clock() {
     }
 }
 
-/// Reading the log says of each that its height is empty; its vertical velocity is there.
+/// The log has fixes with an empty height and a vertical velocity.
 #[test]
 fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
     let found = findings(&["height-empty@100"]);
@@ -137,7 +137,7 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
                 .find(|finding| finding.kind == FindingKind::TimeOffset)
                 .unwrap_or_else(|| panic!("{name}, {late_s} s: {found:#?}"));
             assert_eq!(told.severity, Severity::Warning, "{name}, {late_s} s: {}", told.words);
-            // Fixes 1.5 s late lose the heading, and with it when the vehicle accelerates.
+            // Fixes 1.5 s late spoil the heading, and with it the acceleration used for this finding.
             if name == "quad-p4rtk-vibration" && late_s > 1.0 {
                 continue;
             }

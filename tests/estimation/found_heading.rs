@@ -1,4 +1,4 @@
-//! A heading that is found makes nobody surer of the height.
+//! Finding the heading does not reduce the one-sigma of the height.
 
 use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
@@ -7,8 +7,8 @@ use hovernav_sim::GpsConfig;
 
 use crate::{blocks, unaided};
 
-/// One-sigma of the height, m, a second before the heading is found and five seconds after, with a barometer at 10 Hz or
-/// without.
+/// One-sigma of the height, m, one second before the heading is found and five seconds after, with or without a
+/// barometer at 10 Hz.
 fn sigmas_m(with_barometer: bool) -> [f64; 2] {
     let gps = GpsConfig { rate_hz: 1.0, ..GpsConfig::default() };
     let (recording, mut estimator) =
@@ -26,7 +26,7 @@ fn sigmas_m(with_barometer: bool) -> [f64; 2] {
         }
         estimator.push(&Event::Imu(*sample), &mut notify);
         if with_barometer && index % 5 == 0 {
-            // Readings of a steady barometer differ in their last digits.
+            // Readings of a barometer at rest differ in their last digits.
             let height_m = truth.position.height_m + 0.01 * (index % 7) as f64;
             estimator.push(&Event::Baro { time: sample.time, height_m }, &mut notify);
         }

@@ -1,4 +1,4 @@
-//! A heading that the fixes do not bear out is replaced, and one that they do is left alone.
+//! A heading inconsistent with the fixes is replaced, and a consistent one is kept.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -14,15 +14,15 @@ fn flight(seed: u64) -> Recording {
     fly(&plan.build().unwrap(), &DmuConfig::default(), &GpsConfig::default(), seed).unwrap()
 }
 
-/// What became of a flight whose unit tells a heading that is off by so much for so long, s.
+/// Result of a flight whose heading source has a given error for a given time, s.
 struct Outcome {
-    /// When the heading was replaced, s.
+    /// Time of the heading's replacement, s.
     resets_s: Vec<f64>,
-    /// When it was put in doubt, s.
+    /// Time when the heading became suspect, s.
     doubts_s: Vec<f64>,
-    /// Error of yaw at every sample, s and rad.
+    /// Time, s, and error of yaw, rad, at every sample.
     yaw_errors: Vec<(f64, f64)>,
-    /// How often it was beyond three one-sigmas.
+    /// Number of samples beyond three one-sigmas.
     beyond: usize,
 }
 
@@ -87,7 +87,7 @@ fn a_right_heading_is_never_replaced() {
 
 #[test]
 fn a_wrong_heading_is_replaced_within_seconds_of_the_first_manoeuvre() {
-    // The first test point begins at 20 s; what gives the heading stays wrong to the end.
+    // The first test point begins at 20 s; the heading source stays wrong to the end.
     for (seed, off_deg) in [(1, 60.0), (2, -90.0), (3, 150.0), (4, 180.0)] {
         let outcome = estimated(&flight(seed), f64::to_radians(off_deg), f64::INFINITY);
         let [reset_s] = outcome.resets_s[..] else {
@@ -115,7 +115,7 @@ fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes
         let said = outcome.doubts_s.iter().chain(&outcome.resets_s).copied();
         let doubted_s = said.fold(f64::INFINITY, f64::min);
         let worst_deg = outcome.worst_yaw_deg(doubted_s + 60.0);
-        println!("{off_deg}°: doubted at {doubted_s} s, then at most {worst_deg:.1}° off");
+        println!("{off_deg}°: suspect at {doubted_s} s, then at most {worst_deg:.1}° off");
         assert!(doubted_s < 150.0, "{off_deg}°: {doubted_s} s");
         assert!(worst_deg < 0.7 * off_deg.abs(), "{off_deg}°: {worst_deg}° off");
     }
@@ -123,7 +123,7 @@ fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes
 
 #[test]
 fn a_heading_that_no_motion_has_proven_is_not_known() {
-    // Carried about slowly, its unit turned by hand: the guesses come to agree on something.
+    // The vehicle is carried slowly and its inertial unit turned by hand: the guesses agree on some heading.
     let field = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let mut plan = FlightPlan::hover_at(field, 0.7);
     for _ in 0..12 {

@@ -1,4 +1,4 @@
-//! A heading that the fixes bear out is not given up for a sensor that denies it, however long.
+//! A heading consistent with the fixes is kept against a contradicting sensor, for any time.
 
 use core::f64::consts::PI;
 
@@ -11,15 +11,15 @@ use hovernav_sim::{FlightPlan, GpsConfig};
 
 use crate::{blocks, unaided};
 
-/// What tells the heading.
+/// Source of the heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Source {
     Attitude,
     Antennas,
 }
 
-/// Largest error of the heading, °, from 60 s on, of a vehicle whose heading and tilt `source` tells, turned by half a circle
-/// or a quarter from 60 s on; when the filter went over to it, s, if it did.
+/// Largest heading error, °, from 60 s on. `source` gives heading and tilt, and is turned by half a circle or a quarter
+/// from 60 s on. Second result: time when the filter adopted the turned heading, s, if ever.
 fn worst_deg(plan: &FlightPlan, source: Source) -> (f64, Option<f64>) {
     let gps = GpsConfig { rate_hz: 5.0, ..GpsConfig::default() };
     let (recording, mut estimator) = unaided::flown_unaided::<Full, 28>(plan, &gps, 1);
@@ -74,7 +74,7 @@ fn a_sensor_that_jumps_is_refused_for_as_long_as_the_fixes_bear_the_heading_out(
     }
 }
 
-/// Where nothing bears either out, what is told for two minutes is believed, and said to be.
+/// Without motion to confirm either heading, the filter adopts the sensor's after two minutes, and reports it.
 #[test]
 fn in_hover_a_sensor_that_jumps_is_believed_after_two_minutes() {
     let place = hovernav::earth::Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();

@@ -1,5 +1,5 @@
-//! What a controller is told of the estimate: frozen sensors and fixes that deny it are noticed, and
-//! good flights give no alarm.
+//! Health of the estimate for a controller: frozen sensors and contradicting fixes are noticed, and good flights give
+//! no alarm.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use hovernav::time::Time;
 use hovernav_log::Dataset;
 use hovernav_sim::faults::{Fault, Log};
 
-/// Health at each sample of `heli-hover` with faults in it, by time, s.
+/// Health at each sample of `heli-hover` with these faults, by time, s.
 fn healths(faults: &[&str]) -> Vec<(f64, Health)> {
     let log = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
     let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();

@@ -1,4 +1,4 @@
-//! Faults made in flights: the copies are what they claim to be, and the estimator survives them.
+//! Injected faults: the copies contain exactly the stated fault, and the estimator survives it.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ fn campaign(flights: Vec<Flight>, cells: &[&str], seeds: u64) -> Vec<Outcome> {
 
 #[test]
 fn every_fault_changes_its_own_file_and_no_other() {
-    // The flight has neither a rangefinder nor a second antenna: see tests/aid_faults.rs.
+    // The flight has neither a rangefinder nor a second antenna: see `aid_faults.rs`.
     let absent = |name: &str| name.starts_with("range-") || name.starts_with("heading-");
     for entry in CATALOGUE.iter().filter(|entry| !absent(entry.name)) {
         let expected: &[&str] = match entry.name {
@@ -49,7 +49,7 @@ fn every_fault_changes_its_own_file_and_no_other() {
             "gps-time" | "outage" | "frozen-fix" | "gps-garbage" | "no-velocity"
             | "swap-latlon" | "radians" => &["gps.csv"],
             name if name.starts_with("glitch-") || name.starts_with("height-") => &["gps.csv"],
-            // No axis of this flight's gyros reaches 100°/s; it is proven below that it clips.
+            // No gyro of this flight reaches 100°/s; a separate test below covers clipping.
             "clip-gyro" => &[],
             _ => &["imu.csv"],
         };
@@ -94,7 +94,7 @@ fn a_gap_takes_its_samples_out_and_leaves_the_others_as_they_were() {
 
 #[test]
 fn vibration_becomes_as_many_times_as_strong_as_asked() {
-    // What the samples have beyond the mean of their neighbours is vibration, or nearly.
+    // The samples' deviation from the mean of their neighbours is nearly all vibration.
     let rough = |dir: &Path| {
         let dataset = Dataset::open(dir).unwrap();
         let forces: Vec<f64> = (dataset.imu.iter())
@@ -155,7 +155,7 @@ fn a_campaign_gives_the_same_table_again() {
     assert_eq!(run(), run());
 }
 
-/// Faults of `heli-hover` in whose presence nearly all errors stay inside 3 sigma.
+/// Faults of `heli-hover` under which nearly all errors stay inside 3 sigma.
 #[test]
 fn faults_that_the_filter_knows_how_to_take_stay_inside_three_sigma() {
     let cells = [

@@ -1,4 +1,4 @@
-//! An accelerometer whose bias steps far beyond what a good receiver's fixes allow, on the axis that bears the weight.
+//! An accelerometer on the vertical axis whose bias steps far beyond the range consistent with a good receiver's fixes.
 
 use hovernav::ekf::layout::Full;
 use hovernav::event::Event;
@@ -9,11 +9,11 @@ use hovernav_sim::{GpsConfig, HorizontalVertical};
 use crate::blocks::around_blocks;
 use crate::unaided::flown_unaided;
 
-/// When it steps, s.
+/// Time of the step, s.
 const STEP_S: f64 = 60.0;
 
-/// What it costs: for how long the vertical velocity is outside three one-sigmas, s, of which after the first ten seconds;
-/// by how much velocity, m/s, and height, m, are off at most.
+/// Cost of the step. Time of the vertical velocity outside three one-sigmas, s, in total and after the first ten
+/// seconds; largest errors of velocity, m/s, and height, m.
 #[derive(Debug, Default)]
 struct Cost {
     outside_s: f64,
@@ -57,8 +57,8 @@ fn flown(step_mps2: f64, rate_hz: f64, seed: u64) -> Cost {
     cost
 }
 
-/// The fixes were taken for false for 15 s at a time, and the vertical velocity was up to 35 m/s off for as long as the
-/// log lasted.
+/// A filter that rejects these fixes for 15 s at a time has vertical velocity errors of up to 35 m/s until the log
+/// ends.
 #[test]
 fn it_is_learned_in_seconds_and_no_right_receiver_is_shut_out_by_it() {
     for rate_hz in [1.0, 5.0] {

@@ -1,4 +1,4 @@
-//! A fix that comes late says what it would have said on time.
+//! A late fix has the same effect as one on time.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout};
@@ -62,7 +62,7 @@ fn start(recording: &Recording) -> Start {
     }
 }
 
-/// The flight with every fix delivered `late_s` after it was true.
+/// The flight with every fix delivered `late_s` after its validity.
 pub fn flown(recording: &Recording, late_s: f64) -> Vec<BaseEkf> {
     let mut filter = BaseEkf::new(EkfConfig::default(), mounting(), start(recording));
     let mut fixes = recording.fixes.iter().skip(1).peekable();
@@ -84,7 +84,7 @@ fn fixes_delivered_late_lead_to_the_state_that_fixes_on_time_lead_to() {
     let mut worst = [0.0f64; 4];
     for late_s in [0.1, 0.3] {
         let late = flown(&recording, late_s);
-        // Compared just before the next fix, when both know the same fixes.
+        // Compared just before the next fix, when both filters have used the same fixes.
         for (a, b) in on_time.iter().zip(&late).skip(48).step_by(50) {
             let (a_sigma, b_sigma) = (a.solution(), b.solution());
             let (a, b) = (a.state(), b.state());
@@ -144,9 +144,9 @@ fn the_memory_reaches_back_half_a_second_at_any_rate_and_what_is_older_is_refuse
     }
 }
 
-/// `minutes` at 200 Hz of a unit that sways to and fro along north, `sway_mps` at most, with a period of 16 s, shaken
-/// by `shaking_mps2`, and fixes that hold `late_s` before their time: what the filter ends with, and how many fixes it
-/// found too old.
+/// `minutes` at 200 Hz of an inertial unit that sways along north at up to `sway_mps`, with a period of 16 s and
+/// vibration of `shaking_mps2`. Fixes are valid `late_s` before their time. Returns the final filter and the number of
+/// fixes rejected as too old.
 fn swayed(
     sway_mps: f64,
     shaking_mps2: f64,
@@ -199,14 +199,14 @@ fn swayed(
     (estimator, too_old)
 }
 
-/// A state and its one-sigma.
+/// Estimate of a state and its one-sigma.
 fn found(estimator: &Estimator<Full, 28>, state: Option<usize>) -> (f64, f64) {
     let (filter, state) = (estimator.filter().unwrap(), state.unwrap());
     (filter.parameter(state), filter.covariance().variance(state).sqrt())
 }
 
-/// On a desk nothing tells how late fixes are: what is found of it neither wanders beyond what it was taken for,
-/// nor is it taken for known.
+/// At rest the delay of the fixes is unobservable: its estimate stays within the initial one-sigma, and its one-sigma
+/// does not shrink.
 #[test]
 fn what_is_found_of_a_delay_while_nothing_moves_is_nothing() {
     let (estimator, too_old) = swayed(0.0, 0.0, 0.0, 40);
@@ -227,8 +227,8 @@ fn what_sways_tells_how_late_its_fixes_are() {
     assert!((delay_s - 0.1).abs() < 3.0 * sigma_s && sigma_s < 0.05, "{delay_s} {sigma_s}");
 }
 
-/// Where a fix holds after its time, the samples up to then tell the motion, not what a vibrating one of before would
-/// lead to.
+/// For a fix valid after its time, the motion comes from the later samples, not from extrapolating earlier vibrating
+/// ones.
 #[test]
 fn what_sways_and_shakes_tells_how_early_its_fixes_are_stamped() {
     for early_s in [0.25, 0.15, 0.05, 0.0, -0.05, -0.15, -0.25] {
@@ -240,7 +240,7 @@ fn what_sways_and_shakes_tells_how_early_its_fixes_are_stamped() {
     }
 }
 
-/// More than one fix may wait, and more than one be due at a sample.
+/// Several fixes may wait, and several may become due at one sample.
 #[test]
 fn fixes_that_wait_are_taken_in_by_their_time() {
     let place = Geodetic::from_degrees(1.35, 103.8, 50.0).unwrap();
@@ -302,7 +302,7 @@ fn before_the_first_sample_only_a_fix_of_the_start_itself_can_be_compared() {
 #[test]
 fn fixes_that_come_late_do_not_put_the_heading_in_doubt_nor_hide_it() {
     let gps = GpsConfig { rate_hz: 2.0, ..GpsConfig::default() };
-    // A unit at 50 Hz is remembered for a second.
+    // The memory covers a second at 50 Hz.
     for (seed, late_s) in [(1, 0.35), (2, 0.35), (3, 0.35), (1, 0.9), (2, 0.97)] {
         let (recording, mut estimator) =
             unaided::flown_unaided::<Full, 28>(&blocks::around_blocks(24), &gps, seed);
@@ -322,7 +322,7 @@ fn fixes_that_come_late_do_not_put_the_heading_in_doubt_nor_hide_it() {
         }
         assert!(
             found && denied.is_empty(),
-            "seed {seed}, {late_s} s: {found}, in doubt at {denied:?} s"
+            "seed {seed}, {late_s} s: {found}, suspect at {denied:?} s"
         );
     }
 }

@@ -1,5 +1,5 @@
-//! A vehicle that rests, sets off and takes off, its heading unknown and its gyro biases not those of the
-//! rest: no good fix is refused for long, and the one-sigmas are true.
+//! A vehicle that rests, sets off and takes off, with unknown heading and gyro biases that differ from those at rest.
+//! No good fix is rejected for long, and the one-sigmas are right.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -50,7 +50,7 @@ fn helicopter(heading_rad: f64) -> FlightPlan {
         .hold(20.0)
 }
 
-/// By how much the gyros' biases move as the vehicle sets off, rad/s.
+/// Change of the gyro biases as the vehicle sets off, rad/s.
 fn step(seed: u64) -> Vector<Body> {
     let sign = if seed.is_multiple_of(2) { 1.0 } else { -1.0 };
     Vector::new(0.004, -0.002, 0.01 * sign)
@@ -58,9 +58,9 @@ fn step(seed: u64) -> Vector<Body> {
 
 struct Outcome {
     found_s: Option<f64>,
-    /// Most fixes in a row whose horizontal velocity was refused once the heading was found.
+    /// Longest run of fixes with rejected horizontal velocity after the heading was found.
     refused: usize,
-    /// Shares of samples since with a yaw and a horizontal velocity inside three one-sigmas.
+    /// Shares of later samples with yaw and with horizontal velocity inside three one-sigmas.
     yaw_inside: f64,
     velocity_inside: f64,
     worst_off_m: f64,
@@ -118,7 +118,7 @@ fn flown(plan: &FlightPlan, seed: u64) -> Outcome {
     outcome
 }
 
-/// The sample of a vehicle whose engine runs, its gyro biases moved.
+/// A sample with the engine running and changed gyro biases.
 fn set_off(sample: &ImuSample, index: usize, step_radps: Vector<Body>) -> ImuSample {
     let rates = sample.motion.mean_rates(0.02);
     let shake = if index.is_multiple_of(2) { 1.0 } else { -1.0 };

@@ -1,4 +1,4 @@
-//! A layout that leaves out what no sensor speaks of gives what the full one gives.
+//! A layout without the states of absent sensors gives the same results as the full one.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use hovernav::event::Event;
 use hovernav_log::Dataset;
 use hovernav_sim::faults::{Fault, Log};
 
-/// `heli-hover` with faults in it, its events and settings.
+/// `heli-hover` with these faults: its events and settings.
 fn flight(faults: &[&str]) -> (Vec<Event>, EstimatorConfig) {
     let log = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
     let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
@@ -34,7 +34,7 @@ fn solutions<L: Layout<N>, const N: usize>(
     solutions
 }
 
-/// All numbers of a solution, in words that differ where one bit does.
+/// All numbers of a solution as text that differs if one bit does.
 fn words(solution: &Solution) -> String {
     format!("{solution:?}")
 }

@@ -1,4 +1,4 @@
-//! Gaps in the inertial samples of a vehicle that turns, with nothing but fixes to tell its heading by.
+//! Gaps in the inertial samples of a turning vehicle whose heading comes from fixes alone.
 
 use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
@@ -10,16 +10,16 @@ use hovernav_sim::GpsConfig;
 use crate::blocks::around_blocks;
 use crate::unaided::flown_unaided;
 
-/// What is lost, from second to second: of a corner as of a straight, some within seconds of each other.
+/// Gaps, from second to second: in corners and on straights, some within seconds of each other.
 const GAPS_S: [[f64; 2]; 6] =
     [[60.0, 61.6], [75.3, 76.9], [79.7, 81.3], [101.0, 102.6], [125.5, 127.1], [150.0, 155.0]];
 
 struct Drive {
-    /// Of all solutions from 40 s on: root of the mean square of yaw's error, rad, the largest of velocity and place.
+    /// Over all solutions from 40 s on: RMS error of yaw, rad, and largest errors of velocity and position.
     yaw_rad: f64,
     velocity_mps: f64,
     horizontal_m: f64,
-    /// Shares inside three one-sigmas: yaw, level velocity.
+    /// Shares inside three one-sigmas: yaw and horizontal velocity.
     inside: [f64; 2],
     found: usize,
 }
@@ -90,7 +90,7 @@ fn a_heading_that_gaps_hide_in_turns_is_found_again() {
     judge("position and velocity", &bounds, Fix::clone);
 }
 
-/// Two positions a second apart give a velocity that is five times less accurate.
+/// A velocity from two positions a second apart is five times less accurate.
 #[test]
 fn a_heading_that_gaps_hide_in_turns_is_found_again_by_positions_alone() {
     let bounds = Bounds { inside: 0.9, yaw_deg: 40.0, velocity_mps: 14.0, horizontal_m: 20.0 };

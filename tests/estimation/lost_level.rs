@@ -1,5 +1,5 @@
-//! A gap that hides how a vehicle rolled: the filter that comes out of it leans the other way, and is aligned anew by
-//! what the fixes say of the force that the unit feels.
+//! A gap that hides a roll of the vehicle. The filter then has a bank of the wrong sign, and is aligned again from the
+//! fixes and the measured specific force.
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, ResetCause};
@@ -14,7 +14,7 @@ const GAP_S: f64 = 3.0;
 #[derive(Debug)]
 struct AfterGap {
     aligned_anew: usize,
-    /// Largest errors from 4 s after the gap on: where down is in the body, rad; velocity, m/s; place, m.
+    /// Largest errors from 4 s after the gap on: direction of down in the body, rad; velocity, m/s; position, m.
     tilt_rad: f64,
     velocity_mps: f64,
     place_m: f64,
@@ -62,7 +62,7 @@ fn after_gap(recording: &Recording, magnetometer: bool, gap_start_s: f64) -> Aft
 
 #[test]
 fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
-    let (mut anew, mut leaning, mut farthest_m) = (0, 0, 0.0f64);
+    let (mut realigned, mut leaning, mut farthest_m) = (0, 0, 0.0f64);
     for (seed, magnetometer) in [(3, false), (4, true)] {
         let with = magnetometer.then(MagnetometerConfig::default);
         let dmu =
@@ -73,16 +73,16 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
             let gap_start_s = 30.0 + 2.9 * f64::from(step);
             let after = after_gap(&recording, magnetometer, gap_start_s);
             println!("gap at {gap_start_s:.1} s, magnetometer {magnetometer}: {after:.2?}");
-            anew += after.aligned_anew;
+            realigned += after.aligned_anew;
             leaning += usize::from(after.tilt_rad.to_degrees() > 10.0);
             farthest_m = farthest_m.max(after.place_m);
         }
     }
     println!(
-        "aligned anew {anew} times, {leaning} lean by more than 10 deg, at most {farthest_m:.0} m away"
+        "aligned again {realigned} times, tilt error above 10 deg {leaning} times, position error {farthest_m:.0} m"
     );
     // Without a second alignment: 14 and 496 m.
-    assert!(anew >= 5, "{anew}");
+    assert!(realigned >= 5, "{realigned}");
     assert!(leaning <= 2, "{leaning}");
     assert!(farthest_m < 20.0, "{farthest_m}");
 }

@@ -1,5 +1,5 @@
-//! The heading that a magnetometer gives after a gap, by an attitude that the gap has left leaning: where the field dips
-//! steeply a degree of lean is two of heading, and the one-sigma says so.
+//! Magnetic heading after a gap with a tilt error. In a steep field a degree of tilt changes the heading by two, and
+//! the one-sigma must include that.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -8,7 +8,7 @@ use hovernav::event::Event;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, Recording, fly};
 
-/// Banked turns to both sides, by 38° at 12 m/s, near Minneapolis, where the field dips by 70°.
+/// Banked turns to both sides, at 38° and 12 m/s, near Minneapolis, where the field dips by 70°.
 fn turns(seed: u64) -> Recording {
     let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
     let plan = FlightPlan::hover_at(place, 1.0).hold(20.0);
@@ -26,7 +26,7 @@ fn turns(seed: u64) -> Recording {
     fly(&plan.build().unwrap(), &dmu, &GpsConfig::default(), seed).unwrap()
 }
 
-/// Squares of the errors of heading in the twenty seconds after a gap over its one-sigma, and the largest error, rad.
+/// Normalised squares of the heading errors in the twenty seconds after a gap, and the largest error, rad.
 fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, f64) {
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
@@ -56,7 +56,7 @@ fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, 
     (squares, most_rad)
 }
 
-/// Gaps of which the filter knows that they may have hidden any turn, and such as a memory card makes.
+/// Gaps that the filter knows may hide any turn, and short gaps as of a memory card.
 #[test]
 fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_leans() {
     for gap_s in [2.5, 0.6, 0.4] {

@@ -1,5 +1,5 @@
-//! What the estimator makes of whole flights: where it starts, which aids it takes in, what it does with faults, and
-//! whether its errors are as large as it says.
+//! The estimator on whole flights: its start, the aids it fuses, its response to faults, and the consistency of its
+//! one-sigmas.
 
 mod aid_faults;
 mod aids;

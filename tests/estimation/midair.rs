@@ -1,5 +1,5 @@
-//! A computer that starts in the air, in whatever the vehicle is doing: the first attitude is that of a vehicle that
-//! accelerates, and what follows is within what is stated.
+//! A computer that starts in the air during any manoeuvre. The first attitude accounts for the acceleration, and later
+//! errors stay within the stated one-sigmas.
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
@@ -12,13 +12,13 @@ use crate::steep_circles::steep_circles;
 
 struct Start {
     alignment: Alignment,
-    /// Angle between the attitude at alignment and the true one, about a level axis, rad.
+    /// Angle between the attitude at alignment and the true one, about a horizontal axis, rad.
     tilt_error_rad: f64,
     reopened: usize,
-    /// Shares of what follows, from 10 s after the start, inside three one-sigmas: yaw, velocity.
+    /// Shares of the solutions from 10 s after the start inside three one-sigmas: yaw, velocity.
     yaw_inside: f64,
     velocity_inside: f64,
-    /// The same of roll and pitch in the first 10 s.
+    /// Same for roll and pitch in the first 10 s.
     tilt_inside: f64,
 }
 
@@ -38,7 +38,7 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
         let mut notify = |notice| match notice {
             Notice::Aligned(found) => {
                 let off = found.start.state.body_to_ned * truth.body_to_ned.inverse();
-                // What it leaves of the direction of gravity.
+                // Remaining error of the direction of gravity.
                 let down = Vector::new(0.0, 0.0, 1.0);
                 let axis = found.axis;
                 let open = (off * axis).dot(axis).clamp(-1.0, 1.0).acos();
@@ -107,7 +107,7 @@ fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
     }
     assert!(worst_deg < 10.0, "{worst_deg}");
     assert!(reopened <= 2, "{reopened}");
-    // One of the twenty starts has a tilt that is outside for the first second after the heading is found.
+    // One of the twenty starts has its tilt outside for the first second after the heading is found.
     assert!(least.iter().all(|least| *least > 0.88), "{least:?}");
 }
 

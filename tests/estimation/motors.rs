@@ -1,4 +1,4 @@
-//! Motors that start: what they make of an accelerometer's bias is not told by anything but the fixes.
+//! Starting motors: only the fixes reveal their effect on an accelerometer's bias.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -12,11 +12,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
-/// Motors start after so long, s.
+/// Time at which the motors start, s.
 const START_S: f64 = 30.0;
 
-/// Mean square of the vertical velocity over its one-sigma in the 40 s after motors have started, which shake by 0.6 m/s²
-/// and put the vertical accelerometer off by `stepped_mps2`; fixes five times a second.
+/// Mean square of the vertical velocity error over its one-sigma in the 40 s after the motors start. Their vibration is
+/// 0.6 m/s², their bias step on the vertical accelerometer `stepped_mps2`. Fixes come five times a second.
 fn normalised(seed: u64, stepped_mps2: f64) -> f64 {
     let mut generator = ChaCha8Rng::seed_from_u64(seed);
     let mut vector = |sigma: f64| {

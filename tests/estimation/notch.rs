@@ -1,4 +1,4 @@
-//! What a notch at the rotor does for the solution, and what it does not.
+//! Effect of a notch at the rotor frequency on the solution.
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
@@ -12,8 +12,8 @@ use hovernav_sim::{
 const ROTOR_HZ: f64 = 23.0;
 const START_S: f64 = 30.0;
 
-/// Two minutes of hover and manoeuvres at 100 Hz, shaken by a rotor `times` as hard as usual at its first
-/// two harmonics, with 20 s without fixes from 70 s on.
+/// Two minutes of hover and manoeuvres at 100 Hz. The rotor's vibration at its first two harmonics is `times` the usual
+/// one, and fixes are absent for 20 s from 70 s on.
 fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_log::Truth>) {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let forward = |speed_mps| Vector::new(speed_mps, 0.0, 0.0);
@@ -50,7 +50,7 @@ fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_log::Truth>) {
     let recording = fly(&trajectory, &dmu, &gps, seed).unwrap();
     let mut dataset = Dataset { imu: recording.imu, fixes: recording.fixes, ..Dataset::default() };
     dataset.manifest.gps.antenna_lever_arm_m = gps.lever_arm_m;
-    // The heading is not what is asked here: the truth gives it.
+    // The heading comes from the truth, because this test does not concern it.
     for (sample, truth) in dataset.imu.iter_mut().zip(&recording.truth) {
         sample.attitude = Some(truth.body_to_ned.euler());
     }
@@ -59,22 +59,22 @@ fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_log::Truth>) {
     (dataset, recording.truth)
 }
 
-/// Root mean square of velocity error, m/s, and of its one-sigma, and of the angle between the true and the
-/// estimated vertical, °, all after the start.
+/// RMS velocity error, m/s, RMS of its one-sigma, and RMS angle between the true and the estimated vertical, °, after
+/// the start.
 fn errors(
     dataset: &mut Dataset,
     truth: &[hovernav_log::Truth],
     notch: Option<NotchConfig>,
 ) -> [f64; 3] {
     dataset.manifest.imu.notch = notch;
-    // The unit's attitude gives the start alone.
+    // The inertial unit's own attitude is used for the start only.
     let mut config = dataset.settings().unwrap();
     config.aiding.attitude = false;
     let run = dataset.estimate(&config, |_| {});
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     let interval_s = truth[1].time - truth[0].time;
     for solution in run.solutions.iter().filter(|solution| solution.time.seconds() > START_S) {
-        // The samples are dated back by the notch: the truth then lies between two.
+        // The notch dates the samples back: the truth is interpolated between two of its points.
         let place = solution.time.seconds() / interval_s;
         let (before, share) = (place.floor() as usize, place.fract());
         let Some([a, b]) = truth.get(before..before + 2) else { continue };
@@ -115,10 +115,10 @@ fn a_notch_helps_a_shaken_unit_and_does_a_still_one_no_harm() {
         table.push(sums);
     }
     let [still, _, shaken] = [table[0], table[1], table[2]];
-    // What it dates back it dates right: a still unit loses nothing.
+    // The dating is right: without vibration the notch costs nothing.
     assert!(still[1][0] < 1.05 * still[0][0] && still[1][2] < 1.05 * still[0][2], "{still:?}");
     assert!(shaken[1][0] < shaken[0][0], "{shaken:?}");
-    // Without a notch the filter takes the tones for noise, and is less sure than it could be.
+    // Without a notch the filter treats the tones as noise, and is less accurate than possible.
     assert!(shaken[1][1] < 0.8 * shaken[0][1], "{shaken:?}");
 }
 
@@ -127,9 +127,9 @@ fn a_notch_beside_the_rotor_gains_nothing_and_costs_little() {
     let (mut dataset, truth) = flight(4.0, 1);
     let without = errors(&mut dataset, &truth, None);
     let right = errors(&mut dataset, &truth, Some(NotchConfig::at_hz(ROTOR_HZ).with_harmonics(2)));
-    let beside = errors(&mut dataset, &truth, Some(NotchConfig::at_hz(31.0).with_harmonics(2)));
-    println!("x4, without {without:.3?}, at the rotor {right:.3?}, 8 Hz beside it {beside:.3?}");
-    assert!(beside[1] > 0.9 * without[1] && beside[0] < 1.2 * without[0], "{beside:?}");
+    let detuned = errors(&mut dataset, &truth, Some(NotchConfig::at_hz(31.0).with_harmonics(2)));
+    println!("x4, without {without:.3?}, at the rotor {right:.3?}, 8 Hz off {detuned:.3?}");
+    assert!(detuned[1] > 0.9 * without[1] && detuned[0] < 1.2 * without[0], "{detuned:?}");
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn a_rotor_that_is_followed_is_followed_from_its_own_file() {
         });
         samples.collect()
     };
-    // Nobody tells the frequency: nothing is taken out.
+    // Without a frequency, nothing is removed.
     assert_eq!(filtered(&dataset), raw);
     dataset.rotor = vec![(hovernav::time::Time::ZERO, ROTOR_HZ)];
     let with_file = filtered(&dataset);

@@ -1,11 +1,11 @@
-//! Where nothing but the fixes tells the place, the solution stays by them.
+//! Where fixes are the only source of position, the solution stays close to them.
 
 use std::path::Path;
 
 use hovernav_log::Dataset;
 use hovernav_testing::shared;
 
-/// Root mean square distance, m, level, of a solution from the fixes that it was made of.
+/// RMS horizontal distance, m, of a solution from its fixes.
 fn from_fixes_m(dir: &Path) -> f64 {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
@@ -23,8 +23,8 @@ fn from_fixes_m(dir: &Path) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// None of these sets has a reference of place. Refusing places that leaned away from their own velocity left the first 30 m
-/// and the second 20 m from fixes that nothing was wrong with, better by every error that could be told.
+/// None of these datasets has a position reference. Rejecting positions inconsistent with their own velocity leaves the
+/// first 30 m and the second 20 m from good fixes.
 #[test]
 fn a_solution_stays_by_good_fixes() {
     for (name, most_m) in

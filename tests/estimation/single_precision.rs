@@ -1,4 +1,4 @@
-//! What single precision costs in accuracy: the filter in `f32` beside the filter in `f64`.
+//! Accuracy of the filter in `f32`, compared with the filter in `f64`.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use hovernav::time::Time;
 use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
 use hovernav_testing::shared;
 
-/// The axes of the table in docs/embedded.md.
+/// Axes of the table in docs/embedded.md.
 const AXES: [Axis; 7] = [
     Axis::VelocityNorth,
     Axis::VelocityEast,
@@ -58,7 +58,7 @@ fn errors(
     errors
 }
 
-/// Dataset, and outages of so many seconds from the given times on.
+/// Dataset, and outages of a given number of seconds from the given times on.
 const SETS: [(&str, f64, &[f64]); 10] = [
     ("heli-hover", 0.0, &[]),
     ("car-rtk", 15.0, &[100.0, 143.0, 186.0, 229.0, 272.0, 315.0, 358.0, 401.0, 444.0, 487.0]),
@@ -91,7 +91,7 @@ fn single_precision_is_as_accurate_as_double_on_every_known_flight() {
         let double = solutions::<f64>(&dataset, &config);
         let single = solutions::<f32>(&dataset, &config);
         assert_eq!(double.len(), single.len(), "{name}");
-        // From where both know the heading: at rest, before it is found, either may take any for it.
+        // From the time when both have the heading: before it is found at rest, either may have any heading.
         let first = dataset.imu[0].time;
         let starts = [&double, &single]
             .map(|solutions| score(solutions, &reference, first).heading_known.unwrap_or(first));
@@ -110,7 +110,7 @@ fn single_precision_is_as_accurate_as_double_on_every_known_flight() {
     }
 }
 
-/// An hour of turning flight by the strapdown alone; the state at its end.
+/// An hour of turning flight with strapdown navigation alone; returns the final state.
 fn flown<T: Scalar>(rate_hz: i64) -> NavState {
     let start: NavState = NavState {
         time: Time::ZERO,
@@ -137,7 +137,7 @@ fn flown<T: Scalar>(rate_hz: i64) -> NavState {
     state.cast()
 }
 
-/// Where 12 m/s north and 9 m/s east lead in an hour, in steps of the given rate.
+/// Final position after an hour at 12 m/s north and 9 m/s east, in steps of the given rate.
 fn carried<T: Scalar>(rate_hz: u32) -> Geodetic {
     let travel_m = Vector::new(12.0, 9.0, -0.01).cast::<T>() * T::of(1.0 / f64::from(rate_hz));
     (0..3600 * rate_hz).fold(Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(), |place, _| {
@@ -154,7 +154,7 @@ fn a_position_that_single_precision_adds_to_for_an_hour_is_millimetres_off() {
     }
 }
 
-/// Without fixes for an hour: rounding does what a gyro drift of 0.01 and 0.3°/h would.
+/// An hour without fixes: rounding acts like a gyro drift of 0.01 and 0.3°/h.
 #[test]
 fn an_hour_of_strapdown_in_single_precision_drifts_far_less_than_any_unit() {
     for (rate_hz, most_deg) in [(33, 0.02), (200, 0.5)] {

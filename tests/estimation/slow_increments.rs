@@ -1,4 +1,4 @@
-//! What increments lose where there are few of them a second.
+//! Accuracy of increments at low rates.
 
 use hovernav_log::SampleRates;
 

@@ -1,4 +1,4 @@
-//! Nothing in the loop decays to numbers so small that a processor computes with them a hundred times slower.
+//! No number in the loop decays to a denormal, with which a processor computes a hundred times slower.
 
 use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs};
 use hovernav::controls::Sticks;
@@ -16,15 +16,15 @@ use hovernav_model::shipped;
 
 const PERIOD_S: f64 = 0.03;
 
-/// The square of a smaller number is subnormal: of the estimator, and of what flies on it. In single precision the
-/// estimator is not asked: after ten minutes without any aid the correlations of the attitude's slow errors are such,
-/// with which the processors that it is for (Cortex-M4F, Cortex-M7) compute as fast as with others.
+/// Smallest allowed size in the estimator and in the autopilot; the square of a smaller number is denormal. In single
+/// precision the estimator is exempt: after ten minutes without any aid the correlations of the attitude's slow errors
+/// are that small. Its target processors (Cortex-M4F, Cortex-M7) compute with denormals at full speed.
 fn smallest<T: Scalar>() -> [f64; 2] {
     let is_single = T::of(1e-60) == T::ZERO;
     if is_single { [0.0, 1.1e-19] } else { [1.5e-154; 2] }
 }
 
-/// The numbers of what is printed that are not zero and yet smaller than `smallest`, with what stands before them.
+/// The nonzero numbers smaller than `smallest` in a debug print, with the preceding text.
 fn too_small(printed: &str, smallest: f64) -> Vec<String> {
     let mut found = Vec::new();
     let part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '+' | '_');
@@ -39,7 +39,7 @@ fn too_small(printed: &str, smallest: f64) -> Vec<String> {
     found
 }
 
-/// Hovers for `aided_s` with fixes and aids and for `alone_s` without any, shaken in between −1 and 1 times `vibration_mps2`.
+/// Hovers for `aided_s` with fixes and aids and for `alone_s` without, with uniform vibration of ±`vibration_mps2`.
 fn hover<T: Scalar>(aided_s: f64, alone_s: f64, vibration_mps2: f64) {
     let mut estimator = Box::new(Estimator::<Full, 28, T>::new(EstimatorConfig::default()));
     let mut stepless = SteplessSolution::default();

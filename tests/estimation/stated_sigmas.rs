@@ -1,5 +1,5 @@
-//! A receiver that states its velocity to be better than it is: the filter finds out, refuses next to nothing,
-//! and never takes itself for lost.
+//! A receiver that states its velocity as too accurate. The filter detects it, rejects almost nothing, and never resets
+//! itself.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -10,7 +10,8 @@ use hovernav::gps::Fix;
 use hovernav_log::Truth;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 
-/// Flies the test flight, its fixes as `altered` gives them, and shows each notice and each solution beside the truth.
+/// Flies the test flight with fixes changed by `altered`, and passes each notice, and each solution with the truth, to
+/// callbacks.
 fn flown_through(
     seed: u64,
     altered: impl Fn(Fix) -> Option<Fix>,
@@ -39,8 +40,8 @@ fn flown_through(
     }
 }
 
-/// Vertical velocities refused, the largest one-sigma of the tilt after 20 s, degrees, and how often the filter was
-/// reopened, over a flight whose vertical velocity of 0.5 m/s one-sigma is stated as `stated_mps`.
+/// Number of rejected vertical velocities, largest one-sigma of the tilt after 20 s, degrees, and number of resets. The
+/// vertical velocity has a one-sigma of 0.5 m/s and is stated as `stated_mps`.
 fn flown(seed: u64, stated_mps: f64) -> (usize, f64, usize) {
     let (mut refused, mut tilt_deg, mut reopened) = (0, 0.0, 0);
     let stated = Some(Vector::new(0.2, 0.2, stated_mps));
@@ -84,8 +85,7 @@ fn what_is_stated_rightly_is_believed() {
     }
 }
 
-/// Root of the mean square of the velocity's level error over its one-sigma after 20 s, of fixes whose 0.2 m/s are stated
-/// as a tenth of that.
+/// RMS horizontal velocity error over its one-sigma after 20 s, for fixes of 0.2 m/s stated as a tenth of that.
 #[test]
 fn velocities_that_are_stated_ten_times_too_good_are_found_out() {
     for seed in 1..=6 {
@@ -110,8 +110,8 @@ fn velocities_that_are_stated_ten_times_too_good_are_found_out() {
     }
 }
 
-/// A receiver that begins 15 m off and converges, and that comes back from an outage 12 m off and does so again; its
-/// one-sigma says so all the while.
+/// A receiver that starts 15 m off and converges, and does so again after an outage, 12 m off. Its stated one-sigma is
+/// right throughout.
 #[test]
 fn a_receiver_that_converges_takes_its_error_back_with_it() {
     for seed in 1..=6 {

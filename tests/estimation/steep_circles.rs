@@ -1,4 +1,4 @@
-//! What an aerobatic aircraft flies, for tests of what a filter makes of it.
+//! Flight of an aerobatic aircraft, for tests of the filter.
 
 use core::f64::consts::TAU;
 
@@ -6,8 +6,8 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_sim::FlightPlan;
 
-/// So long at rest, s, then circles of both senses at 25 m/s and 0.6 rad/s, banked by 57°, a straight second between
-/// them.
+/// Rest for the given time, s, then circles in both directions at 25 m/s and 0.6 rad/s, banked by 57°, with a straight
+/// second between them.
 pub fn steep_circles(rest_s: f64, circles: u32) -> FlightPlan {
     let place = Geodetic::from_degrees(45.3, -93.2, 250.0).unwrap();
     let plan = FlightPlan::hover_at(place, 1.0).hold(rest_s);

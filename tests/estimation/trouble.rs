@@ -1,5 +1,4 @@
-//! Faults of a sensor that once turned the filter away from what was right: each flight of a campaign comes
-//! through.
+//! Sensor faults that can make a filter diverge: the estimator comes through each flight of a campaign.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -7,7 +6,7 @@ use std::sync::LazyLock;
 use hovernav_sim::faults::{Clean, Flight, Outcome};
 use hovernav_testing::shared;
 
-/// Runs with drawn faults, and simulated flights.
+/// Number of runs with drawn faults, and of simulated flights.
 const SEEDS: u64 = 15;
 
 /// The flights without faults, flown and estimated once for all tests.
@@ -21,29 +20,29 @@ static HELI_HOVER: Flights = LazyLock::new(|| {
 static SIMULATED: Flights =
     LazyLock::new(|| (1..=SEEDS).map(|seed| clean(&Flight::Simulated, seed)).collect());
 
-/// Nothing is read from the directory later: a simulated flight has neither barometer nor rotor speed.
+/// The directory is not read later: a simulated flight has neither barometer nor rotor speed.
 fn clean(flight: &Flight, seed: u64) -> Clean {
     flight.clean(seed, tempfile::tempdir().unwrap().path()).unwrap()
 }
 
-/// A set that is too large to be carried along.
+/// A dataset that is too large for the repository.
 fn dataset(name: &str) -> Option<Vec<Clean>> {
     Some(vec![clean(&Flight::Dataset(shared(format!("datasets/{name}"))?), 1)])
 }
 
-/// The flights with one fault, or some of them together, fifteen times each.
+/// Outcomes of the flights with a fault, or several together, fifteen times each.
 fn outcomes(flights: &[Clean], faults: &str) -> Vec<Outcome> {
     with_and_without(flights, faults).0
 }
 
-/// The same, and the flights without.
+/// Same, together with the outcomes of the flights without faults.
 fn with_and_without(flights: &[Clean], faults: &str) -> (Vec<Outcome>, Vec<Outcome>) {
     let cell = [faults.split(' ').map(|fault| fault.parse().unwrap()).collect()];
     let outcomes = flights.iter().flat_map(|clean| clean.outcomes(&cell, SEEDS, || {}).unwrap());
     outcomes.partition(|outcome| !outcome.faults.is_empty())
 }
 
-/// What a measure comes to at most, over the runs.
+/// Largest value of a measure over the runs.
 fn worst(outcomes: &[Outcome], measure: impl Fn(&Outcome) -> f64) -> f64 {
     let worst = outcomes.iter().map(measure).fold(0.0, f64::max);
     println!("{}: {worst:.2}", outcomes[0].faults);
@@ -54,7 +53,7 @@ fn worst(outcomes: &[Outcome], measure: impl Fn(&Outcome) -> f64) -> f64 {
 fn after_a_gap_the_units_own_attitude_is_taken_whatever_the_vehicle_has_done_in_it() {
     for gap in ["gap=10", "gap=30"] {
         let cost_of_yaw = |outcome: &Outcome| outcome.measures.cost[3];
-        // Headings by up to 180° wrong until the end cost 54 times.
+        // A filter that keeps its own attitude has headings wrong by up to 180° to the end, at 54 times the cost.
         assert!(worst(&outcomes(&SIMULATED, gap), cost_of_yaw) < 1.8);
     }
 }
@@ -78,7 +77,7 @@ fn a_receiver_whose_velocity_runs_away_with_its_place_turns_no_heading() {
 #[test]
 fn an_accelerometer_that_steps_on_the_vertical_axis_is_found_by_the_vertical_velocity() {
     let outcomes = outcomes(&SIMULATED, "accel-bias=0.3");
-    // The height was refused for a minute, 117 m off.
+    // A filter that rejects the height instead is 117 m off after a minute.
     assert!(worst(&outcomes, |outcome| outcome.measures.pulled_m) < 5.0);
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 2.5);
 }
@@ -99,8 +98,8 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
         (&SIMULATED, "clip-burst=3@:3", 2.0),
     ] {
         let outcomes = outcomes(flight, fault);
-        // By up to 2.6 m/s, 1.6 in the median, where the readings were believed; of 3 s by up to 5 m/s, 3.7 in the
-        // median, where they were held for as long only as they shook more than usual.
+        // If the readings were accepted: up to 2.6 m/s, 1.6 in the median. If a shock of 3 s held the force only during
+        // unusual vibration: up to 5 m/s, 3.7 in the median.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
         assert!(worst(&outcomes, pulled_mps) < most_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
@@ -111,7 +110,7 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
 
 #[test]
 fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehicle_is() {
-    // Within 3 sigma 87 to 92 % of the time where a place that was believed in the end had the one-sigma of a fix.
+    // With the one-sigma of a fix after adopting the position, only 87 to 92 % of the time is within 3 sigma.
     for (flight, faults) in [
         (&HELI_HOVER, &["glitch-step=60@60:60", "glitch-step=10@60:60"][..]),
         (&SIMULATED, &["glitch-step=60@60:60"]),
@@ -125,7 +124,7 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
 
 #[test]
 fn a_place_that_walks_away_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
-    // 17 % lay outside on either where the place had the one-sigma of a fix throughout.
+    // With the one-sigma of a fix throughout, 17 % are outside on either flight.
     for (flight, most) in [(&HELI_HOVER, 0.02), (&SIMULATED, 0.06)] {
         let outcomes = outcomes(flight, "glitch-ramp=1@60:60");
         let mut outside: Vec<f64> =
@@ -141,20 +140,21 @@ fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_hei
     for outcome in outcomes(&HELI_HOVER, "height-empty@0:300") {
         let [velocity, horizontal, tilt, yaw] = outcome.measures.cost;
         assert!(horizontal.max(tilt).max(yaw) < 1.1, "{:.2?}", outcome.measures.cost);
-        // Of up and down it is known that nothing flies that way for long: by up to 30 m/s off without that.
+        // The height drift is limited because no vehicle climbs for long: without that, errors reach 30 m/s.
         assert!(velocity < 8.0 && outcome.measures.worst_velocity_mps < 5.0);
         assert!(outcome.measures.inside_motion > 0.97 && !outcome.measures.diverged);
     }
 }
 
-/// A magnet that comes and goes turns the field in strength and dip as well as about the vertical.
+/// A magnet that comes and goes changes the field in strength, dip and direction.
 #[test]
 fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {
     for (flight, most_deg) in [(&HELI_HOVER, 6.0), (&SIMULATED, 6.0)] {
         let (outcomes, clean) = with_and_without(flight, "mag-vector=0.2");
-        // By up to 14 and 31° where readings that came within the gate led the heading and the gyros' bias away.
+        // If readings within the gate corrected heading and gyro biases: errors of up to 14 and 31°.
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
-        // Of simulated flight 1, whose unit's own heading is off by more than is assumed, 9 % are outside without it.
+        // In simulated flight 1 the inertial unit's own heading error exceeds the assumed one: 9 % are outside without
+        // the magnet.
         let more_outside = |outcome: &Outcome| {
             let without =
                 clean.iter().find(|clean| clean.seed == outcome.seed).unwrap_or(&clean[0]);
@@ -167,13 +167,13 @@ fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_i
 #[test]
 fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
     let outcomes = outcomes(&HELI_HOVER, "lever-arm=1");
-    // Of roll 37 % lay outside, turned by what a yaw manoeuvre made of the arm.
+    // Without the offset estimate, 37 % of roll are outside: yaw manoeuvres act on the arm.
     let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_motion;
     assert!(worst(&outcomes, outside) < 0.03);
 }
 
-/// The samples of a Phantom that turns by 280 °/s stand still: carried past the vertical, its state came back the wrong
-/// way up, and stayed so.
+/// The Phantom's samples freeze during a turn at 280 °/s. A state carried past the vertical would return upside down
+/// and stay so.
 #[test]
 fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
@@ -182,8 +182,8 @@ fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
     assert!(worst(&outcomes, |outcome| outcome.measures.back_after_s) < 1.0);
 }
 
-/// The receiver says what it said as the Phantom hovered, and the Phantom flies on: 8 m/s, and up to 180 m, were
-/// believed to be none.
+/// The receiver repeats its fixes from hover while the Phantom flies on. A filter that accepts them misses 8 m/s and up
+/// to 180 m.
 #[test]
 fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
@@ -192,7 +192,7 @@ fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside_motion) < 0.03);
 }
 
-/// A magnet that only turns the level field: it came within the gate, and led the heading 43° away.
+/// A magnet that only turns the horizontal field. Readings within the gate would change the heading by 43°.
 #[test]
 fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
     let Some(flight) = dataset("quad-hover-aided") else { return };
@@ -201,8 +201,8 @@ fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside[5]) < 0.05);
 }
 
-/// Places alone, and a filter that a large bias has led off: each place that it was reopened for was taken in, and none
-/// told it how fast it was. It went on by up to 228 m/s.
+/// Positions alone, and a filter diverged by a large bias. Resets to single positions give no velocity: it would keep
+/// errors of up to 228 m/s.
 #[test]
 fn places_without_velocity_bring_back_a_filter_that_is_lost_in_velocity() {
     let outcomes = outcomes(&HELI_HOVER, "no-velocity accel-bias=3");

@@ -1,10 +1,10 @@
-//! A plan flown with a unit at 50 Hz that tells neither attitude nor field, on a vehicle that does not shake.
+//! A flight plan with an IMU at 50 Hz, without attitude, magnetic field or vibration.
 
 use hovernav::ekf::layout::Layout;
 use hovernav::ekf::{Estimator, EstimatorConfig};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
 
-/// What the sensors said, and an estimator that has heard nothing of it yet, but knows where they are.
+/// Recorded sensor data, and an estimator with the sensor mounting but no data yet.
 pub fn flown_unaided<L: Layout<N>, const N: usize>(
     plan: &FlightPlan,
     gps: &GpsConfig,

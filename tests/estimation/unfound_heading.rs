@@ -1,4 +1,4 @@
-//! How sure a solution is while its heading is still searched.
+//! One-sigmas of a solution during the search for its heading.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -8,7 +8,7 @@ use hovernav_sim::{FlightPlan, GpsConfig, HorizontalVertical};
 
 use crate::unaided::flown_unaided;
 
-/// Two minutes of standing still, or of hovering, then off to one side.
+/// Two minutes of standing still or of hovering, then a move to one side.
 fn plan(sway: bool) -> FlightPlan {
     let place = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let plan = FlightPlan::hover_at(place, 2.0);
@@ -18,8 +18,8 @@ fn plan(sway: bool) -> FlightPlan {
     plan.accelerate(Vector::new(7.0, 0.0, 0.0), 4.0).hold(6.0)
 }
 
-/// Root of the mean square of error over one-sigma until then, level velocity and position, and the share of both inside
-/// three.
+/// Normalised RMS errors of horizontal velocity and position before the heading is found, and the share of both inside
+/// three one-sigmas.
 fn normalised(sway: bool, rate_hz: f64, seed: u64) -> ([f64; 2], f64) {
     let gps = GpsConfig {
         rate_hz,
@@ -52,7 +52,8 @@ fn normalised(sway: bool, rate_hz: f64, seed: u64) -> ([f64; 2], f64) {
     (squares.map(|sum: f64| (sum / count).sqrt()), inside / count)
 }
 
-/// Of a receiver whose slow errors a search has no states for, position was up to 4.5 one-sigmas off.
+/// The receiver has slow errors, for which the search has no states; neglecting them gives position errors of up to 4.5
+/// one-sigmas.
 #[test]
 fn position_and_velocity_are_no_surer_than_the_receiver_and_the_headings_allow() {
     for sway in [false, true] {
@@ -73,7 +74,7 @@ fn position_and_velocity_are_no_surer_than_the_receiver_and_the_headings_allow()
     }
 }
 
-/// Fixes end after 40 s of a hover; a barometer goes on. Nothing tells the heading, and height needs none.
+/// Fixes end after 40 s of a hover; the barometer continues. There is no heading, and height needs none.
 #[test]
 fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
     let (recording, mut estimator) =
@@ -98,7 +99,7 @@ fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
         }
     }
     assert!(estimator.filter().is_none(), "its heading is unknown to the end");
-    // Without the barometer it is 500 m and more.
+    // Without the barometer the error is 500 m and more.
     assert!(farthest_m < 8.0, "{farthest_m} m");
     assert!(farthest_sigmas < 3.0, "{farthest_sigmas} sigma");
 }

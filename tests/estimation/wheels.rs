@@ -1,4 +1,4 @@
-//! A car that loses its fixes is held to its road; what leaves the road is let go, and the one-sigmas are true.
+//! A car without fixes is held to its road, released when it leaves the road, and its one-sigmas are right.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,11 +11,11 @@ use hovernav_sim::{FlightPlan, GpsConfig, Leg};
 
 use crate::unaided::flown_unaided;
 
-/// Fixes end here, s.
+/// Time of the last fix, s.
 const LOST_S: f64 = 240.0;
 const OUTAGE_S: f64 = 30.0;
 
-/// A leg of a vehicle that neither leans nor climbs.
+/// A leg of a vehicle without bank and climb.
 fn flat(duration_s: f64, forward_mps2: f64, yaw_rate_radps: f64) -> Leg {
     Leg {
         duration_s,
@@ -26,7 +26,7 @@ fn flat(duration_s: f64, forward_mps2: f64, yaw_rate_radps: f64) -> Leg {
     }
 }
 
-/// Turns on the flat, by about `angle_rad`.
+/// A flat turn by about `angle_rad`.
 fn corner(plan: FlightPlan, angle_rad: f64) -> FlightPlan {
     let rate_radps = 0.3 * angle_rad.signum();
     plan.then(flat(1.0, 0.0, rate_radps))
@@ -34,7 +34,7 @@ fn corner(plan: FlightPlan, angle_rad: f64) -> FlightPlan {
         .then(flat(1.0, 0.0, 0.0))
 }
 
-/// Rests, sets off, and drives about the blocks of a town for at least so long, s.
+/// Rests, sets off, and drives around town blocks for at least the given time, s.
 fn drive(seconds: f64) -> FlightPlan {
     let place = Geodetic::from_degrees(40.1, -105.1, 1600.0).unwrap();
     let mut plan = FlightPlan::hover_at(place, 0.7)
@@ -53,16 +53,16 @@ fn drive(seconds: f64) -> FlightPlan {
 }
 
 struct Outcome {
-    /// When it was taken to be on wheels, and when no longer, s.
+    /// Times at which the vehicle was found to be on wheels, and no longer, s.
     on_s: Option<f64>,
     off_s: Option<f64>,
-    /// Horizontal, at the end of the outage, m, and its one-sigma.
+    /// Horizontal error at the end of the outage, m, and its one-sigma.
     drift_m: f64,
     sigma_m: f64,
-    /// Of the velocity downwards at the end of the outage, m/s, and its one-sigma.
+    /// Error of the velocity downwards at the end of the outage, m/s, and its one-sigma.
     down_mps: f64,
     down_sigma_mps: f64,
-    /// How often it was held.
+    /// Number of wheel constraints applied.
     held: usize,
 }
 
@@ -119,7 +119,7 @@ fn a_car_without_fixes_drifts_by_a_third_of_what_it_would_and_knows_by_how_much(
         let held = driven::<Full, 28>(&plan, seed);
         let free = driven::<WithoutHeightAids, 26>(&plan, seed);
         println!(
-            "seed {seed}: on wheels at {:?} s, drift {:.1} m at {:.1}, held {} times; not held {:.1} m at {:.1}",
+            "seed {seed}: on wheels at {:?} s, drift {:.1} m ± {:.1}, held {} times; not held {:.1} m ± {:.1}",
             held.on_s, held.drift_m, held.sigma_m, held.held, free.drift_m, free.sigma_m
         );
         assert!(held.on_s.is_some() && held.off_s.is_none() && free.on_s.is_none());
@@ -136,7 +136,7 @@ fn what_takes_off_from_its_road_without_fixes_is_let_go_and_its_one_sigma_opens(
     for seed in 0..4 {
         let off = driven::<Full, 28>(&plan, seed);
         println!(
-            "seed {seed}: off its wheels at {:?} s, velocity down off by {:.2} m/s at {:.2}",
+            "seed {seed}: off its wheels at {:?} s, velocity down off by {:.2} m/s, sigma {:.2}",
             off.off_s, off.down_mps, off.down_sigma_mps
         );
         assert!(off.off_s.is_some_and(|off_s| off_s > LOST_S && off_s < LOST_S + 20.0));

@@ -11,26 +11,26 @@ use crate::filter::Filter;
 use crate::mechanization::{Earth, Vector, wrapped};
 use crate::update::Row;
 
-/// A heading further off than this, rad, would turn what a reference says of the tilt.
+/// With a heading error above this, rad, a reference's tilt would be resolved about the wrong axes.
 const FAR_RAD: f64 = 0.35;
-/// Wind of the vehicle's own speed: its share of the dynamic pressure, and for how long it lasts, s.
+/// Airspeed error of the barometer: its share of the dynamic pressure, and its correlation time, s.
 const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
 const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
 
-/// The angle of a vector's level part from north.
+/// Azimuth of a vector's horizontal part from north.
 fn azimuth_rad(v: &Vector) -> f64 {
     v.y.atan2(v.x)
 }
 
 impl<L: Layout<N>, const N: usize> Filter<L, N> {
-    /// The larger variance of the tilt's two axes, rad².
+    /// The larger of the two tilt variances, rad².
     fn tilt_variance(&self) -> f64 {
         self.covariance[(ATTITUDE, ATTITUDE)].max(self.covariance[(ATTITUDE + 1, ATTITUDE + 1)])
     }
 
-    /// (M8): the attitude of a reference, used `since_s` after the last one. `after` has its swing with this reading;
-    /// the heading is left out where it is not trusted.
+    /// (M8): attitude of a reference, used `since_s` after the last one. `after` contains its swing including this
+    /// reading. The heading row is absent unless `trusts_heading`.
     pub fn attitude_rows(
         &self,
         reference: &UnitQuaternion<f64>,
@@ -44,7 +44,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let mut off = (reference * own.inverse()).scaled_axis() - wander;
         let heading = |attitude: &UnitQuaternion<f64>| azimuth_rad(&(attitude * Vector::x()));
         if off.z.abs() > FAR_RAD || !trusts_heading {
-            // Tilt with the heading of the filter, heading by itself.
+            // Tilt is compared at the filter's heading; heading is compared separately.
             let heading_off = wrapped(heading(reference) - heading(&own));
             let back = UnitQuaternion::from_scaled_axis(Vector::new(0.0, 0.0, -heading_off));
             off = (back * reference * own.inverse()).scaled_axis() - wander;
@@ -57,7 +57,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             (Channel::Yaw, Vector::z()),
         ];
         let model = &self.config.attitude;
-        // The watch counts in single precision.
+        // The shipped watch uses single precision.
         let usual = 1.5 * (model.noise_rad * model.noise_rad) as f32;
         let alike = (2.0 / since_s.min(1.0) as f32).max(1.0);
         let excess =
@@ -74,7 +74,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             .collect()
     }
 
-    /// (M9): a magnetic field, gauss, and the declination.
+    /// (M9): magnetic field, gauss, and declination.
     pub fn magnetic_rows(&self, field_gauss: &Vector, declination_rad: f64) -> Vec<Row<N>> {
         let Some(first) = L::ATTITUDE_REFERENCE else { return Vec::new() };
         let field = self.nominal.attitude * field_gauss;
@@ -86,7 +86,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         vec![row]
     }
 
-    /// (M10) and (M18): a barometric height, m, `since_s` after the last one taken in.
+    /// (M10) and (M18): barometric height, m, `since_s` after the last one used.
     pub fn baro_rows(&self, height_m: f64, since_s: f64, after: &Learned) -> Vec<Row<N>> {
         let Some(state) = L::BARO else { return Vec::new() };
         let (level_m, white) = after.baro;
@@ -124,7 +124,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         rates.chain(velocities).collect()
     }
 
-    /// (M12): a distance to the ground.
+    /// (M12): distance to the ground.
     pub fn range_rows(
         &self,
         reading: &RangeReading,
@@ -151,7 +151,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         vec![row]
     }
 
-    /// (M13): the heading of a baseline between two antennas, used `since_s` after the last one.
+    /// (M13): heading of the baseline between two antennas, used `since_s` after the last one.
     pub fn antenna_heading_rows(
         &self,
         reading: &AntennaHeading,
@@ -168,7 +168,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let leaning = (baseline.z / baseline.xy().norm()).powi(2) * self.tilt_variance();
         let others = leaning + (0.1 * turned_rad).powi(2);
         let own = self.covariance[(ATTITUDE + 2, ATTITUDE + 2)];
-        // A reading beyond the gate of a single one counts as one, the gate being the same for all.
+        // A reading beyond the gate of a single reading has the weight of a single one, because the gate is the same
+        // for all.
         let one = sigma * sigma + others;
         let jumps = off * off > self.config.gate.sigmas.powi(2) * (own + one);
         let in_common = (2.0 * model.wander_time_s / since_s).max(1.0);
@@ -177,13 +178,13 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         vec![Row::new(Channel::BaselineHeading, off, noise).sees(ATTITUDE + 2, 1.0)]
     }
 
-    /// (M19): the vertical velocity of a vehicle whose height no fix tells.
+    /// (M19): vertical velocity of a vehicle without height measurements.
     pub fn climb_rows(&self) -> Vec<Row<N>> {
         let innovation = -self.nominal.velocity_mps.z;
         vec![Row::new(Channel::RestVelocityDown, innovation, 25.0).sees(VELOCITY + 2, 1.0)]
     }
 
-    /// What a time is after another, s.
+    /// Time since the last use, s; infinite before the first.
     pub fn since_s(time: Time, used: Option<Time>) -> f64 {
         used.map_or(f64::INFINITY, |used| time - used)
     }

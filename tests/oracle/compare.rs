@@ -1,4 +1,4 @@
-//! How far two filters are apart, each quantity in units of what it may be.
+//! Differences of two filters, each quantity relative to its tolerance.
 
 use std::collections::BTreeMap;
 
@@ -11,26 +11,26 @@ use crate::shipped::Snapshot;
 use crate::transition::Matrix;
 use crate::update::Compared;
 
-/// How far the shipped filter may be from the oracle.
+/// Allowed differences of the shipped filter from the oracle.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
-    /// Share of a value, or of its one-sigma where that is more; of covariances, of both one-sigmas.
+    /// Share of a value, or of its one-sigma if larger; for covariances, of both one-sigmas.
     pub relative: f64,
-    /// The same after a fix, which a history of steps is needed for.
+    /// Same share after a fix, which uses the history of steps.
     pub fix: f64,
-    /// Of what is a difference of two places, m: latitude and longitude are rounded to 3 nm.
+    /// Allowed difference of two positions, m: latitude and longitude are rounded to 3 nm.
     pub place_m: f64,
-    /// A state that becomes surer at a stroke by more than the inverse of this is compared in this share of its
-    /// one-sigma before: P − K H P loses as many digits as it falls by, whatever the order of its terms.
+    /// Share of the former one-sigma that serves as unit if a state becomes more accurate than that at once. P − K H P
+    /// then loses digits by cancellation, in any order of its terms.
     pub lost: f64,
 }
 
 impl Tolerance {
     pub const DOUBLE: Self = Self { relative: 1e-9, fix: 1e-9, place_m: 2e-8, lost: 3e-3 };
-    /// Of a unit beyond 198 Hz: steps that share an entry of 10 ms in the history are put together to the second order of
-    /// their rotation by the shipped filter, exactly by the oracle.
+    /// For IMUs beyond 198 Hz. Steps within 10 ms share an entry of the history. The shipped filter combines them to
+    /// second order in the rotation, the oracle exactly.
     pub const FAST: Self = Self { fix: 2e-5, place_m: 2e-4, ..Self::DOUBLE };
-    /// Of single precision: 1e-7, times what the terms of a fix's covariance cancel.
+    /// For single precision: 1e-7, times the cancellation within a fix's covariance.
     pub const SINGLE: Self = Self { relative: 5e-3, fix: 5e-3, place_m: 2e-3, lost: 0.05 };
 }
 
@@ -40,11 +40,11 @@ impl Tolerance {
     }
 }
 
-/// The largest difference of each quantity, as a share of what is allowed; kept to be printed.
+/// Largest difference of each quantity, as a share of the tolerance; kept for printing.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
     largest: BTreeMap<(String, &'static str), f64>,
-    /// The largest one-sigma of each state since the filters were last made equal: rounding is a share of that.
+    /// Largest one-sigma of each state since the filters were last equal: rounding is relative to it.
     sigmas: Vec<f64>,
 }
 
@@ -87,7 +87,7 @@ impl Differences {
             sigmas.iter().zip(&self.sigmas).map(|(sigma, most)| sigma.max(lost * most)).collect();
         let sigma = |state: usize| units[state];
         let off_m = Earth::at(&a.place).displacement(&a.place, &b.place);
-        self.note(what, "place", off_m.norm(), place_m, &|| format!("{off_m:?}"));
+        self.note(what, "position", off_m.norm(), place_m, &|| format!("{off_m:?}"));
         let off_mps: Vector = a.velocity_mps - b.velocity_mps;
         let size = a.velocity_mps.norm().max(1.0);
         self.note(what, "velocity", off_mps.norm(), relative * size, &|| format!("{off_mps:?}"));
@@ -115,7 +115,7 @@ impl Differences {
         }
     }
 
-    /// Both filters are equal from here on.
+    /// Restarts from equal filters.
     pub fn restart<const N: usize>(&mut self, covariance: &Matrix<N>) {
         self.sigmas =
             covariance.diagonal().iter().map(|variance| variance.max(0.0).sqrt()).collect();
@@ -147,7 +147,7 @@ impl Differences {
 
     pub fn print(&self, name: &str) {
         for ((what, quantity), share) in &self.largest {
-            println!("{name:24} {what:24} {quantity:12} {share:.1e} of what is allowed");
+            println!("{name:24} {what:24} {quantity:12} {share:.1e} of the tolerance");
         }
     }
 }

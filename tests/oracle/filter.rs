@@ -1,4 +1,4 @@
-//! The textbook filter: nominal state, parameters and a dense covariance, moved by samples.
+//! The textbook filter: nominal state, parameters and a dense covariance, propagated by samples.
 
 use std::marker::PhantomData;
 
@@ -13,12 +13,12 @@ use crate::mechanization::{Earth, Increment, Nominal, Previous, UnitErrors, Vect
 use crate::noise::{self, NetTurn, Relaxation};
 use crate::transition::{Matrix, Sums, with_position};
 
-/// Parameters relax once so much time has come together, s, or at a measurement.
+/// Parameters relax once this time has accumulated, s, or at a measurement.
 const RELAXED_EVERY_S: f64 = 0.2;
-/// A longer gap is not bridged, s.
+/// Longest gap that the filter bridges, s.
 const LONGEST_BRIDGE_S: f64 = 60.0;
 
-/// An error-state filter as textbooks write it.
+/// An error-state filter in textbook form.
 #[derive(Clone, Debug)]
 pub struct Filter<L, const N: usize> {
     pub config: EkfConfig,
@@ -28,18 +28,18 @@ pub struct Filter<L, const N: usize> {
     pub parameters: SVector<f64, N>,
     pub covariance: Matrix<N>,
     pub history: History,
-    /// The last sample taken in, and the angular rate then, of the body against the ground, rad/s.
+    /// Last used sample, and its angular rate of the body relative to the ground, rad/s.
     previous: Option<Previous>,
     pub rate_radps: Vector,
-    /// Steps that the covariance has not been propagated over yet.
+    /// Steps not yet propagated into the covariance.
     pub pending: Option<Sums>,
-    /// For how long the parameters have not relaxed, s.
+    /// Time since the parameters last relaxed, s.
     pub unrelaxed_s: f64,
     net_turn: NetTurn,
     layout: PhantomData<L>,
 }
 
-/// What a sample did.
+/// Effect of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     Stepped,
@@ -79,7 +79,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         }
     }
 
-    /// Moves state and covariance to the next sample. `learned` is what the watches make of this sample.
+    /// Propagates state and covariance to the next sample. `learned` holds the learned quantities after this sample.
     pub fn predict(&mut self, sample: &ImuSample, learned: &Learned) -> Step {
         let errors = self.unit_errors();
         let before = self.previous;
@@ -132,7 +132,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         advance.frame_rate_radps
     }
 
-    /// Over a gap in the samples: (S14) and (K13).
+    /// Propagation over a gap in the samples: (S14) and (K13).
     fn coast(&mut self, sample: &ImuSample, learned: &Learned) -> Vector {
         self.catch_up(learned);
         let seconds = sample.time - self.nominal.time;
@@ -166,7 +166,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         }
     }
 
-    /// Lets the parameters decay and wander over the time since they last did (K5).
+    /// Applies decay and noise to the parameters for the time since the last call (K5).
     pub fn relax(&mut self, learned: &Learned) {
         let down = self.nominal.cosines().row(2).transpose();
         let relaxation = Relaxation::of_parameters::<L>(
@@ -186,14 +186,15 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         self.parameters.component_mul_assign(decay);
     }
 
-    /// Sets a variance and forgets the state's correlations.
+    /// Sets a variance and clears the state's correlations.
     pub fn open(&mut self, state: usize, sigma: f64) {
         self.covariance.row_mut(state).fill(0.0);
         self.covariance.column_mut(state).fill(0.0);
         self.covariance[(state, state)] = sigma * sigma;
     }
 
-    /// Opens everything so wide that the next fixes decide; estimates stay, and so does the barometer's variance.
+    /// Resets the covariance so wide that the next fixes determine the state. Estimates stay, and so does the
+    /// barometer's variance.
     pub fn reset(&mut self) {
         let baro = L::BARO.map(|state| (state, self.covariance[(state, state)].sqrt()));
         self.covariance = Matrix::zeros();
@@ -229,7 +230,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         }
     }
 
-    /// Opens the heading of the attitude reference after a [`reset`](Self::reset), to what it last was.
+    /// Sets the heading variance of the attitude reference after a [`reset`](Self::reset) to its last value.
     pub fn open_heading_reference(&mut self, learned: &Learned) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
             self.open(first + 2, learned.heading_wander[0]);

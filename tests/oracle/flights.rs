@@ -1,4 +1,4 @@
-//! Recorded flights: each step from the same state, and whole flights where nothing is gated.
+//! Recorded flights: single steps from equal states, and whole flights with open gates.
 
 use std::path::{Path, PathBuf};
 
@@ -14,8 +14,8 @@ use hovernav_testing::{FLIGHTS, shared};
 use crate::compare::Tolerance;
 use crate::pair::Pair;
 
-/// Flies up to `most` samples of a dataset with both filters. Every other fix is taken in as it comes, every other once
-/// the samples reach 0.06 s beyond it, as the estimator does.
+/// Flies up to `most` samples of a dataset with both filters. Every other fix is used as it arrives. The others wait
+/// until the samples are 0.06 s later than the fix, as in the estimator.
 fn fly(
     dir: &Path,
     config: &EstimatorConfig,
@@ -82,7 +82,7 @@ fn opened(dir: &Path) -> (Dataset, EstimatorConfig) {
     (dataset, config)
 }
 
-/// Every step of the own set, from the same state.
+/// Each step of the own dataset, from equal states.
 #[test]
 fn a_step_of_a_hover_comes_to_the_same() {
     let dir = own("heli-hover");
@@ -92,7 +92,7 @@ fn a_step_of_a_hover_comes_to_the_same() {
     assert!(pair.counts.axes > 5_000, "{:?}", pair.counts);
 }
 
-/// The first minutes of every other set.
+/// Each step of the first minutes of every other dataset.
 #[test]
 fn a_step_of_every_known_flight_comes_to_the_same() {
     for name in FLIGHTS {
@@ -104,16 +104,16 @@ fn a_step_of_every_known_flight_comes_to_the_same() {
     }
 }
 
-/// With gates that nothing is beyond, the oracle flies the whole of it by itself: only what the watches have learned, and
-/// what they open, comes from the shipped filter.
+/// With open gates, the oracle flies the whole dataset by itself. Only learned quantities, and the variances they open,
+/// come from the shipped filter.
 #[test]
 fn a_whole_hover_comes_to_the_same() {
     fly_alone(&own("heli-hover"), usize::MAX);
 }
 
-/// The same for a minute or so of the others. Later rounding has grown: with every fix accepted, the moment at which a fix
-/// holds and the states found from it lead each other on, from 1e-17 to 1e-10 in 100 s of `quad-hover-aided`. The
-/// receiver that jumps is left out, for open gates accept the jump.
+/// Same for about a minute of the other datasets. Later, rounding has grown: with every fix accepted, the time of a fix
+/// and the states estimated from it amplify each other. The difference grows from 1e-17 to 1e-10 in 100 s of
+/// `quad-hover-aided`. The dataset with a jumping receiver is excluded, because open gates accept the jump.
 #[test]
 fn the_first_minute_of_every_known_flight_comes_to_the_same() {
     for name in FLIGHTS.into_iter().filter(|name| !name.contains("glitch")) {

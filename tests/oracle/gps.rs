@@ -11,11 +11,11 @@ use crate::mechanization::{Earth, Vector, skew};
 use crate::noise::{self, Relaxation};
 use crate::update::Row;
 
-/// No fix is taken to hold later than this after its time, s.
+/// Largest delay after its time at which a fix may be valid, s.
 const MOST_AHEAD_S: f64 = 0.3;
-/// One-sigmas that a fix states grow by the learned size beyond this.
+/// Stated one-sigmas grow by the learned size if it exceeds this.
 const BY_CHANCE: f64 = 1.15;
-/// Stated one-sigmas that change by less than this many times are what they were.
+/// Stated one-sigmas count as unchanged within this factor.
 const STEADY: f64 = 1.25;
 
 const POSITIONS: [Channel; 3] =
@@ -23,17 +23,17 @@ const POSITIONS: [Channel; 3] =
 const VELOCITIES: [Channel; 3] =
     [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 
-/// The moments at which velocity and position of a fix hold.
+/// Times at which velocity and position of a fix are valid.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments {
     velocity: Back,
     position: Back,
-    /// Whether they are at the end of the memory, where the delay is no longer seen.
+    /// Whether they are at the end of the memory, where the delay is unobservable.
     is_beyond: bool,
 }
 
 impl<L: Layout<N>, const N: usize> Filter<L, N> {
-    /// Where the state was when a fix held: t = its time less its delay, of the position less its latency too.
+    /// The state when a fix was valid: at its time minus its delay, for the position also minus its latency.
     pub fn moments(&self, fix: &Fix) -> Option<Moments> {
         let parameter = |state: Option<usize>| state.map_or(0.0, |state| self.parameters[state]);
         let delay_s = parameter(L::GPS_DELAY).max(-MOST_AHEAD_S);
@@ -63,7 +63,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let horizontal = gps.horizontal_velocity_sigma_mps;
         let velocity = match fix.velocity_sigma_mps.map(|sigma| sigma.to_array()) {
             Some([n, e, d]) => {
-                // One figure for all axes is that of the level ones; PX4 takes 1.5 times as much downwards.
+                // A single accuracy for all axes is the horizontal one; PX4 takes 1.5 times as much downwards.
                 let d = if n == e && e == d { 1.5 * d } else { d };
                 Vector::new(n * stated(level), e * stated(level), d * stated(down))
             }
@@ -76,7 +76,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         [position, velocity]
     }
 
-    /// Shares of position and velocity that wander, where there are states for them.
+    /// Shares of position and velocity errors that are slow, if the layout has states for them.
     fn wander_shares(&self) -> [f64; 2] {
         let share = |state: Option<usize>, share: f64| state.map_or(0.0, |_| share);
         let gps = &self.config.gps;
@@ -86,7 +86,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         ]
     }
 
-    /// Lets the slow errors follow what a fix states (M5), or opens them.
+    /// Adapts the slow errors to the stated accuracy of a fix (M5), or opens them.
     pub fn follow_wander(&mut self, fix: &Fix, learned: &Learned) {
         let [position, velocity] = self.fix_sigmas(fix, learned);
         let [slow_place, slow_velocity] = self.wander_shares();
@@ -115,7 +115,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         for (axis, new) in place.into_iter().enumerate() {
             let old = f64::from(if axis < 2 { level } else { down });
             if new > old * STEADY || old > new * STEADY {
-                // Where it shrinks, the same process backwards in time: w⁺ = ρ² w.
+                // If the one-sigma shrinks, the same process runs backwards in time: w⁺ = ρ² w.
                 let kept = (new / old).powi(2).min(1.0);
                 change.decay[first + axis] = kept;
                 change.noise[first + axis] = new.powi(2) - (kept * old).powi(2);
@@ -124,8 +124,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         self.apply(&change);
     }
 
-    /// Rows of a fix: velocity north, east, down, then position. `antenna_m` is where the antenna stands from its
-    /// declared position for velocity and for position, body axes.
+    /// Rows of a fix: velocity north, east, down, then position. `antenna_m` is the offset of the antenna from its
+    /// declared position, for velocity and for position, body axes.
     pub fn fix_rows(
         &self,
         fix: &Fix,
@@ -160,7 +160,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             fix.down_velocity_mps.filter(|_| !fix.two_dimensional),
         ];
         let felt_mps = of_motion(&back.force_mps, learned);
-        // δv(t) = δv + F × δψ + J δb_a, less the swing × δψ, and the swing by the gyro biases.
+        // δv(t) = δv + F × δψ + J δb_a, minus the swing × δψ, and the swing due to the gyro biases.
         let by_attitude = skew(&felt_mps) - skew(&swing_mps);
         let by_gyro = cosines * skew(arm_m);
         let imu = &self.config.imu;
@@ -172,8 +172,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let by_delay = significant(-back.acceleration_mps2, acceleration_variance);
         let sigmas = self.fix_sigmas(fix, learned);
         let [_, slow] = self.wander_shares();
-        // What the antenna's place leaves, of turns about the vertical of a vehicle that is nearly level; counted in
-        // single precision.
+        // Variance from the remaining antenna offset, for turns about the vertical of a nearly level vehicle; in single
+        // precision.
         let turning_radps = (cosines * back.rate_radps).z as f32;
         let is_turn = turning_radps.abs() >= 0.1 && cosines[(2, 2)] as f32 >= 0.8;
         let unsure = f64::from(turning_radps * turning_radps * learned.antenna.1);
@@ -217,7 +217,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let wander = L::GPS_POSITION.map_or(Vector::zeros(), |first| self.block(first));
         let earth = Earth::at(&self.nominal.place);
         let off_m = earth.displacement(&back.state.place, &fix.position) - lever_m - wander;
-        // δp(t) = δp − a δv − G × δψ − ½ a J δb_a, less the lever × δψ(t), δψ(t) = δψ + J δb_g.
+        // δp(t) = δp − a δv − G × δψ − ½ a J δb_a, minus the lever × δψ(t), δψ(t) = δψ + J δb_g.
         let fallen_m = of_motion(&back.force_m, learned);
         let by_attitude = -skew(&fallen_m) - skew(&lever_m);
         let by_gyro = -skew(&lever_m) * back.turn_s;
@@ -251,7 +251,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         rows
     }
 
-    /// (M6), times the square of how the velocity enters.
+    /// (M6), times the square of the velocity's factor.
     fn lag_noise(&self, back: &Back, lever: f64) -> f64 {
         let imu = &self.config.imu;
         let walk = imu.velocity_random_walk_mps.powi(2) * back.age_s.max(0.0);
@@ -264,7 +264,8 @@ fn white_variance(slow: f64, sigma: f64, floor: f64) -> f64 {
     ((1.0 - slow * slow) * sigma * sigma).max(floor * floor)
 }
 
-/// What of a specific force tells the heading: its level part counts by the share that is motion (K23).
+/// Part of a specific force that makes the heading observable: its horizontal part counts by the share that is motion
+/// (K23).
 fn of_motion(force: &Vector, learned: &Learned) -> Vector {
     let share = learned.level_share;
     Vector::new(share * force.x, share * force.y, force.z)

@@ -1,4 +1,4 @@
-//! Where the present state was at an earlier moment, and its errors then by its errors now: (M1) and (M2).
+//! The present state carried back to an earlier moment, and the relation of its errors then and now: (M1) and (M2).
 
 use std::collections::VecDeque;
 
@@ -7,41 +7,41 @@ use nalgebra::{Matrix3, UnitQuaternion};
 
 use crate::mechanization::{Advance, Earth, Increment, Nominal, Vector};
 
-/// Entries kept, and the length up to which steps share one, s.
+/// Number of entries, and the duration up to which steps share one, s.
 const ENTRIES: usize = 51;
 const ENTRY_S: f64 = 0.0101;
-/// A fix is looked back to over no more than this, s.
+/// Longest look-back for a fix, s.
 const REACH_S: f64 = 0.5;
-/// The acceleration is the mean over entries within this of the moment, s.
+/// Half-width of the window for the mean acceleration, s.
 const ABOUT_S: f64 = 0.06;
 
-/// One step of the mechanization, or a few.
+/// One or a few steps of the mechanization.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     end: Time,
     seconds: f64,
     /// From the body axes at the end to those at the start.
     rotation: UnitQuaternion<f64>,
-    /// Velocity change by specific force, body axes at the start, and by all else, NED, m/s.
+    /// Velocity change by specific force, body axes at the start, and by all other effects, NED, m/s.
     force_mps: Vector,
     fall_mps: Vector,
-    /// Whether it stands for a gap in the samples.
+    /// Whether the entry is a gap in the samples.
     coasted: bool,
 }
 
-/// The last steps, newest first.
+/// The latest steps, newest first.
 #[derive(Clone, Debug, Default)]
 pub struct History(VecDeque<Entry>);
 
-/// The present state as it was at an earlier moment.
+/// The present state carried back to an earlier moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Back {
     pub state: Nominal,
-    /// Angular rate of the body then, rad/s, and acceleration, NED, m/s², the mean over so long, s.
+    /// Angular rate of the body then, rad/s; mean acceleration, NED, m/s²; and its averaging time, s.
     pub rate_radps: Vector,
     pub acceleration_mps2: Vector,
     pub acceleration_over_s: f64,
-    /// How long ago it was, a, and how much of that was a gap in the samples, s.
+    /// Age a of that moment, and the part of it within gaps of the samples, s.
     pub age_s: f64,
     pub hidden_s: f64,
     /// F, G and J of (M2): Σ C Δv, its integral, and ∫ C dt, from then to now.
@@ -55,8 +55,8 @@ impl History {
         self.0.clear();
     }
 
-    /// Takes in a step that ended at `end`. Steps of fast units share an entry, put together exactly; the shipped
-    /// filter does it to the second order of the rotation.
+    /// Adds a step that ended at `end`. Steps of fast IMUs share an entry. They are combined exactly here, and to
+    /// second order of the rotation in the shipped filter.
     pub fn push(&mut self, end: Time, step: &Increment, advance: &Advance) {
         let rotation = UnitQuaternion::from_scaled_axis(step.rotation_rad);
         if let Some(entry) = self.0.front_mut().filter(|e| e.seconds + step.seconds <= ENTRY_S) {
@@ -77,7 +77,7 @@ impl History {
         });
     }
 
-    /// Takes in a gap that ended at `end`, over which the body turned by so much.
+    /// Adds a gap that ended at `end`, and the rotation of the body over it.
     pub fn coast(&mut self, end: Time, seconds: f64, rotation_rad: &Vector) {
         self.clear();
         self.add(Entry {
@@ -95,7 +95,7 @@ impl History {
         self.0.truncate(ENTRIES);
     }
 
-    /// How long before `time` one may look back, s.
+    /// Largest look-back before `time`, s.
     pub fn reach_s(&self, time: Time) -> f64 {
         match self.0.get(ENTRIES - 1) {
             Some(oldest) => (time - oldest.end).clamp(0.0, REACH_S),
@@ -103,8 +103,8 @@ impl History {
         }
     }
 
-    /// The state `now` carried back to `time`: whole entries, and of the last the share that leads there. After `now`
-    /// it is carried forward by the newest entry's mean motion. `None` beyond the memory.
+    /// Carries `now` back to `time`, over whole entries and a share of the last one. A `time` after `now` is reached
+    /// forward with the newest entry's mean motion. `None` beyond the memory.
     pub fn look_back(&self, now: &Nominal, time: Time) -> Option<Back> {
         let mut back = Back {
             state: *now,
@@ -136,7 +136,7 @@ impl History {
         Some(back)
     }
 
-    /// The mean acceleration about `time`, which lies in the entry `reached`. An entry counts whole.
+    /// Mean acceleration about `time`, which lies in the entry `reached`. Each entry counts whole.
     fn accelerate(&self, now: &Nominal, time: Time, reached: usize, back: &mut Back) {
         let (mut attitude, mut start) = (now.attitude, now.time);
         let mut change_mps = Vector::zeros();
@@ -148,7 +148,7 @@ impl History {
             } else {
                 index == reached || entry.end >= time.offset_by(-ABOUT_S)
             };
-            // The entry of the moment itself is resolved with the attitude of the moment.
+            // The entry that contains the moment is resolved with the attitude at the moment.
             let resolved = if index == reached { back.state.attitude } else { before };
             if is_about {
                 change_mps += resolved * entry.force_mps + entry.fall_mps;
@@ -163,7 +163,7 @@ impl History {
 }
 
 impl Back {
-    /// One entry back, or a share of it: (M1), and the sums of (M2). Gives the way, m.
+    /// One step back over an entry or a share of it: (M1), and the sums of (M2). Returns the displacement, m.
     fn step(&mut self, entry: &Entry, share: f64) -> Vector {
         let seconds = share * entry.seconds;
         let turned = UnitQuaternion::from_scaled_axis(-entry.rotation.scaled_axis() * share);

@@ -12,9 +12,9 @@
 //! | `history` | (M1), (M2): late measurements | `src/ekf/history.rs` |
 //! | `gps`, `aids` | (M3) to (M6), (M8) to (M14), (M19): h, H and R | `src/ekf/measurement` |
 //!
-//! `shipped` and `pair` lead both filters through the same calls, `compare` has the tolerances. Gates, watches and
-//! learned quantities are no arithmetic: the oracle takes them from `Ekf::learned` and from the trace of the shipped
-//! filter. It has no wheels (M17) and no field watch (M15).
+//! `shipped` and `pair` make the same calls to both filters; `compare` has the tolerances. Gates, watches and learned
+//! quantities are not part of the equations: the oracle takes them from `Ekf::learned` and from the trace of the
+//! shipped filter. The oracle has no wheels (M17) and no field watch (M15).
 
 mod aids;
 mod compare;

@@ -1,4 +1,4 @@
-//! The nominal state and how inertial samples move it: equations (E1) to (E10) and (S1) to (S8) and (S14).
+//! The nominal state and its propagation by inertial samples: equations (E1) to (E10), (S1) to (S8) and (S14).
 //!
 //! Vectors and quaternions are those of nalgebra; formulas are in the order of `docs/equations.md`.
 
@@ -12,10 +12,10 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 pub type Vector = Vector3<f64>;
 
-/// The rotation of the Earth, rad/s.
+/// Rotation rate of the Earth, rad/s.
 const EARTH_RATE_RADPS: f64 = 7.292_115e-5;
 
-/// The Earth at one place.
+/// Earth model at one position.
 #[derive(Clone, Copy, Debug)]
 pub struct Earth {
     latitude_rad: f64,
@@ -53,7 +53,7 @@ impl Earth {
         Vector::new(about_north, -velocity_mps.x / north_m, -about_north * tangent)
     }
 
-    /// A place moved by a small displacement in NED, m (E9).
+    /// A position displaced by a small vector in NED, m (E9).
     pub fn displaced(&self, place: &Geodetic, by_m: &Vector) -> Geodetic {
         let [north_m, east_m] = self.radii_m;
         Geodetic {
@@ -65,7 +65,7 @@ impl Earth {
         }
     }
 
-    /// A place moved by a step, by radii and latitude at its middle (E10).
+    /// A position displaced by a step, with radii and latitude at its middle (E10).
     pub fn carried(&self, place: &Geodetic, by_m: &Vector) -> Geodetic {
         let climbed = self.radii_m.map(|radius_m| radius_m - 0.5 * by_m.z);
         let middle = Self {
@@ -76,7 +76,7 @@ impl Earth {
         middle.displaced(place, by_m)
     }
 
-    /// The small displacement in NED from one place to another, m.
+    /// Small displacement in NED from one position to another, m.
     pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector {
         let [north_m, east_m] = self.radii_m;
         Vector::new(
@@ -87,13 +87,13 @@ impl Earth {
     }
 }
 
-/// An angle in (−π, π].
+/// Wraps an angle to (−π, π].
 pub fn wrapped(angle_rad: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     if angle_rad.abs() <= PI { angle_rad } else { angle_rad - TAU * (angle_rad / TAU).round() }
 }
 
-/// The unit's known errors (S1): a bias and a scale factor error for each gyro and accelerometer.
+/// The known errors of the inertial unit (S1): a bias and a scale factor error for each gyro and accelerometer.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitErrors {
     pub bias: [Vector; 2],
@@ -114,11 +114,11 @@ pub struct Increment {
     pub seconds: f64,
     pub rotation_rad: Vector,
     pub velocity_mps: Vector,
-    /// Angular rate at its end, rad/s, against inertial space; of increments the mean.
+    /// Angular rate at its end, rad/s, relative to inertial space; for increments the mean.
     pub last_rate_radps: Vector,
 }
 
-/// The sample before, with the length of the interval that it ended.
+/// The previous sample, with the length of the interval that it ended.
 #[derive(Clone, Copy, Debug)]
 pub struct Previous {
     pub time: Time,
@@ -134,7 +134,7 @@ impl Previous {
 }
 
 impl Increment {
-    /// From the sample before, if there is one, to `sample`, `seconds` later.
+    /// Increment from the previous sample, if any, to `sample`, `seconds` later.
     pub fn between(
         before: Option<&Previous>,
         sample: &ImuSample,
@@ -148,7 +148,7 @@ impl Increment {
                 let w1 = errors.removed(0, &vector(angular_rate_radps), 1.0);
                 let f1 = errors.removed(1, &vector(specific_force_mps2), 1.0);
                 match before.map(|before| before.motion) {
-                    // Rates of the first sample hold for the whole interval, without coning or sculling.
+                    // The first sample's rates count for the whole interval, without coning or sculling.
                     None => Self {
                         seconds,
                         rotation_rad: w1 * seconds,
@@ -175,7 +175,7 @@ impl Increment {
                         last_rate_radps: mean_rate_radps(angle),
                     };
                 };
-                // The interval before counts by its mean rate, as long as this one.
+                // The previous increment is scaled to the length of this one.
                 let (angle_before, velocity_before) = match (before.motion, before.seconds) {
                     (Motion::Increments { angle_rad, velocity_mps }, Some(then_s)) => (
                         errors.removed(0, &(vector(angle_rad) * (seconds / then_s)), seconds),
@@ -222,11 +222,11 @@ pub struct Nominal {
     pub time: Time,
     pub place: Geodetic,
     pub velocity_mps: Vector,
-    /// Attitude: from body to NED.
+    /// Attitude, body to NED.
     pub attitude: UnitQuaternion<f64>,
 }
 
-/// What a step of the mechanization went through.
+/// Intermediate results of a step of the mechanization.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance {
     /// C at the start of the step.
@@ -234,7 +234,7 @@ pub struct Advance {
     /// Velocity change by specific force, Δv_f, and by gravity and Coriolis, NED, m/s.
     pub force_mps: Vector,
     pub fall_mps: Vector,
-    /// Rate of NED against inertial space, rad/s.
+    /// Angular rate of NED relative to inertial space, rad/s.
     pub frame_rate_radps: Vector,
 }
 
@@ -271,7 +271,8 @@ impl Nominal {
         Advance { cosines, force_mps, fall_mps, frame_rate_radps }
     }
 
-    /// Over a gap in the samples (S14): velocity stays, the rotation dies out. Gives its vector, body axes, rad.
+    /// Propagates over a gap in the samples (S14): velocity stays, the rotation fades. Returns the rotation vector,
+    /// body axes, rad.
     pub fn coast(&mut self, time: Time, rate_radps: &Vector) -> Vector {
         let seconds = time - self.time;
         let lasting_s = |memory_s: f64| seconds / (1.0 + seconds / memory_s);
@@ -289,7 +290,7 @@ impl Nominal {
     }
 }
 
-/// The matrix [v×], whose product with w is v × w.
+/// The matrix [v×]: its product with w is v × w.
 pub fn skew(v: &Vector) -> Matrix3<f64> {
     v.cross_matrix()
 }

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SVector};
 use crate::mechanization::{Increment, Vector};
 use crate::transition::{Matrix, Sums, set};
 
-/// Net turn about each gyro's axis, rad, and its greatest square, both fading (K21).
+/// Net turn about each gyro's axis, rad, and its greatest square, both decaying (K21).
 #[derive(Clone, Copy, Debug)]
 pub struct NetTurn {
     angle_rad: Vector,
@@ -18,7 +18,7 @@ impl NetTurn {
     pub const NONE: Self =
         Self { angle_rad: Vector::new(0.0, 0.0, 0.0), greatest: Vector::new(0.0, 0.0, 0.0) };
 
-    /// By how much the squares exceed all that they were.
+    /// Growth of the squares beyond their recent maximum.
     fn push(&mut self, step: &Increment, memory_s: f64) -> Vector {
         let left = (1.0 - step.seconds / memory_s).max(0.0);
         self.angle_rad = self.angle_rad * left + step.rotation_rad;
@@ -29,14 +29,14 @@ impl NetTurn {
     }
 }
 
-/// Variance of each axis and second that a sensor of random walk `walk` adds, of whose vibration a `share` is noise
-/// that is alike for `alike_s`.
+/// Variance added per axis and second by a sensor of random walk `walk`. A `share` of its vibration counts as noise
+/// correlated over `alike_s`.
 pub fn density(walk: f64, share: f64, alike_s: f64, vibration: &[f64; 3]) -> Vector {
     Vector::from(vibration.map(|variance| (share * share * variance * alike_s).max(walk * walk)))
 }
 
-/// Variances that one step adds to rotation and velocity change about each axis of the body (K4). `rate_radps` is
-/// the angular rate at the sample before.
+/// Variances that one step adds to rotation and velocity change about each body axis (K4). `rate_radps` is the angular
+/// rate at the previous sample.
 pub fn of_sensors(
     config: &EkfConfig,
     learned: &Learned,
@@ -79,7 +79,7 @@ impl Sums {
     }
 }
 
-/// Q over a gap of so many seconds (K13).
+/// Q over a gap of the given seconds (K13).
 pub fn of_gap<const N: usize>(config: &EkfConfig, seconds: f64) -> Matrix<N> {
     let velocity = config.imu.gap_acceleration_mps2 * seconds;
     let turn = config.imu.gap_rate_radps * seconds;
@@ -92,16 +92,16 @@ pub fn of_gap<const N: usize>(config: &EkfConfig, seconds: f64) -> Matrix<N> {
     Matrix::from_diagonal(&sigmas.component_mul(&sigmas))
 }
 
-/// Factor by which each state decays and the variance that it gains: y⁺ = D y, P⁺ = D P D + Q.
+/// Decay factor of each state and its added variance: y⁺ = D y, P⁺ = D P D + Q.
 #[derive(Clone, Copy, Debug)]
 pub struct Relaxation<const N: usize> {
     pub decay: SVector<f64, N>,
     pub noise: SVector<f64, N>,
 }
 
-/// What is left after a share `lost` of a correlation time: e^(−lost). Below 0.02 the shipped filter takes the series
-/// to the third order, which is off by lost⁴/24, at most 7e-9: up to 1e-8 of the variance that a slow GPS error
-/// regains. So does this one, that all else can be compared to 1e-9.
+/// Remaining share after `lost` correlation times: e^(−lost). Below 0.02 the shipped filter uses the series to third
+/// order. Its error is lost⁴/24, at most 7e-9, which is up to 1e-8 of the variance regained by a slow GPS error. The
+/// oracle uses the same series, so that everything else can be compared to 1e-9.
 pub fn left(lost: f64) -> f64 {
     if lost < 0.02 { 1.0 - lost + lost.powi(2) / 2.0 - lost.powi(3) / 6.0 } else { (-lost).exp() }
 }
@@ -111,14 +111,14 @@ impl<const N: usize> Relaxation<N> {
         Self { decay: SVector::repeat(1.0), noise: SVector::zeros() }
     }
 
-    /// Lets a state be a Gauss–Markov process of this one-sigma and correlation time (K5).
+    /// Makes a state a Gauss–Markov process of this one-sigma and correlation time (K5).
     fn markov(&mut self, state: usize, seconds: f64, sigma: f64, time_s: f64) {
         let left = left(seconds / time_s);
         self.decay[state] = left;
         self.noise[state] = sigma * sigma * (1.0 - left * left);
     }
 
-    /// Of all parameters over so many seconds (K5, K24). `down` is the last row of C.
+    /// Relaxation of all parameters over the given seconds (K5, K24). `down` is the last row of C.
     pub fn of_parameters<L: Layout<N>>(
         config: &EkfConfig,
         learned: &Learned,
@@ -135,7 +135,7 @@ impl<const N: usize> Relaxation<N> {
             all.markov(GYRO_BIAS + axis, seconds, imu.gyro_bias_sigma_radps, gyro_time_s);
             let accel_time_s = imu.accel_bias_time_s / learned.excess;
             all.markov(ACCEL_BIAS + axis, seconds, imu.accel_bias_sigma_mps2, accel_time_s);
-            // The watch over vibration counts in single precision.
+            // The shipped vibration watch uses single precision.
             let along = 0.25 + 0.75 * (down[axis] * down[axis]) as f32;
             all.noise[ACCEL_BIAS + axis] +=
                 f64::from(along * learned.rectification[axis] as f32) * seconds;

@@ -1,4 +1,4 @@
-//! The shipped filter and the oracle, side by side: every call goes to both, and both have to come to the same.
+//! The shipped filter and the oracle side by side: every call goes to both, and both must give the same result.
 
 use hovernav::ekf::layout::Layout;
 use hovernav::ekf::{
@@ -29,12 +29,12 @@ pub struct Pair<L, const N: usize, T = f64> {
     one_step: bool,
     tolerance: Tolerance,
     pub differences: Differences,
-    /// When a barometric height was last taken in; before every time there is until the first.
+    /// Time of the last fused barometric height; earlier than every time before the first.
     baro_used: Time,
     pub counts: Counts,
 }
 
-/// What happened on the way.
+/// Numbers of events.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
     pub samples: usize,
@@ -44,8 +44,7 @@ pub struct Counts {
     pub axes: usize,
     /// Axes that the shipped filter rejected.
     pub rejected: usize,
-    /// Measurements for which the gates opened the covariance: a decision, after which the oracle starts again from
-    /// the shipped filter's state.
+    /// Measurements for which the gates reset the covariance. The oracle then restarts from the shipped filter's state.
     pub reopened: usize,
 }
 
@@ -76,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         pair
     }
 
-    /// Lets the oracle go on from the shipped filter's state.
+    /// Copies the shipped filter's state to the oracle.
     fn take_over(&mut self, from: &Snapshot<N>) {
         self.differences.restart(&from.covariance);
         self.oracle.nominal = from.nominal;
@@ -84,7 +83,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         self.oracle.covariance = from.covariance;
     }
 
-    /// Compares both, and in one-step comparisons lets the oracle go on from the shipped filter's state.
+    /// Compares both filters. One-step comparisons then copy the shipped filter's state to the oracle.
     fn compare(&mut self, what: &str) {
         let shipped = Snapshot::of(&self.shipped);
         self.differences.of_states(what, &shipped, &self.oracle, &self.tolerance);
@@ -95,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
 
     pub fn predict(&mut self, sample: &ImuSample) {
         let result = self.shipped.predict_traced(sample, &mut Recorder::default());
-        // A sample that is refused changes nothing.
+        // A rejected sample changes nothing.
         let Ok(prediction) = result else { return };
         let learned = self.shipped.learned();
         let step = self.oracle.predict(sample, &learned);
@@ -217,10 +216,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         );
     }
 
-    /// Gives a measurement to the shipped filter by `call`, follows what that did with the oracle, and compares
-    /// innovations and states. `prepare` is what opens the covariance before the measurement; where it is the
-    /// oracle's own way to do what the shipped filter's openings do, these are not followed. `rows` are those of the
-    /// measurement, given what is learned after it and how many axes were compared. Gives whether any was taken in.
+    /// Gives a measurement to the shipped filter by `call`, repeats its steps with the oracle, and compares innovations
+    /// and states. `prepare` opens the oracle's covariance before the measurement. With `prepares_alone` it replaces
+    /// the shipped filter's openings; otherwise both are applied. `rows` gives the measurement's rows from the
+    /// quantities learned after it and the number of compared axes. Returns whether any axis was fused.
     fn measure(
         &mut self,
         what: &str,
@@ -288,13 +287,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         self.counts.axes += accepted.len();
         self.counts.rejected += accepted.iter().filter(|accepted| !**accepted).count();
         let compared = self.oracle.take_in(rows, &accepted);
-        // Of an attitude that is taken the report tells how far off it was before.
+        // For an attitude that replaced the filter's own, the report contains the innovation before the replacement.
         for (shipped, oracle) in report.innovations().zip(&compared).filter(|_| !taken) {
             self.differences.of_innovations(what, shipped, oracle, &self.tolerance);
         }
     }
 
-    /// The gates have opened the covariance: the oracle goes on from there.
+    /// The gates opened the covariance: the oracle restarts from the shipped filter's state.
     fn give_way(&mut self, recorder: &Recorder<N>, before: &Learned, report: &Report) {
         for did in &recorder.0 {
             match did {

@@ -1,5 +1,5 @@
-//! Random sequences of samples, fixes, aids, gaps and resets: the covariance stays symmetric, positive definite, and
-//! that of the oracle.
+//! Random sequences of samples, fixes, aids, gaps and resets. The covariance must stay symmetric and positive definite,
+//! and equal that of the oracle.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Base, Full, Layout, POSITION, WithScaleFactors, WithoutHeightAids};
@@ -22,7 +22,7 @@ use crate::compare::Tolerance;
 use crate::pair::Pair;
 use crate::shipped::Snapshot;
 
-/// Sequences of each precision.
+/// Number of sequences for each precision.
 const SEQUENCES: u32 = 10_000;
 const SEQUENCES_OF_FAST_UNITS: u32 = 1_000;
 const MOST_CALLS: usize = 8;
@@ -55,7 +55,7 @@ fn calls() -> impl Strategy<Value = Vec<Call>> {
     proptest::collection::vec(call, 1..=MOST_CALLS)
 }
 
-/// Numbers drawn from a seed.
+/// Random numbers from a seed.
 struct Draw(ChaCha8Rng);
 
 impl Draw {
@@ -68,7 +68,7 @@ impl Draw {
         Uniform::new(least, most).unwrap().sample(&mut self.0)
     }
 
-    /// Evenly distributed in its logarithm.
+    /// Random number with a uniform logarithm.
     fn sized(&mut self, least: f64, most: f64) -> f64 {
         self.between(least.ln(), most.ln()).exp()
     }
@@ -82,7 +82,7 @@ impl Draw {
     }
 }
 
-/// A vehicle somewhere, somehow, known so or so well.
+/// Random vehicle state with random uncertainty.
 fn start(draw: &mut Draw) -> Start {
     let (latitude, longitude) = (draw.between(-80.0, 80.0), draw.between(-180.0, 180.0));
     let height_m = draw.between(-100.0, 5000.0);
@@ -111,7 +111,7 @@ fn start(draw: &mut Draw) -> Start {
     }
 }
 
-/// A vehicle that flies with both filters.
+/// A vehicle flown with both filters.
 struct Flight<L, const N: usize, T> {
     pair: Pair<L, N, T>,
     draw: Draw,
@@ -140,7 +140,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
         self.pair.shipped.state().cast()
     }
 
-    /// The next sample, `seconds` after the last.
+    /// Next sample, `seconds` after the last.
     fn sample(&mut self, seconds: f64) {
         let state = self.state();
         let weight: Framed<Body> = state.body_to_ned.inverse() * Framed::<Ned>::new(0.0, 0.0, -9.8);
@@ -162,7 +162,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
         }
     }
 
-    /// A fix at about where the filter is, now or a while ago.
+    /// A fix near the filter's position, now or shortly before.
     fn fix(&mut self) {
         let draw = &mut self.draw;
         let state: NavState = self.pair.shipped.state().cast();
@@ -206,8 +206,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
                 let height_m = state.position.height_m + self.draw.normal(0.5);
                 self.pair.baro(time, height_m);
             }
-            // Until a fix has told the height after a reset, range and ground are the difference of two numbers of
-            // 1e10 m² that agree to 13 digits: neither filter has any left to be compared.
+            // Before a fix has measured the height after a reset, range and ground are differences of two numbers of
+            // 1e10 m² equal to 13 digits. Neither filter then has digits left to compare.
             Call::Range if self.pair.shipped.covariance().variance(POSITION + 2) > 1e4 => {}
             Call::Range => {
                 let rangefinder = Rangefinder {
@@ -238,8 +238,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
         }
     }
 
-    /// Whether the covariance is symmetric and, to rounding, positive definite: in units of one-sigmas, of states that
-    /// are there.
+    /// Whether the covariance is symmetric and, up to rounding, positive definite. Evaluated in units of one-sigmas,
+    /// for the states of the layout.
     fn check(&self, rounding: f64) -> TestCaseResult {
         let covariance = Snapshot::of(&self.pair.shipped).covariance;
         prop_assert_eq!(covariance, covariance.transpose());
@@ -283,7 +283,7 @@ fn fly_any<T: Scalar>(
     }
 }
 
-/// The same sequences in every run, so that a bound of rounding holds in all runs or in none.
+/// The same sequences in every run, so that a rounding bound holds in all runs or in none.
 fn sequences(cases: u32) -> ProptestConfig {
     ProptestConfig {
         failure_persistence: None,
@@ -298,7 +298,7 @@ proptest! {
 
     #[test]
     fn sequences_in_double_precision(seed: u64, calls in calls()) {
-        // A covariance that was opened by a reset has lost digits at the next fix, which go on from step to step.
+        // A covariance opened by a reset loses digits at the next fix; the loss persists in later steps.
         let resets = calls.iter().any(|call| matches!(call, Call::LongGap));
         let one_step = resets || seed % 2 == 0;
         fly_any::<f64>(seed, &calls, (false, one_step), (Tolerance::DOUBLE, 0.0))?;

@@ -1,4 +1,4 @@
-//! The shipped filter, watched: its state and covariance as dense numbers, and what it did in which order.
+//! The shipped filter under observation: its state and covariance as dense numbers, and its actions in order.
 
 use std::ops::Range;
 
@@ -39,20 +39,20 @@ impl<const N: usize> Snapshot<N> {
     }
 }
 
-/// What the shipped filter did.
+/// Action of the shipped filter.
 #[derive(Clone, Debug)]
 pub enum Did<const N: usize> {
-    /// It propagated its covariance over a time.
+    /// Propagated its covariance over time.
     Propagated,
-    /// It let its parameters relax.
+    /// Relaxed its parameters.
     Relaxed,
-    /// Something opened its covariance: a decision, which the oracle takes as it was made.
+    /// Opened its covariance; the oracle applies the same opening unchecked.
     Opened(Box<Opening<N>>),
-    /// It took in an axis.
+    /// Fused an axis.
     Updated,
-    /// It corrected its state: the end of a measurement.
+    /// Corrected its state: the end of a measurement.
     Corrected,
-    /// It forgot what it knew of some states, and turned its attitude by a rotation vector, NED, rad.
+    /// Reset the variance of some states, or turned its attitude by a rotation vector, NED, rad.
     Reset(Range<usize>),
     Turned(Vector),
 }
@@ -65,13 +65,13 @@ pub struct Opening<const N: usize> {
     relaxation: Relaxation<N>,
 }
 
-/// Writes down what a filter does.
+/// Records the actions of a filter.
 #[derive(Clone, Debug, Default)]
 pub struct Recorder<const N: usize>(pub Vec<Did<N>>);
 
 impl<T: Scalar, const N: usize> Trace<T, N> for Recorder<N> {
     fn propagated(&mut self, step: &Transition<T, N>) {
-        // Biases always relax, if by little; what only opens leaves them as they are.
+        // A relaxation always changes the biases; an opening leaves them unchanged.
         let relaxes = step.relaxation.is_some_and(|all| all.decay[GYRO_BIAS] != T::ONE);
         self.0.push(if step.interval_s > T::ZERO {
             Did::Propagated

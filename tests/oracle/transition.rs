@@ -16,7 +16,7 @@ pub struct Sums {
     /// ϑ and Δv in body axes.
     pub rotation_rad: Vector,
     pub velocity_mps: Vector,
-    /// Δv_f, of which the level part counts by the share that is motion (K23).
+    /// Δv_f; its horizontal part counts by the share that is motion (K23).
     pub force_mps: Vector,
     /// Σ σ² of gyros, rad², and accelerometers, (m/s)², for each axis of the body (K4).
     pub angle_variance: Vector,
@@ -24,7 +24,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// This step and those `before` it.
+    /// The sum of this step and those `before` it.
     pub fn after(self, before: &Self) -> Self {
         Self {
             seconds: before.seconds + self.seconds,
@@ -37,9 +37,9 @@ impl Sums {
         }
     }
 
-    /// G, by which the integrals of all errors but position move attitude and velocity over the step, so that
-    /// δψ⁺ = δψ + (G x)_ψ and δv⁺ = δv + (G x)_v: the error dynamics F of Groves (14.63 to 14.73) times Δt, without
-    /// the terms below 2e-4 per second.
+    /// G, the effect of the integrals of all errors except position on attitude and velocity over the step: δψ⁺ = δψ +
+    /// (G x)_ψ and δv⁺ = δv + (G x)_v. These are the error dynamics F of Groves (14.63 to 14.73) times Δt, without the
+    /// terms below 2e-4 per second.
     fn driven<L: Layout<N>, const N: usize>(&self) -> Matrix<N> {
         let mut g = Matrix::zeros();
         let turn = self.cosines * self.seconds;
@@ -75,7 +75,7 @@ pub fn with_position<const N: usize>(mut phi: Matrix<N>, seconds: f64) -> Matrix
     phi
 }
 
-/// Puts a block of three by three into a matrix.
+/// Writes a block of three by three into a matrix.
 pub fn set<const N: usize>(of: &mut Matrix<N>, row: usize, column: usize, block: &Matrix3<f64>) {
     of.fixed_view_mut::<3, 3>(row, column).copy_from(block);
 }

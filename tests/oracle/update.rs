@@ -8,7 +8,7 @@ use crate::mechanization::{Earth, Vector};
 use crate::transition::Matrix;
 use hovernav::ekf::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 
-/// One axis of a measurement: measured less predicted, its row of H, its variance R.
+/// One axis of a measurement: measured minus predicted, its row of H, its variance R.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<const N: usize> {
     pub channel: Channel,
@@ -23,12 +23,12 @@ pub struct Compared {
     pub channel: Channel,
     pub innovation: f64,
     pub sigma: f64,
-    /// The one-sigma that it would have had before any axis of the same moment, were the states not correlated.
+    /// Its one-sigma before any axis of the same moment, if the states were uncorrelated.
     pub sigma_before: f64,
 }
 
 impl<const N: usize> Row<N> {
-    /// An axis that sees no state yet.
+    /// An axis without derivatives yet.
     pub fn new(channel: Channel, innovation: f64, noise: f64) -> Self {
         Self { channel, innovation, h: SVector::zeros(), noise }
     }
@@ -40,7 +40,7 @@ impl<const N: usize> Row<N> {
         self
     }
 
-    /// Adds the derivatives by three consecutive states.
+    /// Adds the derivatives of three consecutive states.
     #[must_use]
     pub fn sees_block(mut self, first: usize, derivatives: [f64; 3]) -> Self {
         for (axis, derivative) in derivatives.into_iter().enumerate() {
@@ -50,7 +50,7 @@ impl<const N: usize> Row<N> {
     }
 }
 
-/// One scalar row (K6), with Joseph's form of the covariance: P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ. Gives the gain.
+/// One scalar row (K6), with Joseph's form of the covariance: P⁺ = (I − K H) P (I − K H)ᵀ + K R Kᵀ. Returns the gain.
 pub fn joseph<const N: usize>(p: &mut Matrix<N>, row: &Row<N>) -> SVector<f64, N> {
     let seen = *p * row.h;
     let gain = seen / (row.h.dot(&seen) + row.noise);
@@ -60,7 +60,7 @@ pub fn joseph<const N: usize>(p: &mut Matrix<N>, row: &Row<N>) -> SVector<f64, N
 }
 
 impl<L: Layout<N>, const N: usize> Filter<L, N> {
-    /// Takes in rows one after the other, those that are `accepted`, and corrects the state by all of them together.
+    /// Fuses the `accepted` rows one after another, and corrects the state by all of them together.
     pub fn take_in(&mut self, rows: &[Row<N>], accepted: &[bool]) -> Vec<Compared> {
         let mut correction = SVector::<f64, N>::zeros();
         let mut compared = Vec::new();
@@ -82,8 +82,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         compared
     }
 
-    /// Adds an error state to the estimates (K1). The attitude error is then zero again; that it has turned its own
-    /// covariance by half of it is left out, as in Solà (section 7.2.2: to first order nothing).
+    /// Adds an error state to the estimates (K1). The attitude error is then zero again. Its covariance is not turned
+    /// by half of the correction, as in Solà (section 7.2.2: zero to first order).
     fn inject(&mut self, error: &SVector<f64, N>) {
         let block = |first: usize| Vector::new(error[first], error[first + 1], error[first + 2]);
         let nominal = &mut self.nominal;
@@ -103,7 +103,7 @@ mod tests {
 
     use super::*;
 
-    /// Axes that are not correlated may come one after the other or all at once: K = P Hᵀ (H P Hᵀ + R)⁻¹.
+    /// Uncorrelated axes may be fused one after another or all at once: K = P Hᵀ (H P Hᵀ + R)⁻¹.
     #[test]
     fn rows_in_sequence_are_the_update_by_all_of_them() {
         let root = Matrix::<4>::from_fn(|i, j| {

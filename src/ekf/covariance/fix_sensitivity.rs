@@ -1,4 +1,4 @@
-//! The sensitivities of a fix's six axes: written as what they have in common, since every fix has them.
+//! The sensitivities of a fix's six axes, in a form that stores their common terms once, because every fix has them.
 #![expect(
     clippy::indexing_slicing,
     reason = "axes count from 0 to 2, in arrays of three; measurements from 0 to 5, in arrays of six"
@@ -9,16 +9,16 @@ use super::super::scalar::Scalar;
 use super::sensitivity::MOST;
 use super::{Covariance, Sensitivity};
 
-/// What three axes of a fix, north, east and down, see beside their own error.
+/// Sensitivity of three axes of a fix, north, east and down, to states other than their own error.
 #[derive(Clone, Copy, Debug)]
 pub struct AxesSensitivity<T> {
-    /// w, where the axes see w × ψ of the attitude error.
+    /// w, for axes that observe w × ψ of the attitude error.
     pub turning: [T; 3],
-    /// By the gyro biases, a row an axis.
+    /// Sensitivity to the gyro biases, one row per axis.
     pub gyro_bias: [[T; 3]; 3],
-    /// By the accelerometer biases.
+    /// Sensitivity to the accelerometer biases.
     pub accel_bias: [[T; 3]; 3],
-    /// By the delay of the fix; of a position by its latency too.
+    /// Sensitivity to the delay of the fix; of a position also to its latency.
     pub delay: [T; 3],
 }
 
@@ -28,11 +28,11 @@ pub struct AxesSensitivity<T> {
 /// Equations (M3) and (M4) of docs/equations.md.
 #[derive(Clone, Copy, Debug)]
 pub struct FixSensitivity<T> {
-    /// Of the velocity.
+    /// Sensitivity of the velocity.
     pub velocity: AxesSensitivity<T>,
-    /// Of the position.
+    /// Sensitivity of the position.
     pub position: AxesSensitivity<T>,
-    /// How long ago the position was true, s.
+    /// Age of the position, s.
     pub age_s: T,
 }
 
@@ -42,7 +42,7 @@ fn dot<T: Scalar>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> T {
 }
 
 impl<T: Scalar> AxesSensitivity<T> {
-    /// What the axes see of attitude and biases; `at` gives a state's error.
+    /// Part of H x from attitude and biases; `at` gives a state's error.
     #[inline(always)]
     fn of_motion(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
         let three = |first: usize| [at(first), at(first + 1), at(first + 2)];
@@ -58,7 +58,7 @@ impl<T: Scalar> AxesSensitivity<T> {
 }
 
 impl<T: Scalar> FixSensitivity<T> {
-    /// H x of the axes of velocity; `at` gives a state of x.
+    /// H x for the axes of velocity; `at` gives a state of x.
     #[inline(always)]
     fn velocity<L: Layout<N>, const N: usize>(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
         let seen = self.velocity.of_motion(at);
@@ -74,7 +74,7 @@ impl<T: Scalar> FixSensitivity<T> {
         })
     }
 
-    /// H x of the axes of position.
+    /// H x for the axes of position.
     #[inline(always)]
     fn position<L: Layout<N>, const N: usize>(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
         let seen = self.position.of_motion(at);
@@ -90,7 +90,7 @@ impl<T: Scalar> FixSensitivity<T> {
         })
     }
 
-    /// P Hᵀ of each axis, of a covariance that is mirrored, and H P Hᵀ of each with itself and with those behind it.
+    /// P Hᵀ of each axis, for a mirrored covariance, and H P Hᵀ of each axis with itself and the later ones.
     #[inline(never)]
     pub(super) fn project<L: Layout<N>, const N: usize>(
         &self,
@@ -98,7 +98,7 @@ impl<T: Scalar> FixSensitivity<T> {
         projected: &mut [[T; N]; MOST],
         seen: &mut [[T; MOST]; MOST],
     ) {
-        // One after the other: the numbers of both together are more than there are registers.
+        // Velocity first, then position: both together need more values than there are registers.
         let [a, b, c, d, e, f] = projected;
         for state in 0..N {
             let at = |of: usize| covariance.mirrored_value(of, state);
@@ -123,7 +123,7 @@ impl<T: Scalar> FixSensitivity<T> {
         }
     }
 
-    /// The row of H of one axis, velocity north, east, down, position north, east, down.
+    /// The row of H of one axis, in the order velocity north, east, down, position north, east, down.
     #[inline(always)]
     pub(super) fn row<L: Layout<N>, const N: usize>(&self, index: usize) -> Sensitivity<T> {
         let mut row = Sensitivity::default();

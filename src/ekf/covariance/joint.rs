@@ -1,5 +1,5 @@
-//! Several scalar measurements of one moment, taken in one after the other on their projections; the
-//! covariance is touched once for all of them.
+//! Several scalar measurements of one moment, fused one after another on their projections. The covariance is changed
+//! once for all of them.
 #![expect(
     clippy::indexing_slicing,
     reason = "every index is below the number of states or of measurements, which bound the loops"
@@ -13,17 +13,17 @@ use super::fix_sensitivity::FixSensitivity;
 use super::sensitivity::MOST;
 use super::{Covariance, Gain, Sensitivity, add_scaled};
 
-/// How the measurements of one moment see the state.
+/// Sensitivities of the measurements of one moment.
 #[derive(Clone, Copy, Debug)]
 pub enum Sensitivities<'a, T> {
-    /// Each by itself, those that there are.
+    /// One sensitivity each, for the measurements that exist.
     Each([Option<&'a Sensitivity<T>>; MOST]),
-    /// As velocity and position of a fix.
+    /// Velocity and position of a fix.
     Fix(&'a FixSensitivity<T>),
 }
 
 impl<T: Scalar> Sensitivities<'_, T> {
-    /// The place behind the last that there is.
+    /// Number of slots up to the last existing measurement.
     #[inline(always)]
     fn end(&self) -> usize {
         match self {
@@ -32,7 +32,7 @@ impl<T: Scalar> Sensitivities<'_, T> {
         }
     }
 
-    /// That of one measurement, if there is that one.
+    /// Sensitivity of one measurement, if it exists.
     #[must_use]
     #[inline(never)]
     pub fn of<L: Layout<N>, const N: usize>(&self, index: usize) -> Option<Sensitivity<T>> {
@@ -43,33 +43,31 @@ impl<T: Scalar> Sensitivities<'_, T> {
     }
 }
 
-/// Scalar measurements of one moment on their way into a covariance.
+/// Scalar measurements of one moment, being fused into a covariance.
 ///
-/// What one of them teaches changes the projections P Hᵀ and H P Hᵀ of those behind it. To judge each by
-/// all before it, H P Hᵀ is enough, a few numbers; P Hᵀ, the covariance and the state are changed once, by
-/// [`settle`](Self::settle).
+/// Each fused measurement changes the projections P Hᵀ and H P Hᵀ of the later ones. To judge each after all earlier
+/// ones, the few numbers of H P Hᵀ are enough. [`settle`](Self::settle) then changes P Hᵀ, the covariance and the state
+/// once.
 #[derive(Clone, Debug)]
 pub struct Joint<'a, L, T, const N: usize> {
     sensitivities: Sensitivities<'a, T>,
-    /// Behind the last that there is.
+    /// Number of slots up to the last existing measurement.
     end: usize,
-    /// P Hᵀ of each, before any of them.
+    /// P Hᵀ of each measurement, before the first is fused.
     projected: [[T; N]; MOST],
-    /// H P Hᵀ: of each with itself and with those behind it.
+    /// H P Hᵀ of each measurement with itself and the later ones.
     seen: [[T; MOST]; MOST],
-    /// What is left of each innovation after those before it.
+    /// Remaining innovation of each measurement after the earlier ones.
     innovations: [T; MOST],
-    /// The one-sigma of the innovations of those taken in that the covariance does not know of yet, zero of
-    /// all others.
+    /// One-sigma of the innovation of each measurement fused but not yet settled; zero for all others.
     pending: [T; MOST],
-    /// What those taken in make of the state, as far as they are settled.
+    /// Correction of the state by the settled measurements.
     correction: [T; N],
     layout: PhantomData<L>,
 }
 
 impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
-    /// The measurements that there are, of given `innovations`; to be [`project`](Self::project)ed from
-    /// the first on.
+    /// Measurements with given `innovations`. Call [`project`](Self::project) from index 0 before the first use.
     #[must_use]
     #[inline(always)]
     pub fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MOST]) -> Self {
@@ -85,8 +83,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         }
     }
 
-    /// Projects those from `first` on: at the beginning, and after the covariance was changed otherwise
-    /// than by [`settle`](Self::settle).
+    /// Projects the measurements from `first` on: at the beginning, and after any change of the covariance outside
+    /// [`settle`](Self::settle).
     #[inline(never)]
     pub fn project(&mut self, covariance: &mut Covariance<T, N>, first: usize) {
         covariance.renew_mirror();
@@ -113,39 +111,38 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         }
     }
 
-    /// H P Hᵀ of a measurement after those taken in. Rounding can make it negative where gaps have opened
-    /// the covariance beyond all bounds; the measurement then sees nothing, and this is zero.
+    /// H P Hᵀ of a measurement after the fused ones. Rounding can make it negative if gaps have raised the covariance
+    /// beyond all bounds. The result is then zero, and the measurement has no effect.
     #[must_use]
     pub fn variance(&self, index: usize) -> T {
         let variance = self.seen.get(index).map_or(T::ZERO, |row| row[index.min(MOST - 1)]);
         if variance >= T::ZERO { variance } else { T::ZERO }
     }
 
-    /// One-sigma of the innovation of a measurement of variance `noise` after those taken in.
+    /// One-sigma of the innovation of a measurement with variance `noise`, after the fused ones.
     #[must_use]
     pub fn sigma(&self, index: usize, noise: T) -> T {
         (self.variance(index) + noise).sqrt()
     }
 
-    /// What is left of a measurement's innovation after those taken in.
+    /// Remaining innovation of a measurement after the fused ones.
     #[must_use]
     pub fn innovation(&self, index: usize) -> T {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
-    /// What those taken in make of the state, once they are [`settle`](Self::settle)d.
+    /// Correction of the state by the fused measurements, complete after [`settle`](Self::settle).
     #[must_use]
     pub const fn correction(&self) -> &[T; N] {
         &self.correction
     }
 
-    /// Takes in a measurement of variance `noise`, whose innovation is of one-sigma `sigma`, that of
-    /// [`sigma`](Self::sigma): a root is not drawn twice.
+    /// Fuses a measurement with variance `noise` and innovation one-sigma `sigma`, as returned by
+    /// [`sigma`](Self::sigma): this saves a second root.
     ///
-    /// With v = P Hᵀ and the innovation variance S, the covariance becomes P − v vᵀ / S once it is
-    /// settled: one symmetric term. In it rounding grows by S over the noise, so a measurement that
-    /// brings more than that bears is taken in by Bierman's stabilised form, at once; those before it are
-    /// then settled, and told as [`settle`](Self::settle) does.
+    /// With v = P Hᵀ and the innovation variance S, the settled covariance is P − v vᵀ / S: one symmetric term. Its
+    /// rounding error grows with S over the noise. A measurement above that limit is fused at once in Bierman's
+    /// stabilised form. The earlier ones are then settled first, and reported as [`settle`](Self::settle) does.
     ///
     /// # Source
     /// Equations (K6) and (K16) of docs/equations.md.
@@ -171,11 +168,12 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         let inverse = T::ONE / (sigma * sigma);
         let own = self.seen[index];
         let innovation = self.innovations[index];
-        // No more than there are: said where nothing else shows it.
+        // The explicit bound shows the compiler that the index stays in range.
         for b in index + 1..self.end.min(MOST) {
             let share = own[b] * inverse;
             self.innovations[b] -= share * innovation;
-            // Whole rows: what stands before the diagonal is never read, and a loop of one length takes half.
+            // Whole rows: entries before the diagonal are never read, and a loop of constant length takes half the
+            // time.
             for (seen, &own) in self.seen[b].iter_mut().zip(&own) {
                 *seen -= share * own;
             }
@@ -183,7 +181,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.pending[index] = sigma;
     }
 
-    // Rare, and with a frame of its own.
+    // Rare, and not inlined: it needs a stack frame of its own.
     #[inline(never)]
     fn take_in_stabilised(
         &mut self,
@@ -209,10 +207,9 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         told(index, &gain, innovation);
     }
 
-    /// Changes covariance and correction by what was taken in since the last time; `told` hears each's
-    /// place, gain and innovation, in their order. Those behind must be
-    /// [`project`](Self::project)ed again.
-    // The frames of this and of the rest need not stand on each other.
+    /// Applies the measurements fused since the last call to covariance and correction. Calls `told` with the index,
+    /// gain and innovation of each, in their order. Later measurements must be [`project`](Self::project)ed again.
+    // Not inlined, so that the stack frames of this function and of the others do not add up.
     #[inline(never)]
     pub fn settle(
         &mut self,
@@ -228,14 +225,14 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.pending = [T::ZERO; MOST];
     }
 
-    /// [`settle`](Self::settle)s the first `K`; what waits for nothing among them has no share in it.
+    /// [`settle`](Self::settle)s the first `K` slots; slots without a pending measurement contribute nothing.
     #[inline(always)]
     fn settle_first<const K: usize>(
         &mut self,
         covariance: &mut Covariance<T, N>,
         told: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
-        // In units of the innovations' one-sigmas, in which nothing is left to be divided by.
+        // In units of the innovations' one-sigmas, which avoids later divisions.
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
         let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
@@ -252,7 +249,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 projected[index] = [T::ZERO; N];
             }
         }
-        // Each less what those before it know.
+        // Each minus the part known from the earlier ones.
         #[expect(
             clippy::needless_range_loop,
             reason = "by iterators nothing shows that it ends at N"
@@ -285,8 +282,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
 }
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
-    /// P ← P − Σ v vᵀ over vectors v: upper triangle, and its mirror, in squares of two, which are what
-    /// vector instructions turn.
+    /// P ← P − Σ v vᵀ over vectors v: upper triangle and its mirror, in 2 × 2 blocks that vector instructions can
+    /// transpose.
     #[inline(always)]
     fn subtract_squares<const K: usize>(&mut self, vectors: &[[T; N]; K]) {
         let p = &mut self.rows;
@@ -296,7 +293,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 core::array::from_fn(|term| [vectors[term][i], vectors[term][i + 1]]);
             for left in above..N / 2 {
                 let j = 2 * left;
-                // True of every pair: said where optimising for size would not find out.
+                // Always false for an even `N`: the check removes bounds checks when optimising for size.
                 if i + 1 >= N || j + 1 >= N {
                     break;
                 }

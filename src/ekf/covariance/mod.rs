@@ -1,11 +1,11 @@
-//! The covariance of the error state and the two kernels that move it.
+//! The covariance of the error state and the two kernels that change it.
 //!
-//! Stored whole, row-major: rows are contiguous, so both kernels are sums of scaled rows that the compiler
-//! turns into vector instructions. What stands left of the parameters' own block is the mirror of the rows
-//! above it; a step changes those and leaves the mirror as it was, for the next measurement to renew, which
-//! is the next to look at it. Propagation uses the blocks of the
-//! transition that are not zero or one; a scalar update is Bierman's stabilised form, which keeps
-//! the matrix positive where the short form P − k vᵀ loses that to rounding.
+//! The whole matrix is stored, row-major. Rows are contiguous, so both kernels are sums of scaled rows, which the
+//! compiler vectorises. Entries left of the parameters' own block mirror the rows above it. A propagation step changes
+//! those rows and leaves the mirror stale; the next measurement, which is the next reader, renews it.
+//!
+//! Propagation uses the blocks of the transition that are neither zero nor one. A scalar update is Bierman's stabilised
+//! form: it keeps the matrix positive where rounding makes the short form P − k vᵀ indefinite.
 //!
 //! # Source
 //! Groves, second edition, equations 14.63 to 14.73 (error dynamics in NED); G. J. Bierman (1977),
@@ -25,11 +25,11 @@ pub use update::Gain;
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};
 use super::scalar::Scalar;
 
-/// Covariance of the error state, units those of the states; always exactly symmetric.
+/// Covariance of the error state, in units of the states; always exactly symmetric.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance<T, const N: usize> {
     rows: [[T; N]; N],
-    /// Whether what stands left of the parameters is the mirror of what stands above them.
+    /// Whether the entries left of the parameters mirror those above them.
     mirrored: bool,
 }
 
@@ -58,37 +58,37 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         Self { rows, mirrored: true }
     }
 
-    /// The upper triangle's part of a row, from the diagonal on; empty for a state that is not there.
+    /// Upper-triangle part of a row, from the diagonal on; empty for an absent state.
     #[cfg(feature = "alloc")]
     pub(super) fn upper_row(&self, state: usize) -> &[T] {
         self.rows.get(state).and_then(|row| row.get(state..)).unwrap_or_default()
     }
 
-    /// Variance of one state; zero for a state that is not there.
+    /// Variance of one state; zero for an absent state.
     #[must_use]
     pub fn variance(&self, state: usize) -> f64 {
         self.entry(state, state)
     }
 
-    /// Covariance of two states; zero for a state that is not there.
+    /// Covariance of two states; zero for an absent state.
     #[must_use]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
         self.value(row, column).wide()
     }
 
-    /// [`entry`](Self::entry), in the covariance's own numbers.
+    /// [`entry`](Self::entry) in the covariance's own number type.
     #[inline(always)]
     pub(super) fn value(&self, row: usize, column: usize) -> T {
         self.mirrored_value(row.min(column), row.max(column))
     }
 
-    /// [`value`](Self::value) of a covariance that is mirrored, or above the diagonal.
+    /// [`value`](Self::value) for a mirrored covariance or an entry above the diagonal.
     #[inline(always)]
     fn mirrored_value(&self, row: usize, column: usize) -> T {
         self.rows.get(row).and_then(|row| row.get(column)).copied().unwrap_or(T::ZERO)
     }
 
-    /// Sets a variance and forgets the state's correlations.
+    /// Sets a variance and clears the state's correlations.
     pub fn set_variance(&mut self, state: usize, variance: f64) {
         for row in &mut self.rows {
             if let Some(value) = row.get_mut(state) {
@@ -103,7 +103,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Sets the covariance of two states, which must leave the whole positive semi-definite.
+    /// Sets the covariance of two states; the whole matrix must stay positive semi-definite.
     pub fn set_cross(&mut self, a: usize, b: usize, covariance: f64) {
         for (row, column) in [(a, b), (b, a)] {
             if let Some(value) = self.rows.get_mut(row).and_then(|row| row.get_mut(column)) {
@@ -112,15 +112,14 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Adds to a variance, keeping the correlations: reopens a state without forgetting how it
-    /// hangs together with the others.
+    /// Adds to a variance and keeps the covariances: reopens a state without losing its relation to the others.
     pub fn add_variance(&mut self, state: usize, variance: f64) {
         if let Some(value) = self.rows.get_mut(state).and_then(|row| row.get_mut(state)) {
             *value += T::of(variance);
         }
     }
 
-    /// Mirrors what stands above the states from the first parameter up to `end`.
+    /// Mirrors the entries above the states from the first parameter up to `end`.
     #[inline(always)]
     fn mirror_up_to(&mut self, end: usize) {
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);
@@ -134,7 +133,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Renews the mirror, where a step has left it behind.
+    /// Renews the mirror if a step has made it stale.
     #[inline(never)]
     fn renew_mirror(&mut self) {
         if !self.mirrored {
@@ -143,7 +142,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// The 3×3 block at two states' starts, row by row.
+    /// The 3×3 block that starts at two states, row by row.
     #[must_use]
     pub fn block(&self, row: usize, column: usize) -> [[T; 3]; 3] {
         let mut block = [[T::ZERO; 3]; 3];
@@ -155,8 +154,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         block
     }
 
-    /// Whether every variance is finite and none negative. What is not finite elsewhere comes to a
-    /// variance with the next step or measurement.
+    /// Whether every variance is finite and not negative. A non-finite covariance elsewhere reaches a variance with the
+    /// next step or measurement.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.rows.iter().enumerate().all(|(state, row)| {

@@ -1,4 +1,4 @@
-//! The covariance over one step: P ← Φ P Φᵀ + Q, by the blocks of Φ that are not zero or one.
+//! Propagation of the covariance over one step: P ← Φ P Φᵀ + Q, by the blocks of Φ that are neither zero nor one.
 #![expect(
     clippy::indexing_slicing,
     clippy::needless_range_loop,
@@ -29,29 +29,28 @@ pub struct Transition<T, const N: usize> {
     pub velocity_noise: [T; 6],
     /// Variance added to position over the step, north, east, down.
     pub position_noise: [T; 3],
-    /// What became of the parameters since it was last said; `None` while that is so short that it can
-    /// wait.
+    /// Relaxation of the parameters since the previous one; `None` while the elapsed time is too short to matter.
     pub relaxation: Option<Relaxation<T, N>>,
 }
 
-/// What time does to the parameters, which are Gauss–Markov processes or constants.
+/// Decay and noise of the parameters over time; they are Gauss–Markov processes or constants.
 #[derive(Clone, Copy, Debug)]
 pub struct Relaxation<T, const N: usize> {
     /// Factor by which each state decays: one for the first nine, and for constants.
     pub decay: [T; N],
-    /// Variance added to each state; the first nine are not used.
+    /// Variance added to each state; unused for the first nine.
     pub noise: [T; N],
 }
 
 impl<T: Scalar, const N: usize> Default for Relaxation<T, N> {
-    /// Nothing.
+    /// No decay and no noise.
     fn default() -> Self {
         Self { decay: [T::ONE; N], noise: [T::ZERO; N] }
     }
 }
 
 impl<T: Scalar, const N: usize> Transition<T, N> {
-    /// Of a moment in which nothing but the parameters changes.
+    /// Transition of zero duration that changes the parameters only.
     #[must_use]
     pub const fn of_relaxation(relaxation: Relaxation<T, N>) -> Self {
         Self {
@@ -67,7 +66,7 @@ impl<T: Scalar, const N: usize> Transition<T, N> {
         }
     }
 
-    /// Attitude of Φ x; `at` gives a state of x.
+    /// Attitude part of Φ x; `at` gives a state of x.
     #[inline(always)]
     fn attitude<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
         let mut value = at(ATTITUDE + axis);
@@ -82,7 +81,7 @@ impl<T: Scalar, const N: usize> Transition<T, N> {
         value
     }
 
-    /// Velocity of Φ x.
+    /// Velocity part of Φ x.
     #[inline(always)]
     fn velocity<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -100,22 +99,22 @@ impl<T: Scalar, const N: usize> Transition<T, N> {
     }
 }
 
-/// The column before the parameters: packed operations come two by two, and start at even columns.
+/// The column before the parameters: vector operations handle pairs that start at even columns.
 const EVEN: usize = GYRO_BIAS - 1;
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// P ← Φ P Φᵀ + Q over one step.
     ///
-    /// Φ is the identity but for the blocks of [`Transition`]; terms under 2e-4 per second are left
-    /// out: the turning of NED (ω_in ψ, ω_in δv), the change of gravity with height (3e-6 s⁻²) and
-    /// of Earth and transport rate with position and velocity (2e-7 rad/m). So is the second effect
-    /// of an error within one step (a gyro bias on velocity: half a step late).
+    /// Φ is the identity except for the blocks of [`Transition`]. Terms below 2e-4 per second are neglected: the
+    /// rotation of NED (ω_in ψ, ω_in δv), and the change of gravity with height (3e-6 s⁻²). The change of Earth and
+    /// transport rate with position and velocity (2e-7 rad/m) is neglected too. So is the second-order effect of an
+    /// error within one step: a gyro bias reaches velocity half a step late.
     ///
     /// # Source
     /// Equations (K2) and (K3) of docs/equations.md.
     #[inline(never)]
     pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
-        // Of the parameters only biases and scale factors drive the motion, and stand first.
+        // Only biases and scale factors drive the motion, and they come first among the parameters.
         let scaled = L::GYRO_SCALE.is_some() || L::ACCEL_SCALE.is_some();
         self.mirror_up_to(if scaled { N } else { BASE });
         self.mirrored = false;
@@ -128,7 +127,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Lets the parameters decay and wander.
+    /// Applies decay and noise to the parameters.
     #[inline(never)]
     pub fn relax(&mut self, Relaxation { decay, noise }: &Relaxation<T, N>) {
         self.mirrored = false;
@@ -147,12 +146,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             for (value, &other) in right.iter_mut().zip(parameters) {
                 *value = *value * (own * other);
             }
-            // Here and not in a loop of its own, so that wide vectors go along the rows and gather nothing.
+            // In this loop, not in one of its own, so that wide vectors run along the rows without gathers.
             row[state] = variance;
         }
     }
 
-    /// P ← Φ P, of which nine rows change, column by column.
+    /// P ← Φ P, column by column; nine rows change.
     #[inline(always)]
     fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
@@ -172,9 +171,9 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// The block of attitude, velocity and position of (Φ P) Φᵀ from the rows of Φ P, in place, its upper
-    /// triangle alone. What stands in a row of Φ P is read before its result goes there, and
-    /// what is symmetric is taken from where it is done: position with velocity, velocity below the diagonal.
+    /// The block of attitude, velocity and position of (Φ P) Φᵀ, from the rows of Φ P, in place, upper triangle only.
+    /// Each entry of Φ P is read before its result overwrites it. Symmetric entries are copied from the finished side:
+    /// position with velocity, and velocity below the diagonal.
     #[inline(always)]
     fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);

@@ -2,12 +2,12 @@
 
 use super::super::scalar::Scalar;
 
-/// Most measurements of one moment: position and velocity.
+/// Largest number of measurements of one moment: position and velocity.
 pub const MOST: usize = 6;
-/// Most terms of a sensitivity.
+/// Largest number of terms of a sensitivity.
 const TERMS: usize = 16;
 
-/// The row of H of a scalar measurement: the few states it sees.
+/// The row of H of a scalar measurement: the few states with a derivative.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensitivity<T> {
     derivatives: [T; TERMS],
@@ -22,8 +22,8 @@ impl<T: Scalar> Default for Sensitivity<T> {
 }
 
 impl<T: Scalar> Sensitivity<T> {
-    /// Adds ∂z/∂x of one state. A state may be named more than once: the terms add up. At most 16;
-    /// zeros do not count, and cost nothing later.
+    /// Adds ∂z/∂x of one state, at most 16 in total. Repeated states are allowed: their terms add up. Zeros are not
+    /// stored and cost nothing later.
     #[must_use]
     pub fn with(mut self, state: usize, derivative: T) -> Self {
         self.add(state, derivative);
@@ -64,14 +64,14 @@ impl<T: Scalar> Sensitivity<T> {
         states.iter().zip(derivatives).map(|(&state, &derivative)| (usize::from(state), derivative))
     }
 
-    /// States and derivatives by fours, at least once; what fills up the last has no derivative.
+    /// States and derivatives in groups of four, at least one group; the last group is padded with zero derivatives.
     #[inline(always)]
     pub(super) fn fours(&self) -> impl Iterator<Item = (&[u8; 4], &[T; 4])> {
         let (states, derivatives) = (self.states.as_chunks().0, self.derivatives.as_chunks().0);
         states.iter().zip(derivatives).take(usize::from(self.count).div_ceil(4).max(1))
     }
 
-    /// The states, and the derivatives beside them.
+    /// The states and their derivatives, index by index.
     #[inline(always)]
     fn parts(&self) -> (&[u8], &[T]) {
         let count = usize::from(self.count).min(TERMS);

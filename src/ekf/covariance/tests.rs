@@ -1,4 +1,4 @@
-//! The kernels against the dense textbook forms.
+//! Tests of the kernels against the dense textbook forms.
 
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ use super::*;
 type Dense<const N: usize> = SMatrix<f64, N, N>;
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
-    /// The mirror is yet to be renewed: nobody may look at it.
+    /// The mirror is stale, so its entries are NaN and must not be read.
     fn from_dense(dense: &Dense<N>) -> Self {
         let entry = |i, j| if Self::keeps(i, j) { dense[(i, j)] } else { f64::NAN };
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| T::of(entry(i, j))));
@@ -87,8 +87,7 @@ fn random_relaxation<const N: usize>(next: &mut impl FnMut() -> f64) -> Relaxati
     }
 }
 
-/// Φ as the textbook writes it, from the blocks: position integrates the mean of the velocities at
-/// both ends.
+/// Textbook Φ from the blocks: position integrates the mean of the velocities at both ends.
 fn dense_transition<L: Layout<N>, const N: usize>(step: &Transition<f64, N>) -> Dense<N> {
     let relaxation = step.relaxation.unwrap_or_default();
     let mut phi = Dense::<N>::from_diagonal(&SVector::from(relaxation.decay));
@@ -198,7 +197,7 @@ proptest! {
         prop_assert!(covariance.is_symmetric());
         prop_assert!(covariance.is_valid());
         let expected = joseph(&start, &h, noise);
-        // Rounding is that of the covariance before: it cannot be finer than what was subtracted.
+        // Rounding is relative to the covariance before the update.
         let worst = (covariance.dense() - expected)
             .iter()
             .enumerate()
@@ -212,7 +211,7 @@ proptest! {
 }
 
 proptest! {
-    /// Some are taken in, some refused, and one may bring far more than the state knew.
+    /// Some measurements are fused, some rejected; a fused one may be far more accurate than the state.
     #[test]
     fn measurements_of_one_moment_are_those_taken_in_one_by_one(
         seed: u64,
@@ -235,7 +234,7 @@ proptest! {
             let Some(sensitivity) = &sensitivities[n] else { continue };
             let h = dense_sensitivity::<f64, 28>(sensitivity);
             let variance = (h.transpose() * expected * h)[0];
-            // Rounding is that of the covariance before.
+            // Rounding is relative to the covariance before the update.
             let before = (h.transpose() * start * h)[0];
             prop_assert!((joint.variance(n) - variance).abs() <= 1e-9 * before);
             let noise = before * 10f64.powf(noise_powers[n]);
@@ -273,7 +272,7 @@ fn difference_from<const N: usize>(a: &Dense<N>, b: &Dense<N>, scale: &Dense<N>)
     (a - b).iter().enumerate().map(off).fold(0.0, f64::max)
 }
 
-/// Largest difference of gains, each state's in units of its one-sigma and of the largest gain so.
+/// Largest difference of gains, each in units of its state's one-sigma, relative to the largest gain in such units.
 fn difference_of_gains<const N: usize>(a: &[f64; N], b: &SVector<f64, N>, scale: &Dense<N>) -> f64 {
     let unit = |n: usize| scale[(n, n)].sqrt();
     let largest = (0..N).map(|n| b[n].abs() / unit(n)).fold(0.0, f64::max);
@@ -287,9 +286,9 @@ enum Form {
     Joint,
 }
 
-/// Whether a covariance in `f32` stays positive definite while poorly known states, σ = 100, are
-/// measured sixty times to a variance of `noise` in ever new mixtures of `mixed` of them, by the
-/// filter's updates or by the short form P − k vᵀ.
+/// Whether a covariance in `f32` stays positive definite over sixty measurements. Poorly known states, σ = 100, are
+/// measured to a variance of `noise`, each time in a new mixture of `mixed` of them. `form` selects the filter's
+/// updates or the short form P − k vᵀ.
 fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
     let mut covariance = Covariance::<f32, 16>::zero();
     for state in 0..16 {
@@ -341,7 +340,7 @@ fn in_single_precision_the_update_stays_positive_where_the_short_form_does_not()
     for mixed in [3, 4, 6] {
         let (short, ours) = survivors(mixed, 0.03);
         assert!(short < TRIALS && ours == TRIALS);
-        // Three times as precise, and 24 bits hardly hold the correlations any more.
+        // At a third of that variance, 24 bits hardly hold the correlations.
         let (short, ours) = survivors(mixed, 0.01);
         assert!(short < TRIALS / 2 && ours > short + TRIALS / 3);
     }

@@ -7,7 +7,7 @@
 use super::super::scalar::Scalar;
 use super::{Covariance, Sensitivity};
 
-/// What a scalar update did, for the log and the smoother.
+/// Result of a scalar update, for the log and the smoother.
 #[derive(Clone, Copy, Debug)]
 pub struct Gain<T, const N: usize> {
     /// Kalman gain, state units per measurement unit.
@@ -27,8 +27,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         (projected, variance)
     }
 
-    /// P Hᵀ of a scalar measurement, P being mirrored: a sum of rows, four at a time, so that the sum is not written and read
-    /// again after each.
+    /// P Hᵀ of a scalar measurement, for a mirrored P. Sums four rows at a time, which saves memory traffic for the
+    /// sum.
     #[inline(always)]
     pub(super) fn project_on(&self, sensitivity: &Sensitivity<T>, projected: &mut [T; N]) {
         let row = |state: u8| self.rows.get(usize::from(state));
@@ -44,12 +44,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Takes in one scalar measurement of variance `noise`, whose [`project`](Self::project)ion is
-    /// given; the gain is returned for the state's correction.
+    /// Fuses one scalar measurement of variance `noise`, given its [`project`](Self::project)ion. Returns the gain for
+    /// the correction of the state.
     ///
-    /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ: the second
-    /// term takes back what rounding did in the first. Both are applied in one pass, as the
-    /// symmetric P − (k mᵀ + m kᵀ) with m = ½ (v + P̄ Hᵀ − R k).
+    /// With v = P Hᵀ, gain k and P̄ = P − k vᵀ, Bierman's form is P = P̄ − (P̄ Hᵀ − R k) kᵀ. The second term cancels
+    /// the rounding error of the first. Both are applied in one pass.
     ///
     /// # Source
     /// Equations (K6) and (K7) of docs/equations.md.
@@ -85,7 +84,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             let i = 2 * above;
             for left in above..N / 2 {
                 let j = 2 * left;
-                // True of every pair: said where optimising for size would not find out.
+                // Always false for an even `N`: the check removes bounds checks when optimising for size.
                 if i + 1 >= N || j + 1 >= N {
                     break;
                 }

@@ -1,4 +1,4 @@
-//! What the estimator makes of what measures beside the inertial unit and the receiver.
+//! The estimator's use of aids: sensors in addition to the inertial unit and the GPS receiver.
 
 use super::super::field_watch::{FieldChange, Turn};
 use super::super::heading_search::HeadingMethod;
@@ -22,7 +22,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        // Before the angles' sines, which take longer than all else of a sample that has come too soon.
+        // This check comes before the sines of the angles, the longest computation for a sample that comes too soon.
         if self.phase != Phase::Aligning && angles.is_finite() && !self.filter.is_attitude_due(time)
         {
             notify(Notice::NotUsed { time, aid: Aid::Attitude, reason: Unusable::TooSoon });
@@ -67,8 +67,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
-    /// Looks whether the field by which a heading is given, or the unit's own goes, is what it was. Gives whether a heading can
-    /// be had of it.
+    /// Checks whether the magnetic field behind a heading, or behind the inertial unit's own attitude, is as usual.
+    /// Returns whether it can give a heading.
     #[inline(never)]
     pub(super) fn watch_field(
         &mut self,
@@ -128,7 +128,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(reading.time, Aid::Rangefinder, result));
     }
 
-    /// A heading of two antennas also ends the search for one.
+    /// Fuses a heading of two antennas, which also ends a heading search.
     #[inline(never)]
     pub(super) fn antenna_heading(
         &mut self,
@@ -156,8 +156,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(reading.time, Aid::SecondAntenna, result));
     }
 
-    /// After a measured heading: a search that a gap had begun ends with a heading that is used, and the monitor starts
-    /// again where the attitude was opened for one.
+    /// After a measured heading: an accepted one ends a search that a gap had started. The heading monitor restarts if
+    /// the attitude was reopened for one.
     fn note_heading(&mut self, report: &Report) {
         if self.phase == Phase::Searching && report.any_accepted() {
             self.filter.attitude_lost = None;

@@ -1,7 +1,8 @@
-//! The search for a heading: unknown at the start, or hidden by a gap in the samples where nothing but motion gives one.
+//! The heading search: for a heading that is unknown at the start, or hidden by a gap in the samples and measurable
+//! only in motion.
 //!
-//! Linearised about a heading that is off by as much as a vehicle turns in seconds, a filter ends up sure of a wrong one.
-//! After such a gap its heading is searched again, about what was known.
+//! A filter linearised about a heading that is wrong by the turn of a few seconds becomes certain of a wrong heading.
+//! After such a gap the heading is searched again, about the last known one.
 
 use super::super::heading_search::{GuessedMotion, HeadingMethod};
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
@@ -12,19 +13,19 @@ use super::super::wheels::WheelWatch;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
 use crate::time::Time;
 
-/// One-sigma of the turn rate of a vehicle during a gap, rad/s: after nine seconds it may point anywhere.
+/// One-sigma of a vehicle's turn rate during a gap, rad/s: after nine seconds its heading is unknown.
 const HIDDEN_RADPS: f64 = 0.35;
-/// One-sigma of a heading, rad, beyond which it is searched after trouble with the samples.
+/// One-sigma of a heading, rad, beyond which it is searched again after trouble with the samples.
 const UNSURE_RAD: f64 = 0.35;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Whether a heading that was known is searched.
+    /// Whether a previously known heading is searched again.
     pub(super) fn is_searching_again(&self) -> bool {
         self.phase == Phase::Searching && self.filter.attitude_lost.is_some()
     }
 
-    /// After samples that were missing until `time` for `length_s`, or a reset: searches again if they hid the heading, and
-    /// checks whether the filter is upright.
+    /// After a reset, or a gap of `length_s` that ended at `time`: searches again if the gap hid the heading, and
+    /// checks roll and pitch.
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
         self.search.monitor(self.filter.state.body_to_ned);
@@ -38,8 +39,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// After a sample: searches again if readings that hid the motion have left the heading so unsure that it cannot be
-    /// linearised about.
+    /// After a sample: searches again if suspect readings have left the heading too uncertain to linearise about.
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
@@ -76,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let Some(motion) = self.search.motion() else { return };
         if motion.is_found {
             let time = self.filter.state.time;
-            // A heading from motion alone has yet to prove itself; readings of antennas go on to correct theirs.
+            // A heading from motion alone is unconfirmed; readings of two antennas go on to correct theirs.
             self.filter.gates.doubt_heading(time);
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
@@ -84,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Goes on with a heading that was found at a time, of at least a one-sigma, rad.
+    /// Continues with a heading found at `time`, with a one-sigma of at least `least_rad`, rad.
     pub(super) fn accept_heading(
         &mut self,
         motion: &GuessedMotion<T>,

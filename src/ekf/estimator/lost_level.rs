@@ -1,9 +1,9 @@
-//! Roll and pitch that were lost, and are aligned anew in flight.
+//! Roll and pitch that are wrong after a gap, and their alignment in flight.
 //!
-//! After a gap, a vehicle that rolls may have any attitude, and a filter that is linearised about a wrong one is soon
-//! sure of it. So a second alignment is made beside the filter, from the next samples and fixes: after a gap, and where
-//! a velocity is refused soon after samples that hid the motion. It takes as many samples as any alignment. The fixes
-//! tell in which direction the force acts that the unit feels, whatever the filter makes of it.
+//! A vehicle that rolls may have any attitude after a gap. A filter linearised about a wrong attitude soon becomes
+//! certain of it. So a second alignment runs in parallel with the filter, on the next samples and fixes. It starts
+//! after a gap, and when a velocity is rejected soon after samples that hid the motion. It takes as many samples as any
+//! alignment. The fixes determine the direction of the specific force independently of the filter.
 
 use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::innovation::{Channel, Verdict};
@@ -18,30 +18,30 @@ use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
 
-/// What is known of whether the filter is upright.
+/// State of the check of roll and pitch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
-    /// Nothing speaks against it.
+    /// No evidence against them.
     Believed,
-    /// An alignment beside the filter is under way.
+    /// A second alignment is running.
     Doubted,
     /// Roll and pitch were wrong, and are searched together with the heading.
     Lost,
 }
 
-/// A filter whose roll and pitch are off by more than this, rad (15°), recovers by itself slowly or not at all.
+/// Error of roll and pitch, rad (15°), beyond which the filter recovers slowly or not at all.
 const LOST_RAD: f64 = 0.26;
-/// An alignment whose one-sigma is more than this, rad, tells nothing against a filter.
+/// Largest one-sigma, rad, of an alignment that counts as evidence against the filter.
 const SURE_RAD: f64 = 0.2;
-/// Nor does one that differs from the filter by less than so many one-sigmas.
+/// Least difference from the filter, in one-sigmas, that counts as such evidence.
 const SIGMAS: f64 = 3.0;
-/// A fix whose time differs from that of the last sample by more than this, s, tells of another motion.
+/// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;
-/// A heading does not tell the rotation about an axis that is further from straight down than this, as a cosine (25°).
+/// Cosine (25°) of the largest angle from straight down at which a heading determines the rotation about an axis.
 const STEEP: f64 = 0.9;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Begins to check whether the filter is upright, from the next samples on.
+    /// Starts a check of roll and pitch with the next samples.
     pub(super) fn doubt_level(&mut self) {
         if H::SEARCHES {
             self.aligner.restart();
@@ -49,8 +49,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// After a fix: checks whether the filter is upright where that is in doubt. Where it is not, begins a check if a
-    /// velocity is refused soon after samples that hid the motion.
+    /// After a fix: continues a check of roll and pitch, if one is running. If not, starts one when a velocity is
+    /// rejected soon after samples that hid the motion.
     pub(super) fn mind_level(
         &mut self,
         fix: &Fix,
@@ -58,7 +58,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        // A fix that waited through a gap does not tell what the samples after it feel.
+        // A fix that waited through a gap does not match the samples after it.
         let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
         let moves = self.phase == Phase::Navigating || self.is_searching_again();
         if !(H::SEARCHES && is_fresh && moves) {
@@ -72,8 +72,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Takes a fix into the alignment beside the filter. Where the alignment shows that the filter is not upright, the
-    /// filter goes on from it.
+    /// Adds a fix to the second alignment. If the alignment shows that roll and pitch are wrong, the filter restarts
+    /// from it.
     ///
     /// # Source
     /// Equation (H7) of docs/equations.md.
@@ -84,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        // A vehicle that moves is not levelled by its force alone.
+        // In motion, the specific force alone does not determine roll and pitch.
         if self.aligner.lacks_fix() {
             self.aligner.restart_at(fix, self.filter.state.time);
             return;
@@ -108,14 +108,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// The angle between the force that the body feels by the solution and by an alignment, rad.
+    /// Angle between the directions of the specific force according to the solution and to an alignment, rad.
     fn off_upright_rad(&self, alignment: &Alignment) -> Option<f64> {
         let felt = alignment.start.state.body_to_ned.inverse() * alignment.axis;
         let by_solution = self.solution()?.body_to_ned.cast() * felt;
         Some(libm::acos(by_solution.dot(alignment.axis).clamp(-1.0, 1.0)))
     }
 
-    /// Goes on from an alignment and keeps what is known of the gyros; searches the heading where nothing gave it.
+    /// Restarts from an alignment and keeps the gyro biases; searches the heading if it is unknown.
     fn align_anew(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
         let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
         let variance = (0..3)
@@ -144,7 +144,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// Whether a velocity of a fix was refused. A place does not count: it may have jumped while the filter is right.
+/// Whether a velocity of a fix was rejected. A position does not count: it may have jumped while the filter is right.
 fn refuses_velocity(report: &Report) -> bool {
     report.innovations().any(|axis| {
         let is_velocity = matches!(

@@ -1,4 +1,4 @@
-//! What an estimator tells of.
+//! Notices: events that an estimator reports.
 
 use super::super::measurement::{Aid, Report, Unusable};
 use super::super::prediction::{ImuFault, ResetCause};
@@ -7,15 +7,15 @@ use crate::imu::Suspicion;
 use crate::ins::Alignment;
 use crate::time::Time;
 
-/// Something worth telling that came of an event.
+/// An event that the estimator reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Notice {
-    /// Alignment ended; the first solution is there.
+    /// Alignment ended; the first solution is available.
     Aligned(Alignment),
-    /// The heading, unknown at the start or hidden by a gap in the samples, is found.
+    /// A heading was found that was unknown at the start or hidden by a gap in the samples.
     HeadingFound {
-        /// When.
+        /// Time of the event.
         time: Time,
         /// Turn from the heading at which the search started to the one found, clockwise, rad: see
         /// [`HeadingSearch::turned_start`](crate::ekf::HeadingSearch::turned_start).
@@ -23,85 +23,83 @@ pub enum Notice {
         /// One-sigma of the heading, rad.
         sigma_rad: f64,
     },
-    /// The heading was wrong, by what the fixes say, and was replaced. The unit's own heading or the
-    /// magnetometer that led there is not used until it agrees again.
+    /// The heading was inconsistent with the fixes, and was replaced. The sensor that caused it, the inertial unit's
+    /// own heading or the magnetometer, is not used until it agrees again.
     HeadingReset {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// By how much it was turned, clockwise, rad.
+        /// Change of the heading, clockwise, rad.
         turn_rad: f64,
         /// One-sigma of the heading from now on, rad.
         sigma_rad: f64,
     },
-    /// The heading is further off than its one-sigma allows, by what the fixes say: it is less sure now, and
-    /// so is what gives it.
+    /// The heading differs from the heading by GPS by more than its one-sigma allows. Its one-sigma, and that of its
+    /// sensor, is enlarged.
     HeadingDoubted {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// By how much it would have to turn, clockwise, rad.
+        /// Difference, clockwise, rad: the turn that would correct the heading.
         off_rad: f64,
-        /// One-sigma of that, rad.
+        /// One-sigma of that difference, rad.
         sigma_rad: f64,
     },
-    /// The magnetic field has come off what is usual, in strength, dip or direction: a current or iron is nearby.
-    /// What gives the heading by it is less sure until the field is back.
+    /// The magnetic field differs from the usual one in strength, dip or direction: a current or iron is nearby.
+    /// Headings by the field are less accurate until it is back.
     FieldDisturbed {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// By which share of its strength.
+        /// Change, as a share of the field's strength.
         share: f64,
-        /// One-sigma of what this makes of the heading that it gives, rad.
+        /// One-sigma of the resulting heading error, rad.
         sigma_rad: f64,
-        /// Whether it was told before, and has stood so for so long that either field may be the Earth's: the heading
-        /// itself is less sure from now on.
+        /// Whether the disturbance was reported before and has lasted until either field may be the Earth's. From now
+        /// on the filter's own heading is less certain too.
         lasts: bool,
     },
-    /// The magnetic field is what is usual again.
+    /// The magnetic field is as usual again.
     FieldUsual {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// Whether it has not come back, but stood elsewhere for so long that this is the usual now.
+        /// Whether the field did not return: it has stayed different for long enough to be the usual one from now on.
         changed: bool,
     },
-    /// The antenna does not stand where its lever arm says, by what turns show; from now on it is taken to stand where
-    /// it was found. Told again when that has become far surer.
+    /// Turns show that the antenna is not at its lever arm. From now on the filter uses the estimated position. The
+    /// notice comes again when the estimate has become far more certain.
     AntennaElsewhere {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// From where the lever arm says to where it was found, level parts alone, m.
+        /// From the configured to the estimated position of the antenna, horizontal components only, m.
         offset_m: Vector<Body>,
-        /// One-sigma of each part, m.
+        /// One-sigma of each component, m.
         sigma_m: f64,
     },
-    /// The vehicle rolls on wheels, by what fixes have shown: where they are absent it is held to move neither to the
-    /// side nor up from its road. Of layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS) alone.
+    /// The fixes show that the vehicle rolls on wheels. While fixes are absent, its motion sideways and up from the
+    /// road is held at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     OnWheels {
-        /// When.
+        /// Time of the event.
         time: Time,
-        /// One-sigma of its velocity across, m/s.
+        /// One-sigma of the velocity across, m/s.
         sigma_mps: f64,
     },
-    /// It does not, or no longer: it is not held to a road.
+    /// The vehicle does not roll on wheels: it is not held to a road.
     OffWheels {
-        /// When.
+        /// Time of the event.
         time: Time,
     },
-    /// Alignment has everything but a heading, and waits for one: nothing gives it, and this
-    /// estimator has no search for it.
+    /// Alignment waits for a heading only: no sensor gives one, and this estimator has no heading search.
     HeadingMissing {
-        /// When.
+        /// Time of the event.
         time: Time,
     },
-    /// A measurement was compared: accepted, refused or reopened, axis by axis.
+    /// A measurement was compared: accepted, rejected or reopened, axis by axis.
     Updated(Report),
-    /// A measurement could not be compared at all. An aid that the configuration leaves out is not
-    /// told of.
+    /// A measurement could not be compared at all. Aids that the configuration switches off are not reported.
     NotUsed {
-        /// When the measurement was true.
+        /// The measurement's time of validity.
         time: Time,
-        /// What was measured.
+        /// The kind of measurement.
         aid: Aid,
-        /// Why it was not used: see [`Unusable::is_fault`].
+        /// The reason: see [`Unusable::is_fault`].
         reason: Unusable,
     },
     /// An inertial sample ended a gap, which was bridged.
@@ -115,22 +113,23 @@ pub enum Notice {
     CovarianceReset {
         /// The sample's time.
         time: Time,
-        /// Why.
+        /// The cause.
         cause: ResetCause,
     },
-    /// Inertial samples begin to stand at full scale, or to shake far beyond what is usual: they are
-    /// used with the uncertainty that this leaves, and under a blow the force is held at what it was before. Told once until a second has passed without.
+    /// Inertial samples reach full scale, or vibrate far beyond the usual. They are used with a larger uncertainty;
+    /// during a shock the specific force is held at its last value. The notice repeats only after a second without
+    /// suspect samples.
     SampleSuspect {
         /// The sample's time.
         time: Time,
-        /// What is known against it.
+        /// Evidence against the sample.
         suspicion: Suspicion,
     },
-    /// An inertial sample was refused.
+    /// An inertial sample was rejected.
     SampleRefused {
         /// The sample's time.
         time: Time,
-        /// Why.
+        /// The cause.
         fault: ImuFault,
     },
 }
@@ -143,7 +142,7 @@ impl Notice {
         }
     }
 
-    /// Of a measurement whose `report` lies where it was written.
+    /// For a measurement whose `report` stays where it was written.
     pub(super) fn of_report(
         time: Time,
         aid: Aid,

@@ -1,4 +1,4 @@
-//! Alignment, what it passes over, and how the filter starts: at a given heading, or at one that a search has found.
+//! Alignment, the events that it ignores, and the start of the filter: at a given heading, or at one from a search.
 
 use super::super::heading_search::{HeadingMethod, HeadingSearch};
 use super::super::layout::Layout;
@@ -11,8 +11,8 @@ use crate::event::{Event, is_possible_height};
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// What the alignment passes over and why: readings that can be none, and fixes of another time. A
-    /// reading before there are enough samples is no fault.
+    /// Reports the events that the alignment ignores and why: impossible readings, and fixes of another time. A reading
+    /// before the first samples is no fault.
     #[inline(never)]
     pub(super) fn tell_why_alignment_waits(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
         let time = event.time();
@@ -80,8 +80,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::Aligned(*alignment));
     }
 
-    /// Starts the filter at a given state, without an alignment or a search of its own: to go over
-    /// a log again with what was found out later.
+    /// Starts the filter at a given state, without an alignment or a search of its own. It serves a second run over a
+    /// log with results of the first.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.wheels = WheelWatch::UNSEEN;

@@ -1,4 +1,4 @@
-//! Fixes that wait for the inertial samples about when they hold.
+//! Fixes that wait for the inertial samples around their time.
 
 use super::super::heading_search::HeadingMethod;
 use super::super::layout::Layout;
@@ -18,13 +18,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// The place of the earliest fix that waits.
+    /// The slot of the earliest waiting fix.
     fn earliest_held(&mut self) -> Option<&mut Option<Fix>> {
         let held = self.held.iter_mut().filter(|held| held.is_some());
         held.min_by_key(|held| held.as_ref().map(|fix| fix.time))
     }
 
-    /// Lets a fix wait, in the place of the oldest that does where there is none left.
+    /// Stores a fix until its samples arrive; without a free slot, in place of the oldest.
     #[inline(never)]
     pub(super) fn hold(
         &mut self,
@@ -37,7 +37,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
             return;
         }
-        // The newest tell most of where a gap in the samples has led.
+        // The newest fixes show best where the vehicle went during a gap in the samples.
         let full = self.held.iter().all(Option::is_some);
         if let Some(mut oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {
@@ -52,7 +52,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Takes in a fix that need not wait.
+    /// Fuses a fix that need not wait.
     #[inline(never)]
     pub(super) fn take_at_once(
         &mut self,
@@ -64,7 +64,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.gps(&mut fix, trace, notify);
     }
 
-    /// Takes in the fixes that waited and are no later than `until`, by their time.
+    /// Fuses the waiting fixes up to the time `until`, in order of time.
     #[inline(never)]
     pub(super) fn take_held(
         &mut self,

@@ -1,4 +1,4 @@
-//! What a filter tells of itself: its state, what it knows of the sensors' errors, and whether it is healthy.
+//! Read access to a filter: its state, the estimated errors of the sensors, and its health.
 
 use super::super::config::EkfConfig;
 use super::super::covariance::Covariance;
@@ -11,7 +11,7 @@ use crate::imu::ImuErrors;
 use crate::ins::NavState;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// What is known of the inertial unit's own errors.
+    /// The estimated errors of the inertial unit.
     #[must_use]
     pub fn imu_errors(&self) -> ImuErrors<T> {
         ImuErrors {
@@ -35,14 +35,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// The estimate of one parameter: a bias, a scale factor, a latency. Zero for a state that is
-    /// none or is not there.
+    /// The estimate of one parameter: a bias, a scale factor, a latency. Zero for a state that is not a parameter or
+    /// does not exist.
     #[must_use]
     pub fn parameter(&self, state: usize) -> f64 {
         self.estimate(state).wide()
     }
 
-    /// [`parameter`](Self::parameter), in the filter's own numbers.
+    /// [`parameter`](Self::parameter), in the filter's numeric type.
     pub(in super::super) fn estimate(&self, state: usize) -> T {
         self.parameters.get(state).copied().unwrap_or(T::ZERO)
     }
@@ -53,7 +53,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.state
     }
 
-    /// How far off, level and vertical, m, a place lies that was told before the present one, and may still be right.
+    /// Distances, horizontal and vertical, m, to a previous position that may still be right.
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
@@ -61,21 +61,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.disputed_m()
     }
 
-    /// The covariance of the error state, of up to `covariance_interval_s` ago. Of a place in dispute it
-    /// knows nothing: see [`solution`](Self::solution).
+    /// The covariance of the error state, up to `covariance_interval_s` old. It does not include the ambiguity of a
+    /// position: see [`solution`](Self::solution).
     #[must_use]
     pub const fn covariance(&self) -> &Covariance<T, N> {
         &self.covariance
     }
 
-    /// By how many times the variance of the inertial unit's noise exceeds what is assumed, as learned
-    /// from innovations that are alike: 1 to 10. Much of it may be a wrong axis or sign.
+    /// Factor by which the variance of the inertial unit's noise exceeds the assumed one, learned from innovations of
+    /// one sign: 1 to 10. Much of it may come from a wrong axis or sign.
     #[must_use]
     pub fn noise_excess(&self) -> f64 {
         self.excess.factor()
     }
 
-    /// How many times the one-sigmas that fixes state the filter takes their places and level velocities for: 1 to 2.6.
+    /// Factors by which the filter enlarges the one-sigmas that fixes state, for position and horizontal velocity: 1 to
+    /// 2.6.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
@@ -91,14 +92,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.config
     }
 
-    /// Whether state and covariance are finite and in range. It stays so for any input that the
-    /// filter accepts; a flight computer checks it all the same.
+    /// Whether state and covariance are finite and in range. They stay so for any input that the filter accepts; a
+    /// flight computer checks it nevertheless.
     #[must_use]
     pub fn is_healthy(&self) -> bool {
         self.state.is_valid() && self.covariance.is_valid()
     }
 
-    /// Gravity at the present place, m/s², for whoever wants to level by it.
+    /// Gravity at the present position, m/s², for callers that level by it.
     #[must_use]
     pub fn gravity_mps2(&self) -> f64 {
         Local::<T>::about(&self.state.position).gravity_mps2.wide()

@@ -19,7 +19,7 @@ fn start() -> Start {
     }
 }
 
-/// Nothing of a flight is left in a filter that starts anew, but what it remembers no length of.
+/// A restarted filter keeps no trace of a flight. The history is excluded: only its length is reset.
 #[test]
 fn a_filter_that_restarts_is_a_new_one() {
     let fresh = || FullEkf::new(EkfConfig::default(), Mounting::default(), start());

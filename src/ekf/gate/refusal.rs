@@ -1,42 +1,42 @@
-//! What a refusal means: whose fault it is, for how long the filter is believed, and what is reopened then.
+//! Evaluation of a rejection: which side is at fault, the time until a reopening, and the reopened states.
 
 use super::super::config::GateConfig;
 use super::{DISPUTED_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};
 use crate::time::Time;
 
-/// Fewer refusals than this never reopen, however far apart they are.
+/// Fewest rejections before a reopening, at any spacing in time.
 const LEAST_REFUSALS: u8 = 3;
-/// A doubt of the filter after its velocity was reopened lasts this long, s.
+/// Time, s, for which the filter is suspect after its velocity was reopened.
 const LOST_S: f64 = super::DOUBT_S;
-/// A spread beyond this says that the filter was on its way out before the first refusal.
+/// A spread beyond this shows that the filter diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
-/// Where the receiver tells no velocity, the filter is lost when a place is so many times as far off as at first.
+/// Without a reported velocity, the filter has diverged once a position innovation grew by this factor.
 const GROWN: f32 = 2.0;
 
-/// What speaks for the filter and against it when a measurement is refused.
+/// Evidence for and against the filter when a measurement is rejected.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
-    /// A barometer agrees with the filter, and so says whose height is wrong.
+    /// A barometer agrees with the filter, so the receiver's height is wrong.
     witness: bool,
-    /// That barometer's level came from this receiver, and the height is off by always as much.
+    /// That barometer's level came from this receiver, and the height has a constant offset.
     level_disputed: bool,
-    /// A velocity was reopened of late.
+    /// A velocity was reopened recently.
     was_lost: bool,
-    /// The samples had trouble, or the heading has yet to prove itself, or a velocity was reopened.
+    /// The samples had trouble, or the heading is unconfirmed, or a velocity was reopened.
     doubted: bool,
-    /// Of a position: the receiver's velocity agrees with the filter.
+    /// For a position: the receiver's velocity agrees with the filter.
     velocity_agrees: bool,
-    /// A position of a receiver that does not tell its velocity.
+    /// A position from a receiver that does not report its velocity.
     alone: bool,
-    /// Of a heading: something else bears out the filter's own.
+    /// For a heading: another source confirms the filter's own.
     borne_out: bool,
-    /// Of a position: it may be back at the one that the filter's is in dispute with.
+    /// For a position: it may be at the second hypothesis again.
     back: bool,
 }
 
 impl Gates {
-    /// Notes a refusal; `off` is the size of the innovation, and of a [height](Group::is_height) its one-sigma.
-    /// Gives what has to be reopened, if anything.
+    /// Notes a rejection. `off` is the size of the innovation, and for a [height](Group::is_height) its one-sigma.
+    /// Returns the states to reopen, if any.
     pub fn refused(
         &mut self,
         group: Group,
@@ -70,13 +70,13 @@ impl Gates {
             _ => {}
         }
         if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
-            // A filter that was lost in velocity is lost in position too.
+            // A filter that diverged in velocity has diverged in position too.
             self.lost_until = time + LOST_S;
         }
         Some(if evidence.alone { Reopening::Motion { lost_s } } else { Reopening::State })
     }
 
-    /// The filter may be lost in position, and a position that it rejects is right.
+    /// Notes that the filter may have diverged in position: a position that it rejects is right.
     pub fn lose_position(&mut self, time: Time) {
         self.lost_until = time + LOST_S;
     }
@@ -99,9 +99,9 @@ impl Gates {
             was_lost,
             doubted: was_lost || self.doubts_filter(time) || time < self.unproven_until,
             velocity_agrees: match group {
-                // One velocity in some that is refused is none that disagrees.
+                // A single rejected velocity among accepted ones is no disagreement.
                 Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
-                // One that leans is on its way to where the height is.
+                // A biased vertical velocity follows the height.
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
                 _ => false,
             },
@@ -111,13 +111,13 @@ impl Gates {
         }
     }
 
-    /// Whether a position lies within reach of the one that the filter's is in dispute with.
+    /// Whether a position lies within reach of the second hypothesis.
     fn may_be_back(&self, group: Group, off_m: f64, config: &GateConfig) -> bool {
         let disputed_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m);
         off_m.abs() <= config.sigmas * f64::from(disputed_m)
     }
 
-    /// Whether a group is a position of a receiver that does not tell its velocity.
+    /// Whether a group is a position of a receiver that does not report its velocity.
     fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
         let velocity = match group {
             Group::HorizontalPosition => Group::HorizontalVelocity,
@@ -127,8 +127,8 @@ impl Gates {
         self.is_absent(velocity, time)
     }
 
-    /// Whether a height that a barometer denies is still off by as much as when its refusal began. Then only the
-    /// barometer's level is in dispute, and no motion. Where it is off by another amount, the refusal begins anew.
+    /// Whether a height that disagrees with a barometer keeps the offset from the start of its rejection. Then only the
+    /// barometer's level is ambiguous, not the motion. If the offset changes, the rejection starts again.
     fn is_level_disputed(
         &mut self,
         time: Time,
@@ -148,14 +148,14 @@ impl Gates {
 }
 
 impl Gate {
-    /// Counts a refusal, and says at the first of them whose fault it is.
+    /// Counts a rejection, and decides at the first one which side is at fault.
     fn refuse(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
         if evidence.borne_out {
             self.since = time;
         }
         if self.refusals == 0 {
             let was_open_lately = self.was_open_lately(time);
-            // No trouble of the filter makes a place jump while the velocity agrees.
+            // No trouble of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
             let jumped = group == Group::HorizontalPosition
                 && evidence.velocity_agrees
@@ -172,8 +172,8 @@ impl Gate {
         self.filter_is_lost |= evidence.was_lost || (evidence.doubted && !evidence.velocity_agrees);
     }
 
-    /// For how long, s, the filter is believed against a measurement that is `off` by so much, where what the filter
-    /// holds was told for `told_s`.
+    /// Time, s, for which the filter rejects a measurement with innovation `off`, where the filter's own value was
+    /// reported for `told_s`.
     fn patience_s(
         &self,
         group: Group,
@@ -184,16 +184,16 @@ impl Gate {
     ) -> f64 {
         match group {
             Group::Heading | Group::BaselineHeading => HEADING_S,
-            // A distance that jumped and stays is another ground.
+            // A distance that jumped and stays comes from other ground.
             Group::Range => config.recovery_s,
             _ if evidence.back => config.recovery_s,
             _ if evidence.witness => told_s.min(LEVEL_S).max(config.fault_s),
             _ if self.filter_is_lost => config.recovery_s,
-            // A place that jumped is off by always as much; a filter that is lost goes on from it.
+            // A position that jumped keeps a constant offset; a diverged filter moves away from it.
             Group::HorizontalPosition if evidence.alone && off > f64::from(GROWN * self.lean) => {
                 config.recovery_s
             }
-            // A place that rests on a few fixes is no surer than as many that deny it.
+            // A position from a few fixes is no more certain than the same number of fixes against it.
             Group::HorizontalPosition if evidence.velocity_agrees => {
                 config.fault_s.min(told_s.max(config.recovery_s))
             }
@@ -202,14 +202,14 @@ impl Gate {
         }
     }
 
-    /// Opens at a measurement that is `off` by so much. Where it is a place, and nothing but its being told again and
-    /// again speaks for it, the two are in dispute for as long as the one before was told.
+    /// Reopens at a measurement with innovation `off`. A position may have no other evidence than its repetition. Then
+    /// the previous position stays a second hypothesis for as long as it was reported.
     fn reopen(&mut self, group: Group, time: Time, off: f64, told_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
         let told_s = told_s.clamp(1.0, DISPUTED_MOST_S) as u8;
         let (disputed_m, disputed_s) = if evidence.back && self.disputed_m > 0.0 {
-            // It may be back at the one before, or at a third: how far off only a size is kept of.
+            // The fix may be at the previous position or at a third one: only the size of the offset is stored.
             (self.disputed_m.max(off_m), self.disputed_s)
         } else if is_place && (evidence.level_disputed || evidence.back || !self.filter_is_lost) {
             (off_m, told_s)

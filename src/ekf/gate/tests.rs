@@ -1,10 +1,10 @@
-//! Which of a sensor and the filter is believed, and after how long.
+//! The choice between a sensor and the filter, and the time until the sensor is accepted.
 
 use super::super::config::GateConfig;
 use super::*;
 
-/// After how long, s, a height is believed that is off by `off_m` after it was right for `right_s`, while a
-/// barometer and the receiver's own vertical velocity agree with the filter.
+/// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights. A barometer and the
+/// receiver's own vertical velocity agree with the filter meanwhile.
 fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
     (0..5 * (right_s + 300)).find_map(|step| {
@@ -58,8 +58,8 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
     }
 }
 
-/// What is in dispute, m, so many seconds after a place that was told for `told_s` jumped by 40 m, and the receiver
-/// agreed in velocity throughout; and after how long, s, the place is believed when it is back.
+/// A position reported for `told_s` jumps by 40 m, with a receiver that agrees in velocity throughout. Returns the
+/// ambiguity, m, `seconds` after the jump, and the time, s, until the previous position is accepted again.
 fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
     let hear = |gates: &mut Gates, second: i32, off_m: f64| {
@@ -91,12 +91,12 @@ fn a_place_believed_by_its_word_alone_stays_in_dispute_for_as_long_as_the_one_be
     assert!((25.0..32.0).contains(&left_m) && back_s == Some(2), "{left_m} {back_s:?}");
     let (left_m, _) = disputed_after(300, 630);
     assert!((1.0..3.0).contains(&left_m), "{left_m}");
-    // What was told for ten seconds is outweighed sooner.
+    // A position reported for ten seconds is outweighed sooner.
     let (left_m, _) = disputed_after(11, 70);
     assert!(left_m < 0.5, "{left_m}");
 }
 
-/// Gates whose receiver's places have been moved by `moved_m` a second, north, for `seconds` after they stood for a minute.
+/// Gates whose receiver's positions drift north by `moved_m` each second for `seconds`, after a minute without drift.
 fn walked(seconds: i32, moved_m: f32) -> Gates {
     let mut gates = Gates::NONE;
     for second in 0..60 + seconds {
@@ -117,7 +117,7 @@ fn a_place_that_walks_away_from_its_own_velocity_is_in_dispute_with_where_the_wa
     assert_eq!(walked(8, 1.0).disputed_m()[0], 0.0);
     let disputed_m = walked(40, 1.0).disputed_m()[0];
     assert!((20.0..40.0).contains(&disputed_m), "{disputed_m} m of 40");
-    // Trouble with the samples, or a velocity that is not taken in, explains it otherwise.
+    // Trouble with the samples, or a velocity that is not fused, explains the shift otherwise.
     let mut gates = walked(8, 1.0);
     gates.doubt_filter(Time::ZERO + 68.0);
     assert_eq!(gates.place_moved(Time::ZERO + 68.0, [20.0, 0.0], 8.0), 0.0);

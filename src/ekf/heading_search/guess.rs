@@ -6,8 +6,8 @@ use super::super::square;
 use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD};
 use crate::frames::{Body, Ned, Rotation, Vector};
 
-/// States: errors of velocity (NED, m/s), of attitude (rotation in NED that takes the guess to the truth, rad) and of the
-/// gyro bias (body, rad/s), true less estimated.
+/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
+/// and gyro bias, body, rad/s.
 const STATES: usize = 9;
 const ATTITUDE: usize = 3;
 const BIAS: usize = 6;
@@ -32,7 +32,7 @@ pub(super) struct Felt {
 }
 
 impl Felt {
-    /// Nothing felt.
+    /// No motion.
     pub const NONE: Self = Self {
         velocity_mps: [0.0; 3],
         duration_s: 0.0,
@@ -44,9 +44,9 @@ impl Felt {
 /// Velocity of a fix, NED.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured {
-    /// Velocity, m/s, and its variance, (m/s)²; `None` for an axis that the fix does not tell.
+    /// Velocity, m/s, and its variance, (m/s)²; `None` for an axis that the fix does not measure.
     pub axes: [Option<(f32, f32)>; 3],
-    /// Whether it is the mean since the fix before, from positions.
+    /// Whether it is the mean since the previous fix, from positions.
     pub is_mean: bool,
     /// Velocity of the antenna against the inertial unit, in the body axes at the start of the bank, m/s.
     pub swing_mps: [f32; 3],
@@ -57,11 +57,11 @@ pub(super) struct Measured {
 pub(super) struct Surprise {
     /// Sum of the squared normalised innovations of the horizontal axes.
     pub horizontal_squares: f32,
-    /// Minus twice the logarithm of the likelihood of all axes, but for a constant.
+    /// Minus twice the logarithm of the likelihood of all axes, up to a constant.
     pub minus_two_log: f32,
 }
 
-/// What is known of all guesses before their first fix.
+/// Prior common to all guesses at their first fix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
     /// Direction about which the attitude is open, NED.
@@ -84,7 +84,7 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// No guess.
+    /// Empty guess, of weight zero.
     pub const NONE: Self = Self {
         weight: 0.0,
         start_to_ned: Rotation::IDENTITY,
@@ -93,7 +93,7 @@ impl Guess {
         covariance: [[0.0; STATES]; STATES],
     };
 
-    /// Starts at a fix, with the attitude that it has.
+    /// Starts at a fix, with the present attitude of the guess.
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
         let [x, y, z] = measured.swing_mps;
         let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
@@ -134,7 +134,7 @@ impl Guess {
         core::array::from_fn(|axis| self.covariance[first + axis][first + axis])
     }
 
-    /// Subtracts a gyro bias, by which the rates are corrected from now on.
+    /// Subtracts a gyro bias that the caller from now on removes from the rates.
     pub fn correct_bias(&mut self, bias_radps: [f32; 3]) {
         for (own, bias) in self.bias_radps.iter_mut().zip(bias_radps) {
             *own -= bias;
@@ -149,7 +149,8 @@ impl Guess {
         })
     }
 
-    /// Velocity change by specific force, NED, m/s: the bias turns evenly, and so acts by half.
+    /// Velocity change by specific force, NED, m/s. The rotation by the bias grows evenly, so half of it acts on the
+    /// force.
     fn force_mps(&self, felt: &Felt, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
         let turn = product(turned_s, self.bias_radps);
         let [x, y, z] = felt.velocity_mps;
@@ -157,14 +158,14 @@ impl Guess {
         force - Vector::from(turn).cross(force) * 0.5
     }
 
-    /// Velocity after what was felt since the last fix, NED, m/s.
+    /// Velocity after the motion since the last fix, NED, m/s.
     pub fn velocity_after(&self, felt: &Felt) -> [f32; 3] {
         let force = self.force_mps(felt, &self.turned_s(felt)).to_array();
         let [north, east, down] = self.velocity_mps;
         [north + force[0], east + force[1], down + force[2] + GRAVITY_MPS2 * felt.duration_s]
     }
 
-    /// Propagates to a fix, and takes in its velocity.
+    /// Propagates to a fix, and fuses its velocity.
     ///
     /// # Source
     /// Equation (H5) of docs/equations.md.
@@ -223,8 +224,8 @@ impl Guess {
         felt: &Felt,
         change: [f32; 3],
     ) {
-        // The transition is the identity but for the rows of velocity and attitude; those of velocity come first, for
-        // they read attitude as it was.
+        // The transition is the identity except for the rows of velocity and attitude. The rows of velocity come first,
+        // because they read the attitude before its change.
         let p = &mut self.covariance;
         let columns = |row: usize| {
             let [a, b, c] = by_attitude[row];
@@ -267,7 +268,7 @@ impl Guess {
         self.start_to_ned = self.start_to_ned.turned_in_to(turn);
     }
 
-    /// Scalar Kalman update of the covariance and of the `error`; gives the innovation's variance.
+    /// Scalar Kalman update of the covariance and of the `error`; returns the innovation's variance.
     fn update(
         &mut self,
         sensitivity: &[f32; STATES],
@@ -300,7 +301,7 @@ impl Guess {
     }
 }
 
-/// One-sigma of a velocity that no fix has told, m/s.
+/// One-sigma of a velocity that no fix has measured, m/s.
 const UNKNOWN_MPS: f32 = 10.0;
 
 fn add(row: &mut [f32; STATES], moved: [f32; STATES]) {

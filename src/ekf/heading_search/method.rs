@@ -1,4 +1,4 @@
-//! Whether an estimator can find a heading in motion: chosen by type, for it takes memory.
+//! Choice of the heading search by type, because the search takes memory.
 
 use super::super::history::History;
 use super::super::scalar::Scalar;
@@ -8,12 +8,12 @@ use crate::gps::Fix;
 use crate::ins::Start;
 use crate::time::Time;
 
-/// How an [`Estimator`](super::super::Estimator) finds a heading that nothing gives at the start:
-/// [`HeadingSearch`], or not at all, [`NoHeadingSearch`]. Sealed.
+/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if nothing gives it at the start:
+/// [`HeadingSearch`], or [`NoHeadingSearch`] for none. Sealed.
 pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 
-/// No search, and no memory for one: alignment waits until a sensor, or the course where the
-/// configuration names it, gives a heading.
+/// No search and no memory for one. Alignment waits for a heading from a sensor, or from the course if the
+/// configuration names it as source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoHeadingSearch;
 
@@ -24,13 +24,14 @@ pub(in super::super) mod sealed {
     use super::*;
 
     pub trait Method<T> {
-        /// Whether there is a search.
+        /// Whether the method searches.
         const SEARCHES: bool;
         fn new() -> Self;
-        /// Searches all around from a start that is open about `axis`, with a gyro bias of this one-sigma, rad/s, unless the
-        /// start states one.
+        /// Searches all headings from a start whose attitude about `axis` is unknown. `bias_sigma_radps` is the
+        /// one-sigma of the gyro bias, rad/s, unless the start states one.
         fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64);
-        /// Searches about a heading of this one-sigma, rad, with these of tilt, rad, and gyro bias, rad/s.
+        /// Searches about a heading of one-sigma `sigma_rad`, with the one-sigmas of tilt, rad, and gyro bias, rad/s,
+        /// in `others`.
         fn start_about(
             &mut self,
             body_to_ned: Rotation<Body, Ned, T>,
@@ -47,7 +48,7 @@ pub(in super::super) mod sealed {
             variances: [T; 2],
             interval_s: T,
         );
-        /// Weighs the guesses by a fix of these one-sigmas of position, m, and velocity, m/s, NED.
+        /// Weighs the guesses by a fix. `sigmas` are the one-sigmas of position, m, and velocity, m/s, NED.
         fn fix(
             &mut self,
             fix: &Fix,
@@ -63,14 +64,15 @@ pub(in super::super) mod sealed {
             baseline: Vector<Body>,
             heading_rad: f64,
         ) -> Option<GuessedMotion<T>>;
-        /// A better heading than that of the filter, of this one-sigma, where the fixes confirm another one.
+        /// A heading better than that of the filter, whose one-sigma is `sigma_rad`; `Some` if the fixes confirm
+        /// another heading.
         fn better(
             &mut self,
             time: Time,
             body_to_ned: Rotation<Body, Ned, T>,
             sigma_rad: T,
         ) -> Option<BetterHeading>;
-        /// Whether recent motion confirmed the heading that was judged last.
+        /// Whether recent motion confirmed the last judged heading.
         fn is_confirmed(&self) -> bool;
     }
 }

@@ -1,9 +1,9 @@
-//! Heading from motion: found where nothing gives it at the start, monitored afterwards.
+//! Heading from motion: search if no sensor gives the heading at the start, monitor afterwards.
 //!
-//! The gyros carry one frame along, in which the specific force is summed up from fix to fix. Twelve guesses at the
-//! attitude of that frame, 30° apart in heading, each carry a velocity, an attitude and a gyro bias. The fixes weigh the
-//! guesses: only near the right heading does specific force add up to the change of GPS velocity. The filter and its
-//! magnetometer have no part in the guesses, so they cannot spread their own mistake.
+//! The gyros carry one frame along, in which the specific force is summed from fix to fix. Twelve guesses at the
+//! attitude of that frame start 30° apart in heading. Each guess has a velocity, an attitude and a gyro bias. The fixes
+//! weigh the guesses: only near the right heading does the specific force add up to the change of GPS velocity. The
+//! guesses use neither the filter nor its magnetometer, so errors of these do not spread to them.
 //!
 //! While the heading is unknown, the guesses own attitude and horizontal velocity, and the filter follows them. An
 //! error-state filter linearises, and no linearisation holds over an unknown heading.
@@ -38,33 +38,34 @@ const GUESSES: usize = 12;
 const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
-/// One-sigmas at the start of a monitor: of the level, rad (4°), and of the gyro bias, which is that of the filter, rad/s.
+/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s, which is the bias of the
+/// filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
-/// Random walks that a monitor allows beyond the noise of the sensors: of the level and direction, rad/√s, and of the
-/// velocity, m/s/√s. Without them it would blame a heading for errors that the guesses have no states for.
+/// Random walks that a monitor allows beyond the noise of the sensors: of the tilt and heading, rad/√s, and of the
+/// velocity, m/s/√s. Without them the monitor would attribute errors outside the guesses' states to the heading.
 const ANGLE_WALK_RAD: f64 = 0.0035;
 const VELOCITY_WALK_MPS: f64 = 0.1;
-/// Least weight of a guess: none is ever ruled out.
+/// Least weight of a guess: no guess is ever excluded.
 const LEAST_WEIGHT: f64 = 1e-9;
 /// Largest one-sigma over all guesses at which they agree, rad (8°).
 const AGREED_RAD: f64 = 0.14;
-/// Largest squared normalised innovation that a heading explains (five one-sigmas): beyond it for every guess, receiver
+/// Largest squared normalised innovation that a heading explains (five one-sigmas). If every guess exceeds it, receiver
 /// or inertial unit is in error, and the guesses start again.
 const UNEXPLAINED: f32 = 25.0;
 /// Memory of the information on the direction, s.
 const EVIDENCE_S: f64 = 60.0;
 /// Longest interval between fixes, s; the guesses start again after a longer one.
 const LONGEST_S: f64 = 5.0;
-/// Least speed, m/s, at fixes one second apart, at which agreement alone proves a heading; it grows with the square root
-/// of the time between fixes. A vehicle that is carried or turned by hand moves its unit in ways that slow fixes miss.
+/// Least speed, m/s, at which agreement alone proves a heading, for fixes one second apart. The limit grows with the
+/// square root of the time between fixes. Slow fixes miss part of the motion of a vehicle carried or turned by hand.
 const PROVEN_MPS: f64 = 5.0;
 /// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
-/// Share of the information on that heading from motion within a guess: the guesses start with 0.29 of it.
+/// Least share of the information on that heading that motion must give; each guess starts with 0.29 of it.
 const PROVEN_EVIDENCE: f64 = 0.25;
-/// One-sigma of a heading that is not proven, at least, rad: three of it are the circle.
+/// Least one-sigma of an unproven heading, rad: three of them cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
-/// Least likelihood of a heading of two antennas, as a share of that of the best guess.
+/// Least likelihood of a two-antenna heading, as a share of that of the best guess.
 const LEAST_SHARE: f64 = 0.01;
 /// Factor on the one-sigma of a fix: the guesses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
@@ -77,32 +78,32 @@ pub struct HeadingSearch<T = f64> {
     guesses: [Guess; GUESSES],
     /// Attitude at the start of the bank, before it is turned for each guess.
     start_to_ned: Rotation<Body, Ned, T>,
-    /// Axis about which the attitude was open then.
+    /// Axis about which the attitude was unknown then.
     axis: [f32; 3],
     prior: Prior,
-    /// One-sigma of the heading at the start, rad; infinite where it is unknown.
+    /// One-sigma of the heading at the start, rad; infinite if unknown.
     prior_sigma_rad: f64,
     /// From the body axes now to those at the start.
     body_to_start: Rotation<Body, Body, T>,
-    /// Motion since the last fix, in the axes at the start: velocity change, m/s, over a time, s; the integral of the
-    /// direction cosines, s; and variances by sensor noise of angle, rad², and velocity, (m/s)².
+    /// Motion since the last fix, in the axes at the start. Velocity change, m/s, over a time, s; the integral of the
+    /// direction cosines, s. Variances by sensor noise of angle, rad², and velocity, (m/s)².
     felt_mps: Vector<Body, T>,
     felt_s: T,
     turned_s: [[T; 3]; 3],
     variances: [T; 2],
-    /// The part of it that came before the last fix arrived.
+    /// Part of that motion between the validity of the last fix and its arrival.
     since_fix: Felt,
     /// Gyro bias of the filter at that fix, rad/s.
     filter_bias_radps: Option<Vector<Body, T>>,
     /// Antenna from the inertial unit at that fix, in the axes at the start, m.
     arm_m: Vector<Body, T>,
-    /// Time and position of the fix that the guesses hold at.
+    /// Time and position of the last fix, to which the guesses refer.
     last_fix: Option<(Time, Geodetic)>,
     /// Whether the heading is monitored, not searched.
     is_monitor: bool,
-    /// Whether a speed alone has proven that the motion can tell a heading.
+    /// Whether the vehicle was fast enough for its motion to show a heading.
     is_fast: bool,
-    /// Time of the first of the last fixes at which the guesses agreed on a heading that motion has shown.
+    /// Time of the first fix of the present agreement on a heading that motion has shown.
     agreed_since: Option<Time>,
     /// Information of recent fixes on the heading, rad⁻².
     evidence: f32,
@@ -131,11 +132,11 @@ pub struct GuessedMotion<T> {
 /// The receiver of the fixes.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<T> {
-    /// Its errors.
+    /// Error model of the receiver.
     pub model: GpsModel,
     /// Antenna from the inertial unit.
     pub antenna: LeverArm<T>,
-    /// Gyro bias that the filter takes off the rates, rad/s.
+    /// Gyro bias that the filter subtracts from the rates, rad/s.
     pub bias_radps: Vector<Body, T>,
 }
 
@@ -190,7 +191,7 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Monitors a heading from the next fix on.
+    /// Restarts as the monitor of a heading, from the next fix on.
     // In place: a new value would be built on the stack first.
     fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.guesses.fill(Guess::NONE);
@@ -214,8 +215,8 @@ impl<T: Scalar> HeadingSearch<T> {
         self.judgement = Judgement::NONE;
     }
 
-    /// Starts a search from a start that is open about `axis`, with a gyro bias of one-sigma `bias_sigma_radps` unless the
-    /// start states one.
+    /// Starts a search from a start whose attitude about `axis` is unknown. The gyro bias has the one-sigma
+    /// `bias_sigma_radps` unless the start states one.
     fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
         self.monitor(start.state.body_to_ned.cast());
         self.is_monitor = false;
@@ -228,7 +229,7 @@ impl<T: Scalar> HeadingSearch<T> {
         };
     }
 
-    /// Starts a search about a heading of one-sigma `sigma_rad`, with these one-sigmas of tilt and gyro bias.
+    /// Starts a search about a heading of one-sigma `sigma_rad`, with one-sigmas of tilt, rad, and gyro bias, rad/s.
     fn start_about(
         &mut self,
         body_to_ned: Rotation<Body, Ned, T>,
@@ -243,7 +244,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.prior.bias_sigma_radps = bias_sigma_radps as f32;
     }
 
-    /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
+    /// Adds a bias-corrected inertial sample whose noise adds `variances` to angle, rad², and velocity, (m/s)².
     fn feel(
         &mut self,
         rate_radps: Vector<Body, T>,
@@ -266,7 +267,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.body_to_start = self.body_to_start.turned_in_from(turn_rad);
     }
 
-    /// Takes a change of the filter's own gyro bias off the guesses.
+    /// Subtracts a change of the filter's gyro bias from the guesses.
     fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
         let before = self.filter_bias_radps.replace(bias_radps);
         if let Some(before) = before.filter(|_| !self.is_monitor) {
@@ -277,7 +278,8 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// What was felt until a fix, of which `later_mps` over `later_s` came after it; the latter is left for the next fix.
+    /// Motion until a fix. The velocity change `later_mps` over `later_s` came after the fix, and stays for the next
+    /// one.
     fn felt_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> Felt {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
         let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
@@ -303,8 +305,8 @@ impl<T: Scalar> HeadingSearch<T> {
         felt
     }
 
-    /// Weighs the guesses by a fix of these one-sigmas of position, m, and velocity, m/s, which may hold at an earlier
-    /// moment within the `history` of the same samples.
+    /// Weighs the guesses by a fix with one-sigmas of position, m, and velocity, m/s. The fix may be valid at an
+    /// earlier moment within the `history` of the same samples.
     ///
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
@@ -317,7 +319,7 @@ impl<T: Scalar> HeadingSearch<T> {
     ) {
         let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
         if since.duration_s > self.felt_s {
-            // It holds before the bank's start.
+            // The fix is older than the bank's start.
             return;
         }
         let gps = &receiver.model;
@@ -370,7 +372,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.agreed_since = if agrees { self.agreed_since.or(Some(fix.time)) } else { None };
     }
 
-    /// The velocity of a fix, or the mean one since the fix `before`, an interval, s, earlier.
+    /// Velocity of a fix; for a fix without velocity, the mean since the fix `before`, an interval, s, earlier.
     fn measured(
         &self,
         fix: &Fix,
@@ -409,12 +411,12 @@ impl<T: Scalar> HeadingSearch<T> {
         Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
     }
 
-    /// Whether the guesses hold at a fix.
+    /// Whether the guesses have started at a fix.
     fn has_begun(&self) -> bool {
         self.guesses.iter().any(|guess| guess.weight > 0.0)
     }
 
-    /// Starts the guesses at a fix: 30° apart about the attitude that they last agreed on, or that of the start.
+    /// Starts the guesses at a fix, 30° apart about the attitude of the best guess, or about that of the start.
     fn begin(&mut self, measured: &Measured) {
         let middle = match self.best().filter(|_| self.has_begun()) {
             Some(best) if best.is_sound() => best.start_to_ned,
@@ -458,7 +460,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
-    /// Mean heading of the guesses from that of the best, clockwise, and one-sigma over all guesses, rad.
+    /// Mean heading of the guesses relative to the best one, clockwise, and one-sigma over all guesses, rad.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
@@ -476,18 +478,18 @@ impl<T: Scalar> HeadingSearch<T> {
         (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
-    /// Whether the fixes of recent motion have given this share of the information on an agreed heading.
+    /// Whether fixes during recent motion have given this share of the information on an agreed heading.
     fn has_evidence(&self, share: f64) -> bool {
         f64::from(self.evidence) * square(AGREED_RAD) > share
     }
 
-    /// Attitude by a guess.
+    /// Present attitude of a guess.
     fn attitude(&self, guess: &Guess) -> Rotation<Body, Ned, T> {
         (guess.start_to_ned.cast() * self.body_to_start).renormalised()
     }
 
-    /// Motion by the best guess now; `None` before the first fix. Its gyro bias is left out of the guesses from now on: the
-    /// filter takes it.
+    /// Motion by the best guess now; `None` before the first fix. Its gyro bias moves to the filter: the guesses
+    /// exclude it from now on.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
@@ -555,8 +557,8 @@ impl<T: Scalar> HeadingSearch<T> {
         is_sound.then_some(motion)
     }
 
-    /// Motion by the guess whose attitude points a baseline of the body nearest to `heading_rad`, clockwise from north;
-    /// `None` where the fixes deny it.
+    /// Motion by the guess that points a baseline of the body nearest to `heading_rad`, clockwise from north. `None` if
+    /// the fixes contradict that guess.
     fn motion_at(&mut self, baseline: Vector<Body>, heading_rad: f64) -> Option<GuessedMotion<T>> {
         let best = self.best().filter(|_| self.has_begun())?;
         let turn_rad = |guess: &Guess| {
@@ -575,7 +577,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 }
 
-/// A value and its variance in single precision, where that holds them.
+/// A value and its variance in single precision, if both are finite there.
 fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
     let (value, variance) = (value as f32, variance as f32);
     (value * value + variance).is_finite().then_some((value, variance))
@@ -600,9 +602,9 @@ fn turn_between(
     wrap_angle(2.0 * f64::from((x * a + y * b + z * c).atan2(w)))
 }
 
-/// The share of its information by which a fix weighs the guesses. A share s of the one-sigma that wanders with
-/// correlation time τ weighs, at fixes Δt apart, like white noise of variance s² 2τ/Δt: without this a vehicle at rest
-/// would find a heading in the wander of its GPS.
+/// Share of its information by which a fix weighs the guesses. A share s of the one-sigma drifts with correlation time
+/// τ; for fixes Δt apart it weighs like white noise of variance s² 2τ/Δt. Without this factor a vehicle at rest would
+/// find a heading in the drift of its GPS.
 ///
 /// # Source
 /// Equation (H3) of docs/equations.md.

@@ -1,28 +1,28 @@
-//! The monitor of a heading that is known: whether the fixes confirm it.
+//! Monitor of a known heading against the fixes.
 
 use super::super::scalar::Scalar;
 use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
 use crate::time::Time;
 
-/// A heading that is wrong is off by more than this, rad (25°), and by this many one-sigmas.
+/// A wrong heading is off by more than this, rad (25°), and by this number of one-sigmas.
 const WRONG_RAD: f64 = 0.44;
 const WRONG_SIGMAS: f64 = 4.0;
-/// A suspect heading is off by more than this, rad (5°), and by this many one-sigmas of both.
+/// A suspect heading is off by more than this, rad (5°), and by this number of one-sigmas of both.
 const SUSPECT_RAD: f64 = 0.09;
 const SUSPECT_SIGMAS: f64 = 2.5;
 /// Least duration, s, and least number of fixes of a disagreement.
 const WRONG_S: f64 = 5.0;
 const WRONG_FIXES: u8 = 4;
 
-/// A heading that the fixes confirm, where that of the filter is wrong or suspect.
+/// Heading confirmed by the fixes while the heading of the filter is wrong or suspect.
 #[derive(Clone, Copy, Debug)]
 pub struct BetterHeading {
     /// Turn of the filter's heading to it, clockwise, rad.
     pub turn_rad: f64,
     /// One-sigma, rad.
     pub sigma_rad: f64,
-    /// Whether the filter's heading is wrong and has to be replaced; else it is suspect and less sure.
+    /// Whether the filter's heading is wrong and must be replaced; otherwise it is suspect and its one-sigma grows.
     pub replaces: bool,
 }
 
@@ -44,7 +44,7 @@ impl Judgement {
 }
 
 impl<T: Scalar> HeadingSearch<T> {
-    /// The turn of an attitude's heading to that of the guesses; `None` while they do not agree.
+    /// Turn from an attitude's heading to that of the guesses; `None` while the guesses disagree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         let best = self.best().filter(|_| self.has_begun())?;
         let (off_rad, sigma_rad) = self.heading_spread();
@@ -54,8 +54,8 @@ impl<T: Scalar> HeadingSearch<T> {
         (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad, replaces })
     }
 
-    /// The better heading, where that of an attitude, of one-sigma `own_sigma_rad`, has been wrong or suspect for some
-    /// time.
+    /// The better heading, once the heading of an attitude with one-sigma `own_sigma_rad` has been wrong or suspect for
+    /// [`WRONG_S`].
     pub(super) fn judge(
         &mut self,
         time: Time,

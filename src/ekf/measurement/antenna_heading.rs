@@ -15,44 +15,45 @@ use crate::frames::{Body, Vector, wrap_angle};
 use crate::gps::AntennaHeading;
 use crate::time::Time;
 
-/// What is remembered of the headings before.
+/// Memory of the previous headings.
 #[derive(Clone, Copy, Debug)]
 pub struct AntennaHeadingMemory {
-    /// When one was last used, if ever.
+    /// Time of the last used heading, if any.
     pub used: Time,
-    /// When one last disagreed with a heading that was turned against it.
+    /// Time when a heading last disagreed with the filter's heading, which had been turned against it.
     pub distrusted: Option<Time>,
 }
 
 impl AntennaHeadingMemory {
-    /// There was none.
+    /// The memory before the first heading.
     pub const NONE: Self = Self { used: NEVER, distrusted: None };
 }
 
-/// A heading this far off, rad, points the other way, where the filter's own is surer than that.
+/// Difference, rad, beyond which a heading is reversed, if the one-sigma of the filter's own is less than `SURE_RAD`,
+/// rad.
 const REVERSED_RAD: f64 = 2.6;
 const SURE_RAD: f64 = 0.5;
-/// A baseline more upright than this share of its length has no heading.
+/// Least horizontal part of a baseline, as a share of its length, that has a heading.
 const LEAST_LEVEL: f64 = 0.1;
 
-/// Share by which a turn since the reading may be wrong.
+/// Share by which the turn since the reading may be wrong.
 const AGED_SHARE: f64 = 0.1;
-/// Readings older than this, s, or further ahead, are not brought to the present.
+/// Oldest reading, s, and furthest ahead, s, that are propagated to the present.
 const OLDEST_S: f64 = 1.0;
 const AHEAD_S: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in the heading of two antennas, the second at `baseline` from the first in body axes, m. Its
-    /// length is checked against that found only where it is `mounted`, and not just a direction.
+    /// Fuses the heading of two antennas, with the second at `mounted` from the first in body axes, m. Without
+    /// `mounted` the second is ahead of the first, and the measured length is not checked.
     ///
-    /// The heading alone moves: what a tilt error makes of it where the baseline is not level counts as noise.
+    /// Only the heading is corrected. If the baseline is not horizontal, the effect of a tilt error counts as noise.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    /// [`Unusable`] if the heading cannot be compared, or comes too soon after the last used one.
     ///
     /// # Source
     /// Equation (M13) of docs/equations.md.
-    // Its frame would stand beneath the other sensors of whoever calls all of them.
+    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
     #[inline(never)]
     pub fn update_antenna_heading(
         &mut self,
@@ -70,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let body_to_ned = self.state.body_to_ned.cast();
         let baseline = body_to_ned * mounted.unwrap_or(FORWARD);
         let level = Scalar::hypot(baseline.x(), baseline.y());
-        // Written so that a NaN has none.
+        // The condition is written so that a NaN has no heading.
         let has_heading = level > LEAST_LEVEL * baseline.norm();
         if !has_heading {
             return Err(Unusable::NotFinite);
@@ -89,7 +90,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);
         let one = square(sigma_rad) + besides;
-        // What readings have in common makes none of them less sure: a jump is one by the error of one.
+        // Errors that the readings share do not widen a single reading: a jump is judged by the error of one reading.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
         let channel = (Channel::BaselineHeading, Group::BaselineHeading);
@@ -104,10 +105,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(report)
     }
 
-    /// How old a reading is, s, that was true at `time`.
+    /// Age, s, of a reading that was true at `time`.
     ///
     /// # Errors
-    /// [`Unusable::TooOld`] and [`Unusable::AheadOfImu`] where motion at a constant rate does not reach.
+    /// [`Unusable::TooOld`] and [`Unusable::AheadOfImu`] if the age is too large to assume a constant rate.
     pub(super) fn age_s(&self, time: Time) -> Result<f64, Unusable> {
         match self.state.time - time {
             age_s if age_s > OLDEST_S => Err(Unusable::TooOld),
@@ -117,11 +118,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// The direction that a heading is of where nothing else is said.
+/// Direction of the baseline by default.
 const FORWARD: Vector<Body> = Vector::new(1.0, 0.0, 0.0);
 
 impl AntennaHeadingModel {
-    /// Whether a reading can be one of antennas that are `mounted` so far apart.
+    /// Whether a reading is consistent with the distance between the `mounted` antennas.
     ///
     /// # Errors
     /// [`Unusable::NotFinite`] and [`Unusable::WrongBaseline`].
@@ -143,8 +144,8 @@ impl AntennaHeadingModel {
         }
     }
 
-    /// By how many times a reading's variance counts that comes so long after the one before: the part of its
-    /// error that wanders weighs like white noise of as much more as the readings have it in common.
+    /// Factor on the variance of a reading that comes `since_s` after the previous one. The slowly varying part of its
+    /// error weighs like white noise, larger by the number of readings that share it.
     fn weight(&self, since_s: f64) -> f64 {
         let in_common = (2.0 * self.wander_time_s / since_s).max(1.0);
         1.0 + square(self.wander_share.min(1.0)) * (in_common - 1.0)

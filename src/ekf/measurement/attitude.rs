@@ -11,16 +11,16 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
 
-/// A heading further off than this, rad, would turn what a reference says of the tilt.
+/// Largest heading difference, rad, at which the reference's tilt is used together with its heading.
 const FAR_RAD: f64 = 0.35;
-/// Readings further apart than this, s, tell nothing of how the reference turns.
+/// Longest time between two readings, s, that shows how the reference turns.
 const LONGEST_S: f64 = 1.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in an attitude from elsewhere, the unit's own: roll, pitch and heading from true north.
+    /// Fuses an attitude from another source, such as the inertial unit's own: roll, pitch and heading from true north.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    /// [`Unusable`] if the attitude cannot be compared, or comes too soon after the last used one.
     ///
     /// # Source
     /// Equation (M8) of docs/equations.md.
@@ -34,12 +34,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.take_in_attitude(time, reference, &mut report, trace).map(|()| report)
     }
 
-    /// Whether an attitude at `time` comes long enough after the last one used.
+    /// Whether an attitude at `time` is late enough after the last used one.
     pub(in super::super) fn is_attitude_due(&self, time: Time) -> bool {
         self.attitude_used.is_none_or(|used| time - used >= self.config.attitude.interval_s)
     }
 
-    /// [`update_attitude`](Self::update_attitude), told in the empty `report`.
+    /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
     pub(in super::super) fn take_in_attitude(
         &mut self,
         time: Time,
@@ -103,11 +103,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(())
     }
 
-    /// Watches whether a reference that is off by `off_rad`, `elapsed_s` after the one before, turns as the gyros do. Gives
-    /// the variances that it has in tilt and heading beside its noise, rad².
+    /// Checks whether a reference turns as the gyros do, given its difference `off_rad`, `elapsed_s` after the previous
+    /// one. Returns its variances in tilt and heading in addition to its noise, rad².
     ///
     /// # Errors
-    /// [`Unusable::TurnsOtherwise`] where it does not.
+    /// [`Unusable::TurnsOtherwise`] if it does not.
     fn watch_attitude(
         &mut self,
         time: Time,
@@ -116,7 +116,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<[T; 2], Unusable> {
         let off_rad = off_rad.cast().to_array();
         let watch = &mut self.attitude_watch;
-        // After trouble with the inertial samples the gyros are no witness, and a heading goes with the field.
+        // After trouble with the inertial samples the gyros are no reference, and a heading follows a disturbed field.
         let field = &self.field_watch;
         if elapsed_s > LONGEST_S || self.gates.doubts_filter(time) || field.doubt_rad > 0.0 {
             watch.forget();

@@ -15,14 +15,14 @@ use crate::event::is_possible_height;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in a barometric height, m, above any fixed level: the first one sets the level.
+    /// Fuses a barometric height, m, above any fixed level: the first one sets the level.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared, or repeats the reading before.
+    /// [`Unusable`] if the height cannot be compared, or repeats the previous reading.
     ///
     /// # Source
     /// Equation (M10) of docs/equations.md.
-    // Its frame would stand beneath the other sensors of whoever calls all of them.
+    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
     #[inline(never)]
     pub fn update_baro(
         &mut self,
@@ -53,13 +53,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(report)
     }
 
-    /// How far off a height is, m.
+    /// Innovation of a height, m.
     fn baro_innovation(&self, state: usize, height_m: f64) -> T {
         let read_m = height_m - self.barometer.level_m();
         T::of(read_m - self.state.position.height_m) - self.estimate(state)
     }
 
-    /// Compares a height of the variance `noise`, m², `elapsed_s` after the last.
+    /// Compares a height of the variance `noise`, m², `elapsed_s` after the previous one.
     fn compare_baro(
         &mut self,
         state: usize,
@@ -71,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let (innovation, noise) = (self.baro_innovation(state, height_m), T::of(noise));
         let wind = self.wind_variance();
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
-        // What counts as white so that the wind is not believed too much hides how far off a reading is.
+        // The check omits the wind's increased weight as white noise, which would hide how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;
         let likely = square(T::of(DENIES_SIGMAS)) * (own + noise + wind);
         self.gates.set_baro_denies(square(innovation) > likely);
@@ -88,8 +88,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report
     }
 
-    /// Variance of what the wind of the vehicle's own speed makes of the height, m². Of a speed that lies within the
-    /// filter's own error nothing follows.
+    /// Variance of the height error by the wind of the vehicle's own speed, m². A speed within the filter's own error
+    /// counts as zero.
     fn wind_variance(&self) -> T {
         let velocity_mps = self.state.velocity_mps;
         let unknown = (VELOCITY..VELOCITY + 3)
@@ -99,12 +99,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// The pressure that a static port without a probe of its own feels is off by such a share of the dynamic pressure,
-/// one-sigma, for as long as the air comes from one side, s. Both are assumed, and were looked at on two flights of model
-/// aircraft alone.
+/// Pressure error of a static port without a probe of its own: one-sigma as a share of the dynamic pressure, and the
+/// time, s, for which the air comes from one side. Both are assumed, and were compared only with two flights of model
+/// aircraft.
 const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
-/// Beyond so many one-sigmas a reading denies the filter's height, and bears nothing out.
+/// Innovation, in one-sigmas, beyond which a reading disagrees with the filter's height and confirms nothing.
 const DENIES_SIGMAS: f64 = 3.0;
-/// Readings closer than this, s, count as so far apart.
+/// Least interval between two readings that counts, s.
 const LEAST_S: f64 = 0.01;

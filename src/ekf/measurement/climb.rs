@@ -1,4 +1,4 @@
-//! Climb: what flies near the ground neither climbs nor sinks for long.
+//! Climb: near the ground a vehicle neither climbs nor sinks for long.
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
@@ -11,12 +11,12 @@ use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement};
 use crate::time::Time;
 
-/// One-sigma of the velocity up or down of a vehicle about which nothing else is known, m/s.
+/// One-sigma of the vertical velocity of a vehicle without a measured height, m/s.
 const CLIMB_MPS: f64 = 5.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Keeps the vertical velocity of a filter that has long been told no height to what vehicles do: it is taken for
-    /// nought ± 5 m/s whenever it is less sure than that. The vertical would else run away with the accelerometers' bias.
+    /// Bounds the vertical velocity of a filter without height measurements. Once its one-sigma exceeds 5 m/s, a
+    /// measurement of 0 ± 5 m/s is fused. Otherwise the vertical channel would diverge with the accelerometers' bias.
     ///
     /// # Source
     /// Equation (M19) of docs/equations.md.

@@ -1,4 +1,4 @@
-//! GPS: position and velocity of the antenna, at the time the fix holds.
+//! GPS: position and velocity of the antenna, at the time when the fix is valid.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::super::antenna::AntennaOffset;
@@ -21,33 +21,34 @@ use crate::gps::Fix;
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// Greatest and least learned variance against the configured.
+/// Largest and least learned variance, relative to the configured one.
 const LEARNED_MOST: f64 = 100.0;
 const LEARNED_LEAST: f64 = 0.1;
 
-/// No single innovation counts for more variances than this.
+/// Limit of a single innovation when learning, in variances.
 const MOST_SURPRISE: f64 = 9.0;
 
-/// By how many times the learned variance grows where a filter was reopened that is told no velocity: scatter that
-/// was taken for far too small looks like motion to it.
+/// Factor on the learned variance when a filter without GPS velocity was reset to a position: to such a filter,
+/// underestimated scatter looks like motion.
 const REOPENED_SHARE: f64 = 2.0;
 
-/// What a fix states is wrong by more than this, as one-sigmas go, before it is believed to be.
+/// Factor by which the learned one-sigma must exceed the stated one before it replaces it.
 const BY_CHANCE: f64 = 1.15;
 
-/// Places that fixes have moved by less than so many of their one-sigmas, and less than so much, m, do not walk.
+/// Limit of a position shift that is no drift: the root of the sum of squares of this number of one-sigmas and of
+/// `WALK_M`, m.
 const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 const WALK_M: f32 = 5.0;
 
-/// The cosine of the tilt up to which a vehicle is nearly level.
+/// Cosine of the largest tilt of a nearly level vehicle.
 const UPRIGHT: f32 = 0.8;
 
-/// A fix may be this far ahead of the last inertial sample, s.
+/// Largest time by which a fix may be ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
-/// No fix is taken to hold later than this after its time, s.
+/// Largest time by which a fix may be valid after its time stamp, s.
 const MOST_AHEAD_S: f64 = 0.3;
 
-/// Three axes of a fix as they are compared, those that it tells, and what they see.
+/// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
 
 /// Channels and groups of the axes, north, east, down.
@@ -62,23 +63,22 @@ const VELOCITY_AXES: [(Channel, Group); 3] = [
     (Channel::VelocityDown, Group::VerticalVelocity),
 ];
 
-/// How many times what fixes state counts, by the learned size of their one-sigmas.
+/// Factor by which stated one-sigmas are enlarged, given the learned size of their errors.
 pub fn stated_times(learned: f64) -> f64 {
     (learned / BY_CHANCE).max(1.0)
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in a satellite fix: position, and velocity where it has any, at the antenna, at the
-    /// time the fix was true.
+    /// Fuses a satellite fix: position, and velocity if present, at the antenna and at the time when the fix was true.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared with the state. A fix that is compared and refused is
-    /// no error: the [`Report`] says so for each axis.
+    /// [`Unusable`] if the fix cannot be compared with the state. A fix that is compared and rejected is no error: the
+    /// [`Report`] contains the verdict for each axis.
     pub fn update_gps(&mut self, fix: &Fix) -> Result<Report, Unusable> {
         self.update_gps_traced(fix, &mut ())
     }
 
-    /// [`update_gps`](Self::update_gps), watched by `trace`.
+    /// [`update_gps`](Self::update_gps), observed by `trace`.
     ///
     /// # Errors
     /// As [`update_gps`](Self::update_gps).
@@ -110,10 +110,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let time = fix.time.offset_by(-latency_s);
             self.history.look_back(&self.state, &earth, time, with_acceleration)
         };
-        // What is found of the delay never shuts out a fix that came in time: while nothing moves it wanders.
+        // The estimated delay never excludes a fix that came in time: without motion the estimate drifts.
         let reach_s = self.history.reach_s(fix.time);
         let is_beyond = delay_s.max(latency_s) > reach_s;
-        // By reference: a copy of each costs as much as a sixth of the way back.
+        // By reference: a copy of each would cost a sixth of the time to look back.
         let velocity_then = &look_back(delay_s.min(reach_s), true);
         let position_then = match L::LATENCY {
             Some(_) => &look_back(latency_s.min(reach_s), false),
@@ -127,13 +127,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let noise = self.gps_noise(fix, sigmas, trace);
         self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
         if velocity_then.hidden_s > T::ZERO {
-            // Nor were the samples whole from a fix within a gap to the next.
+            // A gap hides samples: it breaks the contradiction check from a fix within the gap to the next fix.
             self.samples.self_contradiction.add(Vector::ZERO, false);
         }
         let down_mps = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
         let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
         self.samples.rest.fix(fix.time, velocity);
-        // Velocity first: it is the tighter, and what it corrects helps the position's linearity.
+        // Velocity first: it is the more accurate one, and its correction reduces the position's nonlinearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
         if !self.samples.self_contradiction.is_proven()
             && let (Some(north), Some(east)) = (&mut vn, &mut ve)
@@ -143,7 +143,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let ([n, e, d], position) = self.position_axes(&earth, fix, position_then, &noise);
         let mut sensitivity = FixSensitivity { velocity, position, age_s: position_then.age_s };
         if is_beyond {
-            // At the end of the memory it is no longer seen.
+            // Beyond the history the delay is not observable.
             sensitivity.velocity.delay = [T::ZERO; 3];
             sensitivity.position.delay = [T::ZERO; 3];
         }
@@ -152,14 +152,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
         if is_absent {
-            // It was moved by what the vehicle did meanwhile.
+            // During the absence the vehicle's motion moved the expected position.
             self.gates.forget_walk();
         } else if L::GPS_POSITION.is_some() {
             report.walked_m = self.note_walk(fix, moved_m);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
         if report.contradicts {
-            // Nothing is learned of it.
+            // A contradictory fix teaches nothing.
             return Ok(());
         }
         if fix.two_dimensional {
@@ -167,11 +167,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let places_alone = fix.horizontal_velocity_mps.is_none();
         self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
-        // What clipping or a gap has left is in the velocity, and no step of a bias.
+        // Errors left by clipping or a gap are in the velocity, and are no step of a bias.
         let mut stepped = self.excess.learn(fix.time, report);
-        // Of places alone no more is told of a step than that it has led the filter off.
+        // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
-        // A height that a barometer bears out is right, and so is what led there.
+        // A height that a barometer confirms is right, and so are the biases behind it.
         stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.doubts_filter(fix.time)
@@ -184,14 +184,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(())
     }
 
-    /// How much earlier than its time a fix's velocity and position hold, s, by what is found.
+    /// Time, s, by which a fix's velocity and position are valid before its time stamp, as estimated.
     fn gps_delays_s(&self) -> [T; 2] {
         let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
         let latency_s = L::LATENCY.map_or(T::ZERO, |state| delay_s + self.estimate(state));
         [delay_s, latency_s].map(|late_s| late_s.max(-T::of(MOST_AHEAD_S)))
     }
 
-    /// The latest time of a fix about whose motion the inertial samples tell, by what is found of the delay.
+    /// The latest time of a fix whose motion the inertial samples cover, given the estimated delay.
     ///
     /// # Source
     /// Equation (M14) of docs/equations.md.
@@ -202,7 +202,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.time.offset_by(since_s)
     }
 
-    /// Compares a fix of these one-sigmas, of position and velocity, with those before it.
+    /// Compares a fix, with these one-sigmas of position and velocity, with the previous fixes.
     fn judge_readings(
         &mut self,
         fix: &Fix,
@@ -216,13 +216,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Contradiction { suspected: watch.is_suspected(), proven: watch.is_proven() };
     }
 
-    /// Tells the gates that a fix has moved where the next is expected by `moved_m`, north and east. Gives how far places
-    /// have walked away from the velocity that they come with, m; zero where they do not.
+    /// Notifies the gates of the shift `moved_m`, north and east, of the expected position by a fix. Returns the drift
+    /// of positions away from their own velocity, m; zero without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
     fn note_walk(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
-        // What was learned of their size grows with a walk.
+        // The learned size grows with a drift, so only a learned reduction counts.
         let assumed = || {
             let [level_m, ..] = self.config.gps.position_sigma_m();
             level_m as f32 * libm::sqrtf(self.gps_learned[0].min(1.0))
@@ -233,9 +233,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.place_moved(fix.time, moved_m, least_m)
     }
 
-    /// Moves the learned size of the GPS errors by what this fix's innovations were against what was
-    /// expected of them. What a fix states is believed no smaller than it is found to be: of places by those alone that were
-    /// taken in, for one that jumps is no measure of the rest.
+    /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. A
+    /// stated one-sigma is enlarged if the learned one is larger. For stated positions only accepted ones count,
+    /// because a jump is no measure of the others.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
@@ -262,7 +262,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s: stated or assumed, and learned.
+    /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s: stated or assumed, then scaled by the learned
+    /// size.
     pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =
@@ -275,14 +276,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let stated_mps = fix.axes_velocity_sigma_mps().map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
             Some(stated) => stated[axis] * stated_times(learned_mps[axis]),
-            // No better vertically than the level velocity, which is seen far better, has shown.
+            // No more accurate vertically than the horizontal velocity, which is far better observable.
             None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
         (position, velocity)
     }
 
-    /// The axes of a position, at the antenna and at the time it was true; without the height where that
-    /// is not measured.
+    /// The axes of a position, at the antenna and at the time when it was true; without the height if it is not
+    /// measured.
     ///
     /// # Source
     /// Equation (M3) of docs/equations.md.
@@ -326,7 +327,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (axes, sensitivity)
     }
 
-    /// The axes of a velocity, likewise; those that the fix does not tell stay empty.
+    /// The axes of a velocity, likewise; components that the fix does not report stay empty.
     ///
     /// # Source
     /// Equation (M4) of docs/equations.md.
@@ -364,7 +365,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (axes, sensitivity)
     }
 
-    /// Lets a level velocity tell where the antenna stands, and prices what that is not sure of.
+    /// Feeds a horizontal velocity to the estimator of the antenna's position, and adds the uncertainty of that
+    /// position to the noise.
     #[inline(never)]
     fn watch_antenna(
         &mut self,
@@ -375,7 +377,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let body_to_ned = back.state.body_to_ned;
         let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
         let upright = single(body_to_ned.rows()[2][2]);
-        // Levelled parts are those of the body only where it is nearly level.
+        // The levelled components equal those of the body only if it is nearly level.
         if !AntennaOffset::is_turn(turning_radps) || upright < UPRIGHT {
             return;
         }
@@ -391,13 +393,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         east.noise += unsure;
     }
 
-    /// From the inertial unit to where the antenna was found to stand.
+    /// From the inertial unit to the estimated position of the antenna.
     fn antenna_arm(&self) -> LeverArm<T> {
         LeverArm(self.mounting.antenna_from_imu().cast::<T>().0 + self.antenna.offset_m().cast())
     }
 
-    /// Variance that the inertial sensors' noise, or a gap in their samples, added to velocity since
-    /// then, times the square of `lever`.
+    /// Variance of the velocity error since the time of `back`, times the square of `lever`. It comes from the inertial
+    /// sensors' noise, and from a gap in their samples.
     ///
     /// # Source
     /// Equation (M6) of docs/equations.md.
@@ -408,15 +410,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// A vector by which fixes tell their delay, less what its own error, of the `variance` of all axes together, is
-/// likely to make up of it. That error hangs together with the innovation: at rest, where there is nothing else,
-/// fix after fix would move the delay the same way.
+/// A vector by which fixes observe their delay, reduced by the likely contribution of its own error. `variance` is the
+/// variance of all axes together. That error is correlated with the innovation: at rest, where there is no other
+/// signal, each fix would move the delay the same way.
 ///
 /// # Source
 /// Equation (M14) of docs/equations.md.
 fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
     let squared = v.dot(v);
-    // Written so that a NaN tells nothing.
+    // The condition is written so that a NaN gives zero.
     if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
 }
 

@@ -13,19 +13,21 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
 
-/// Less is no field of the Earth, which has 0.22 gauss and more, but of a magnetometer that does not work yet.
+/// Least strength of a plausible field, gauss: the Earth's is 0.22 gauss or more. Less means that the magnetometer does
+/// not work yet.
 const LEAST_GAUSS: f32 = 0.05;
 
-/// A field whose level part is no more than this share of it tells no heading.
+/// Least horizontal part of a field, as a share of its strength, that determines a heading.
 const LEAST_LEVEL_SHARE: f64 = 0.02;
 
-/// A heading that a gap has hidden is not taken from a field that tells it no better than this, rad.
+/// Largest one-sigma, rad, of a magnetic heading that replaces a heading hidden by a gap.
 const MOST_UNLEVELLED_RAD: f64 = 0.1;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Looks at a magnetic field, gauss, before it gives a heading or a unit's own follows it: where what does not
-    /// change with the heading has changed, the slow error of what gives the heading is opened by as much, and where
-    /// that lasts, so is the heading. Gives that change. While nobody knows where a gap has led the attitude it is not looked at.
+    /// Checks a magnetic field, gauss, before it gives a heading or the inertial unit's own heading follows it.
+    /// Strength and dip do not depend on the heading. If they change, the slow error of the heading's sensor is widened
+    /// accordingly. If the change lasts, the one-sigma of the heading is widened too. Returns the change. The field is
+    /// not checked while a gap has left the attitude unknown.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
@@ -43,7 +45,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let field = self.state.body_to_ned * field_gauss.cast();
         let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
-        // Written so that a NaN is not looked at.
+        // The condition is written so that a NaN is skipped.
         if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
             return None;
         }
@@ -55,11 +57,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &doubt)?;
         if change.turn == Some(Turn::Suspect) {
-            // The next one that is used is the next one that is looked at.
+            // Keeps the check in step with the use: the next field that is checked is the next one that is used.
             self.attitude_used = self.attitude_used.map(|_| time);
             return Some(change);
         }
-        // The unit's own heading follows it.
+        // The inertial unit's own heading follows the field.
         self.attitude_watch.forget();
         self.relax(trace);
         if change.turn == Some(Turn::Lasting) {
@@ -68,7 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         }
         if change.turn == Some(Turn::Settled) && self.heading_revision.is_magnetic {
-            // The field of the start was a magnet's, and the heading with it: it is taken anew.
+            // The field at the start was that of a magnet, and so the heading was wrong: it is measured again.
             self.attitude_lost = Some(time);
             self.heading_revision.replaced(0.0);
             self.forget_heading_error(self.config.magnetometer.heading_wander_rad);
@@ -77,16 +79,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Some(change)
     }
 
-    /// The larger variance of the tilt's two axes, rad².
+    /// The larger of the two variances of the tilt, rad².
     fn tilt_variance(&self) -> f64 {
         self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1))
     }
 
-    /// Takes in a magnetic field, gauss: heading from magnetic north, `declination_rad` east of true
-    /// north, levelled by the filter's own roll and pitch.
+    /// Fuses a magnetic field, gauss: heading from magnetic north, `declination_rad` east of true north, levelled by
+    /// the filter's own roll and pitch.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared, or comes too soon after the last one used.
+    /// [`Unusable`] if the field cannot be compared, or comes too soon after the last used one.
     ///
     /// # Source
     /// Equation (M9) of docs/equations.md.
@@ -100,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let field = self.state.body_to_ned * field_gauss.cast();
         let horizontal = field.x().hypot(field.y());
         let strength = field.norm();
-        // Of what is too large the strength is infinite.
+        // The strength of a field with huge components is infinite.
         if !(field.is_finite() && strength.is_finite()) {
             return Err(Unusable::NotFinite);
         }
@@ -111,12 +113,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
         let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
-        // Levelled by an attitude that is off by ψ, the field's dip turns its horizontal part: an
-        // error of the reference, as slow as that of the tilt, and no reason to move the tilt.
+        // If the levelling attitude is off by ψ, the field's dip turns its horizontal part. This is an error of the
+        // reference, as slow as that of the tilt; it does not move the tilt.
         let dip = (field.z() / horizontal).wide();
         let usual_rad =
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
-        // After a gap the fixes have to level it first.
+        // After a gap the fixes have to correct roll and pitch first.
         let had_gap = self.gates.doubts_filter(time);
         let may_lean = had_gap || self.attitude_lost.is_some();
         if may_lean && usual_rad > MOST_UNLEVELLED_RAD {
@@ -133,7 +135,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.heading_revision.is_magnetic = true;
         let lost = self.takes_attitude(time);
         if is_first || lost {
-            // So far the state has stood for the slow error of an attitude reference.
+            // Until now the state was the slow error of an attitude reference.
             let missing = square(wander_rad) - self.covariance.variance(first);
             self.open_parameter(first, missing.max(0.0), trace);
         }

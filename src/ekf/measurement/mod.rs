@@ -1,4 +1,4 @@
-//! Measurements, a file per sensor, and the sequential scalar update they share.
+//! Measurements, a file per sensor, and the sequential scalar update that they share.
 
 mod antenna_heading;
 mod attitude;

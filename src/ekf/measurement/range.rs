@@ -14,34 +14,34 @@ use crate::event::RangeReading;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// What is remembered of the ground, and of the last reading of it.
+/// Memory of the ground, and of its last reading.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground {
-    /// Its height above the ellipsoid, m, as the first reading had it; the state is what it differs by.
+    /// Height of the ground above the ellipsoid, m, from the first reading; the state is the difference from it.
     pub height_m: Option<f64>,
     last: Option<Seen>,
 }
 
-/// A reading, and since when it has been the same.
+/// A reading, and the time since which it has been the same.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     time: Time,
     range_m: f64,
-    /// Where the beam hit, north and east of the inertial unit, m.
+    /// Point where the beam hit the ground, north and east of the inertial unit, m.
     hit_m: [f32; 2],
     since: Time,
-    /// Horizontal part of the beam's direction then.
+    /// Horizontal part of the beam's direction at `since`.
     beam: [f32; 2],
-    /// Way since, m.
+    /// Distance travelled since, m.
     moved_m: f32,
 }
 
 impl Ground {
-    /// Nothing is known.
+    /// The memory before the first reading.
     pub const UNKNOWN: Self = Self { height_m: None, last: None };
 
-    /// Notes a reading whose beam, in NED and of length one, hits at `hit_m` from the inertial unit, which
-    /// moves at `velocity_mps`. Gives how far the spot has wandered over the ground since the last reading, m.
+    /// Notes a reading. Its beam, in NED and of length one, hits the ground at `hit` from the inertial unit, which
+    /// moves at `velocity_mps`. Returns the distance that the spot moved over the ground since the last reading, m.
     fn see(
         &mut self,
         reading: &RangeReading,
@@ -73,7 +73,7 @@ impl Ground {
         wandered_m
     }
 
-    /// Whether the last reading is the one before again, and again, of a vehicle that moves.
+    /// Whether the last reading repeats the previous ones although the vehicle moves.
     fn is_stuck(&self, beam: Vector<Ned>) -> bool {
         self.last.is_some_and(|last| {
             let [north, east] = last.beam.map(f64::from);
@@ -84,31 +84,31 @@ impl Ground {
     }
 }
 
-/// No more than this, s, is counted between two readings: nobody knows where the beam went.
+/// Longest interval between two readings that counts, s: beyond it the path of the beam is unknown.
 const LONGEST_S: f64 = 10.0;
-/// No sensor tells the same distance to the last bit for this long, s, of a vehicle that has turned by
-/// so much, rad, or gone so far, m, at more than this speed, m/s.
+/// A sensor is stuck if it repeats a distance bit for bit for this long, s, during a motion. The motion is a turn of
+/// more than `TURNED_RAD`, rad, or a path of more than `MOVED_M`, m, at a speed above `STANDING_MPS`, m/s.
 const STUCK_S: f64 = 1.0;
 const TURNED_RAD: f64 = 0.02;
 const MOVED_M: f64 = 0.3;
 const STANDING_MPS: f64 = 0.3;
-/// The beam leads down by at least the cosine of 60°.
+/// The beam points down by at least the cosine of 60°.
 const LEAST_DOWN: f64 = 0.5;
-/// The height of the ground opens by so many times what the first reading leaves it: what that costs the
-/// height is a hundredth of its variance.
+/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. This costs
+/// the height a hundredth of its variance.
 const OPENED: f64 = 10.0;
-/// An innovation beyond so many one-sigmas, but within the gate, is taken for a step of the ground.
+/// Innovations beyond this, in one-sigmas, but within the gate, count as a step of the ground.
 const STEP_SIGMAS: f64 = 4.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in a distance to the ground. Where it jumps it is refused, then taken for another ground.
+    /// Fuses a distance to the ground. A distance that jumps is rejected at first, then attributed to other ground.
     ///
     /// # Errors
-    /// [`Unusable`] when it cannot be compared.
+    /// [`Unusable`] if the distance cannot be compared.
     ///
     /// # Source
     /// Equation (M12) of docs/equations.md.
-    // Its frame would stand beneath the other sensors of whoever calls all of them.
+    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
     #[inline(never)]
     pub fn update_range(
         &mut self,
@@ -140,7 +140,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let age_s = self.age_s(time)?;
         self.relax(trace);
-        // The height when the reading was true.
+        // The height at the time of the reading.
         let own_m = self.state.position.height_m + velocity_mps.z() * age_s;
         let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(LEAST_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
@@ -157,7 +157,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *self.ground.height_m.insert(own_m - hit.z())
         };
         let per_metre = 1.0 / beam.z();
-        // The spot lies further down than the ground there, where the reading is too long.
+        // If the reading is too long, the spot lies below the ground there.
         let innovation = (hit.z() - (own_m - height_m - self.parameter(state))) * per_metre;
         let sensitivity = Sensitivity::default()
             .with_block(ATTITUDE, [-hit.y() * per_metre, hit.x() * per_metre, 0.0].map(T::of))
@@ -180,5 +180,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// No reading is better than this, m.
+/// Least one-sigma of a reading, m.
 const LEAST_NOISE_M: f64 = 0.005;

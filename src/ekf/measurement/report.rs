@@ -1,11 +1,11 @@
-//! What became of a measurement.
+//! The outcome of a measurement.
 
 use core::error::Error;
 use core::fmt;
 
 use super::super::innovation::{Innovation, Verdict};
 
-/// What happened to the axes of one measurement, in the order they were taken.
+/// The outcome for the axes of one measurement, in the order in which they were fused.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     axes: [Option<Innovation>; 6],
@@ -16,8 +16,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// The innovations, each with its verdict. Each is what was left after the axes before it, so
-    /// they are uncorrelated, and their normalised squares add up to the fix's own.
+    /// The innovations, each with its verdict. Each one is the residual after the axes before it. So they are
+    /// uncorrelated, and their normalised squares add up to that of the fix.
     pub fn innovations(&self) -> impl Iterator<Item = &Innovation> {
         self.axes.iter().flatten()
     }
@@ -28,7 +28,7 @@ impl Report {
         self.innovations().any(|axis| axis.verdict != Verdict::Rejected)
     }
 
-    /// Whether any axis was refused.
+    /// Whether any axis was rejected.
     #[must_use]
     pub fn any_rejected(&self) -> bool {
         self.innovations().any(|axis| axis.verdict == Verdict::Rejected)
@@ -40,21 +40,21 @@ impl Report {
         self.innovations().any(|axis| axis.verdict == Verdict::Reopened)
     }
 
-    /// Whether the correction would have led to an invalid state or covariance, so that it was not
-    /// applied and the covariance was reset: see [`ResetCause`](crate::ekf::ResetCause).
+    /// Whether the correction would have led to an invalid state or covariance. Then the correction was not applied and
+    /// the covariance was reset: see [`ResetCause`](crate::ekf::ResetCause).
     #[must_use]
     pub const fn covariance_was_reset(&self) -> bool {
         self.covariance_reset
     }
 
-    /// Whether the fixes of the last seconds lean to one side, so that the biases of the inertial unit may have
-    /// stepped and were opened.
+    /// Whether the fixes of the last seconds were biased. Then the biases of the inertial unit may have stepped, and
+    /// their covariance was widened.
     #[must_use]
     pub const fn biases_were_doubted(&self) -> bool {
         self.biases_doubted
     }
 
-    /// How far, m, the places of fixes have walked away from the velocity that they tell; `None` where they do not.
+    /// Drift, m, of the positions of fixes away from their own velocity; `None` without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
@@ -63,7 +63,7 @@ impl Report {
         (self.walked_m > 0.0).then_some(f64::from(self.walked_m))
     }
 
-    /// Whether it was rejected because the receiver contradicts itself: no motion explains its last readings.
+    /// Whether the fix was rejected because the receiver contradicts itself: no motion explains its last readings.
     ///
     /// # Source
     /// Equation (K15) of docs/equations.md.
@@ -72,7 +72,7 @@ impl Report {
         self.contradicts
     }
 
-    /// Notes that the filter was opened for it, each axis by as much as it was `off`.
+    /// Notes that the filter was reset to this measurement, with the innovations `off`.
     pub(super) fn was_taken(&mut self, off: impl IntoIterator<Item = f64>) {
         for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
             (axis.innovation, axis.verdict) = (off, Verdict::Reopened);
@@ -86,50 +86,49 @@ impl Report {
     }
 }
 
-/// Why a measurement could not be compared at all.
+/// Reason why a measurement could not be compared at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unusable {
-    /// A value is NaN or infinite, or the place is none.
+    /// A value is NaN or infinite, or the position is invalid.
     NotFinite,
     /// Older than the filter's history.
     TooOld,
-    /// Later than the inertial samples by more than two of their intervals.
+    /// Too far ahead of the inertial samples; the limit depends on the sensor, 0.1 to 10 s.
     AheadOfImu,
-    /// The same place and velocity as the fix before, though moving: the receiver repeats itself.
+    /// The same position and velocity as the previous fix during motion: the receiver repeats itself.
     Repeated,
-    /// Sooner after the last use than the reference's own noise allows to be worth anything.
+    /// Too soon after the last used one: the noise of the reference hides any difference.
     TooSoon,
-    /// The layout has no state for it.
+    /// The layout has no state for this sensor.
     NoState,
-    /// The heading is still searched for, with nothing but fixes.
+    /// The heading is unknown: its search continues, with fixes alone.
     HeadingUnknown,
-    /// A distance outside what the rangefinder can measure, or one that the sensor itself does not vouch for.
+    /// A distance outside the rangefinder's range, or one that the sensor itself marks as invalid.
     OutOfRange,
-    /// The beam of the rangefinder leads too far away from straight down.
+    /// The beam of the rangefinder points too far away from straight down.
     TooTilted,
-    /// The same distance to the last bit, though the vehicle has moved: the rangefinder repeats itself.
+    /// The same distance bit for bit although the vehicle has moved: the rangefinder repeats itself.
     Stuck,
-    /// Two antennas further apart, or closer, than they are mounted: a wrong ambiguity.
+    /// Two antennas further apart, or closer, than mounted: a wrong ambiguity.
     WrongBaseline,
-    /// A heading of two antennas that points the other way, as with the antennas exchanged.
+    /// A heading of two antennas that points the opposite way, as with the antennas exchanged.
     Reversed,
-    /// An attitude that turns otherwise than the gyros: frozen, late, smoothed, or led astray by accelerations.
+    /// An attitude that does not turn with the gyros: frozen, late, smoothed, or disturbed by accelerations.
     TurnsOtherwise,
-    /// A magnetic field off what it was in this one reading alone so far: a spike, or the first of a disturbance.
+    /// A single reading of the magnetic field that differs from the usual: a spike, or the start of a disturbance.
     Outlier,
-    /// A magnetic field with hardly a level part, vertical or none at all: it tells no heading.
+    /// A magnetic field with hardly a horizontal part, or without strength: it determines no heading.
     FieldTooSteep,
-    /// After a gap roll and pitch are not yet known well enough to level a magnetic field.
+    /// After a gap, roll and pitch are still too uncertain to level a magnetic field.
     NotLevelled,
-    /// The barometer's reading before again: a logger writes more often than the barometer measures.
+    /// A repeated reading of the barometer: a logger writes more often than the barometer measures.
     NothingNew,
 }
 
 impl Unusable {
-    /// Whether it says that something is wrong. A reading that comes too soon, before there is a
-    /// heading or a level, from out of a rangefinder's reach, for which the filter has no state, or that a logger has
-    /// written twice, is left out by design.
+    /// Whether the reason is a fault. No faults are readings that come too soon, or before heading, roll and pitch are
+    /// known. Nor are readings beyond a rangefinder's range, without a state in the filter, or repeated by a logger.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         match self {
@@ -142,7 +141,7 @@ impl Unusable {
     }
 }
 
-/// What measures beside the inertial unit.
+/// Sensors in addition to the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Aid {
@@ -176,23 +175,23 @@ impl fmt::Display for Aid {
 impl fmt::Display for Unusable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::NotFinite => "no place, or not finite",
-            Self::TooOld => "older than the filter's memory",
-            Self::Repeated => "the fix before again, though moving",
+            Self::NotFinite => "not finite, or an impossible value",
+            Self::TooOld => "older than the filter's history",
+            Self::Repeated => "a repeated fix although the vehicle moves",
             Self::AheadOfImu => "ahead of the inertial samples",
-            Self::TooSoon => "too soon after the last to be worth anything",
+            Self::TooSoon => "too soon after the previous one",
             Self::NoState => "the filter has no state for it",
-            Self::HeadingUnknown => "the heading is still searched for",
-            Self::OutOfRange => "out of the sensor's reach, or not valid",
-            Self::TooTilted => "the beam leads away from the ground",
-            Self::Stuck => "the same distance again, though moving",
-            Self::WrongBaseline => "the antennas are not so far apart",
-            Self::Reversed => "the other way round, as with antennas exchanged",
-            Self::TurnsOtherwise => "it turns otherwise than the gyros",
-            Self::Outlier => "off what the others are",
-            Self::FieldTooSteep => "a field without a level part tells no heading",
-            Self::NotLevelled => "roll and pitch are not known yet after a gap",
-            Self::NothingNew => "the reading before again",
+            Self::HeadingUnknown => "the heading is still unknown",
+            Self::OutOfRange => "outside the sensor's range, or marked invalid",
+            Self::TooTilted => "the beam points away from the ground",
+            Self::Stuck => "a repeated distance although the vehicle moves",
+            Self::WrongBaseline => "the baseline differs from the mounted one",
+            Self::Reversed => "points backwards: are the antennas exchanged?",
+            Self::TurnsOtherwise => "it turns unlike the gyros",
+            Self::Outlier => "differs from the other readings",
+            Self::FieldTooSteep => "a field without a horizontal part, so without a heading",
+            Self::NotLevelled => "roll and pitch are still unknown after a gap",
+            Self::NothingNew => "a repeated reading",
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Rest: what does not move has no velocity, and turns with the Earth.
+//! Rest: a vehicle at rest has no velocity, and turns with the Earth.
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
@@ -13,29 +13,29 @@ use crate::earth::Local;
 
 /// One-sigma of the rate of a vehicle at rest over a second, rad/s: wind, hands, warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;
-/// One-sigma of its velocity, m/s.
+/// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
-/// One-sigma of what setting off makes of a gyro bias, rad/s, where less is not assumed: shaking rectifies, motors warm
-/// the unit. What the bias was when the unit was switched on, however unsure, the rest has told.
+/// One-sigma of the change of a gyro bias when a vehicle sets off, rad/s, unless the assumed one-sigma of the bias is
+/// smaller: shaking rectifies, motors warm the inertial unit. The rest itself has measured the bias since power-on.
 const SHAKEN_RADPS: f64 = 0.003;
 
 const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
 
-/// How far gyro biases move between rest and motion: as far as is assumed of them and shaking moves them, until a rest
-/// after a motion has shown less.
+/// Change of gyro biases between rest and motion: limited by their assumed size and by the effect of shaking, until a
+/// rest after a motion has shown less.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct BiasShift {
-    /// Variance, (rad/s)²; without bound before the first rest that came after a motion.
+    /// Variance, (rad/s)²; infinite before the first rest after a motion.
     learned: f32,
-    /// Whether the last second but one was of rest, or nothing is known of it.
+    /// Whether the last second but one was at rest, or nothing is known of it.
     rests: bool,
 }
 
 impl BiasShift {
-    /// Nothing is learned yet.
+    /// Before the first rest.
     pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
 
     /// Variance to which the biases open when a rest ends.
@@ -43,7 +43,7 @@ impl BiasShift {
         f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }
 
-    /// Takes in the largest square of what a rest finds the biases to be off.
+    /// Learns from the largest square of the bias errors found in a rest.
     fn learn(&mut self, found: f64) {
         let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
         self.learned = (before + NEWEST * (found - before)) as f32;
@@ -54,8 +54,8 @@ impl BiasShift {
 const NEWEST: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in that the vehicle rests, where the samples up to the last and the fixes have said so for two
-    /// seconds; once a second, and after [`predict`](Self::predict). `None` where it does not rest.
+    /// Fuses zero velocity and the Earth's rate while the vehicle rests. Samples and fixes must have shown rest for two
+    /// seconds. Call it after [`predict`](Self::predict); it acts once a second. `None` if the vehicle does not rest.
     ///
     /// # Source
     /// Equation (M11) of docs/equations.md.
@@ -75,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
-        // What glides as smoothly as this is no faster than the fixes say.
+        // A vehicle may glide as smoothly as one at rest: the mean velocity of the fixes limits how far it is at rest.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
         let mut axes = [const { None }; 6];
         let (rates, velocities) = axes.split_at_mut(3);

@@ -33,8 +33,8 @@ fn mounting() -> Mounting {
         .with_antenna_lever_arm_m(Vector::new(-0.6, 0.2, -0.4))
 }
 
-/// A filter in a turning, accelerating flight whose parameters are, and have been for as long as it
-/// remembers, `parameters`; its state now is `nominal` where one is given.
+/// A filter in a turning, accelerating flight. Its parameters are, over its whole memory, `parameters`; its present
+/// state is `nominal`, if given.
 fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
     let start = Start {
         state: NavState {
@@ -63,18 +63,18 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
         filter.predict(&sample).unwrap();
     }
     filter.parameters = *parameters;
-    // As if all that was felt were motion.
+    // With the specific force attributed entirely to motion.
     filter.level_force = LevelForce::NONE;
     if let Some(state) = nominal {
         filter.state = state;
     }
-    // Certain of everything, the filter corrects nothing: every axis tells its whole innovation.
+    // With zero covariance the filter corrects nothing: every axis reports its whole innovation.
     filter.covariance = Covariance::zero();
     filter.gps_wander = Some([0.0; 4]);
     filter
 }
 
-/// Keeps the rows of H that a measurement used.
+/// Stores the rows of H that a measurement used.
 #[derive(Default)]
 struct Rows(Vec<[f64; N]>);
 
@@ -89,7 +89,7 @@ impl Trace<f64, N> for Rows {
     }
 }
 
-/// What a measurement does to a filter.
+/// The effect of a measurement on a filter.
 type Measurement<'a> = &'a dyn Fn(&mut FullEkf, &mut Rows) -> Report;
 
 /// Largest difference between each column of H and the central difference of minus the innovation,
@@ -147,9 +147,9 @@ fn assert_exact(errors: &[[f64; N]], allowed: impl Fn(usize, usize) -> f64) {
     }
 }
 
-/// The fix, `age_s` old, that the unperturbed filter expects.
+/// The fix, `age_s` old, that the unperturbed filter predicts.
 fn expected_fix(age_s: f64) -> Fix {
-    // Wide enough to be accepted wherever it is: the sensitivity is asked for, not the fit.
+    // Wide enough to be accepted anywhere: the test is about the sensitivity, not the fit.
     let sigma = Some(Vector::new(100.0, 100.0, 100.0));
     let now = filter(&[0.0; N], None).state;
     Fix {
@@ -166,11 +166,11 @@ fn fix_errors(age_s: f64) -> Vec<[f64; N]> {
     errors(&|filter, rows| filter.update_gps_traced(&fix, rows).unwrap())
 }
 
-/// The axes of a fix as they are taken: velocity, then position.
+/// Index of the first position axis of a fix: velocity comes first.
 const POSITION_AXES: usize = 3;
 
-/// What the sensitivity of a fix leaves out: over an age L, terms of second order in the rotation
-/// |ω| L and the acceleration |f| L of the way back, and in a bias the rotation of the arm.
+/// Terms that the sensitivity of a fix neglects. Over an age L: second order in the rotation |ω| L and the acceleration
+/// |f| L of the way back. In a bias: the rotation of the arm.
 fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
     let (rate, force) = (1.0, 12.0);
     move |axis, state| {
@@ -181,13 +181,13 @@ fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
         1e-5 + match state {
             // Transport and Earth rate turn the way back by 1e-4 rad/s.
             0..9 => 2e-3 * age_s * steps,
-            // The attitude that a gyro bias has turned by turns the specific force.
+            // The attitude error by a gyro bias turns the specific force.
             9..12 => force * age_s * age_s * steps + rate * age_s,
             12..15 => rate * age_s * age_s * steps + PERIOD_S * age_s,
-            // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now: half of that
-            // late; and the antenna's own about the unit, 0.7 m of arm, is left out.
+            // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now: half of that late. The
+            // antenna's own acceleration relative to the inertial unit, 0.7 m of arm, is neglected.
             26 if !position => 0.5 * 0.06 * rate * force + 0.2,
-            // Within a step the unit's rate changes: 0.01 rad/s on the arm of the antenna.
+            // The body rate changes within a step: 0.01 rad/s on the arm of the antenna.
             _ => 1e-2,
         }
     }
@@ -239,8 +239,8 @@ fn a_magnetic_heading_sees_the_heading_and_leaves_what_its_dip_makes_of_the_tilt
             filter.update_magnetic_heading(time, field_gauss, declination_rad, rows).unwrap()
         });
         assert_eq!(errors.len(), 1);
-        // A tilt turns the levelled field by the tangent of the dip: an error of the reference by
-        // design, so that no heading ever moves the tilt.
+        // A tilt turns the levelled field by the tangent of the dip. By design this is an error of the reference, so
+        // that no heading moves the tilt.
         let dip = libm::fabs(down_gauss) / 0.2;
         assert!((f64::hypot(errors[0][0], errors[0][1]) - dip).abs() < 1e-5);
         assert_exact(&errors, |_, state| if state < 2 { dip + 1e-5 } else { 1e-5 });
@@ -272,7 +272,7 @@ fn a_barometer_whose_level_is_that_of_the_first_height_tells_nothing_of_it() {
         let sigma_m = filter.covariance.variance(POSITION + 2).sqrt();
         assert!((5.95..6.05).contains(&sigma_m), "{sigma_m} m after {reading} readings more");
     }
-    // What the height then learns, the barometer's level knows as well.
+    // The correction of the height applies to the barometer's level as well.
     let level = <Full as Layout<N>>::BARO.unwrap();
     assert!((filter.covariance.entry(POSITION + 2, level) - 36.0).abs() < 1.0);
 }
@@ -335,7 +335,7 @@ fn a_barometric_height_that_repeats_the_one_before_tells_nothing_new() {
 
 #[test]
 fn a_distance_to_the_ground_sees_height_tilt_and_the_ground() {
-    // Steep beams and a long arm: what tilts the vehicle moves the spot along the ground.
+    // Steep beams and a long arm: a tilt moves the spot along the ground.
     for beam in [Vector::new(0.0, 0.0, 1.0), Vector::new(0.3, -0.2, 0.9)] {
         let rangefinder = Rangefinder {
             lever_arm_m: Vector::new(0.4, -0.1, 0.2),

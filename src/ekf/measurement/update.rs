@@ -32,14 +32,14 @@ pub(super) struct Compared<T> {
 }
 
 impl<T: Scalar> ScalarMeasurement<T> {
-    /// A measurement that sees no state yet.
+    /// A measurement without sensitivity to any state yet.
     pub fn new((channel, group): (Channel, Group), innovation: T, noise: T) -> Self {
         Self { channel, group, innovation, noise, sensitivity: Sensitivity::default() }
     }
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Takes in measurements that each have a sensitivity: see [`compare`](Self::compare).
+    /// Fuses measurements that each have a sensitivity: see [`compare`](Self::compare).
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
@@ -55,15 +55,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.compare(time, &compared, Sensitivities::Each(sensitivities), report, trace);
     }
 
-    /// Compares one axis after the other, gates it and corrects the state. Each group is refused or taken as a whole.
-    /// The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
+    /// Compares one axis after the other, gates it and corrects the state. Each group is rejected or accepted as a
+    /// whole. The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
     ///
-    /// Gives by how much, m, north and east, that has moved where the next fix is expected: the place, and what wanders of
-    /// it.
+    /// Returns the shift, m, north and east, of the expected position of the next fix: the shift of the position and of
+    /// its slow error.
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
-    // Its frame is large; inlined, it would stand beneath whatever else its caller calls.
+    // Its stack frame is large; inlined, it would lie beneath everything else that its caller calls.
     #[inline(never)]
     pub(super) fn compare(
         &mut self,
@@ -86,20 +86,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 trace.updated(&sensitivity, gain, innovation.wide());
             }
         };
-        // A receiver that contradicts itself is believed where all of a fix lies, within its noise alone, at the filter.
+        // A receiver that contradicts itself is accepted if all axes of a fix agree with the filter within the noise of
+        // the fix.
         let near = T::of(square(self.config.gate.sigmas));
         let is_near =
             innovations.iter().zip(&noise).all(|(&off, &noise)| square(off) <= near * noise);
         let mut first = 0;
         // Turns: at most one an axis: `first` moves on by one or more.
         while first < axes.len() {
-            // The axes of a group stand side by side.
+            // The axes of a group are adjacent.
             let mut end = first + 1;
             // Turns: at most one an axis.
             while end < axes.len() && groups[end] == groups[first] {
                 end += 1;
             }
-            // `end` is never more: the minimum tells an optimiser for size, which does not find out.
+            // `end` never exceeds the length: the minimum is for an optimiser for size, which cannot derive that.
             let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
@@ -166,8 +167,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .map(|axis| at(POSITION + axis) + L::GPS_POSITION.map_or(0.0, |first| at(first + axis)))
     }
 
-    /// Before a place is taken in: tells the gates if the place first becomes known by this fix, for its `variance` is
-    /// large beside the `noise` of the fix, both in m².
+    /// Before a position is fused: notifies the gates if this fix first makes the position known. It does if the
+    /// `variance` of the position is large compared to the `noise` of the fix, both in m².
     fn judge_place(&mut self, variance: f64, noise: f64) {
         let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
@@ -175,8 +176,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens the velocity along the axis of a position whose receiver tells no velocity: the position came to be off
-    /// by its innovation within `lost_s`.
+    /// Opens the velocity along the axis of a position whose receiver reports no velocity: the innovation of the
+    /// position arose within `lost_s`.
     #[inline(never)]
     fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
         let opened = square(axis.innovation.wide() / lost_s.max(LEAST_LOST_S));
@@ -187,10 +188,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens a component of the level velocity by the variance `opened`, (m/s)², and the attitude with it.
+    /// Opens a component of the horizontal velocity by the variance `opened`, (m/s)², and the attitude with it.
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
-        // A velocity this far off came through the attitude.
+        // A velocity error of this size came through the attitude.
         self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
         self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
         self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
@@ -208,14 +209,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
             Channel::PositionDown => {
                 self.covariance.add_variance(POSITION + 2, opened);
-                // A barometer that agrees goes with the height: its level is what was wrong.
+                // If a barometer agrees with the filter, its level was wrong too: it is opened together with the
+                // height.
                 if let Some(level) = L::BARO.filter(|_| self.gates.barometer_agrees(time)) {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
                     self.covariance.set_cross(POSITION + 2, level, cross + opened);
                 }
             }
-            // What tilt does to the vertical velocity is of the second order.
+            // The effect of tilt on the vertical velocity is of second order.
             Channel::VelocityDown | Channel::RestVelocityDown => {
                 self.covariance.add_variance(VELOCITY + 2, opened);
             }
@@ -242,7 +244,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.covariance.add_variance(state, opened);
                 }
             }
-            // What is refused of them is never compared.
+            // The check for wheels comes before the comparison, so these axes are never rejected.
             Channel::WheelsRight | Channel::WheelsDown => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {
@@ -253,11 +255,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// A place becomes known by a fix where its one-sigma before is more than so many times that of the fix.
+/// Factor by which the one-sigma of a position exceeds that of the fix if the position was unknown before.
 const UNKNOWN: f64 = 2.0;
-/// A position counts as not taken in for at least this long, s, where it opens a velocity.
+/// Least time, s, for which a position counts as not fused when it opens a velocity.
 const LEAST_LOST_S: f64 = 1.0;
-/// One-sigmas by which tilt (3°) and heading (17°) are opened with a level velocity, rad: a velocity that is far off
-/// came through the attitude.
+/// One-sigmas by which tilt (3°) and heading (17°) are opened together with a horizontal velocity, rad: a large
+/// velocity error came through the attitude.
 const REOPENED_TILT_RAD: f64 = 0.05;
 const REOPENED_HEADING_RAD: f64 = 0.3;

@@ -1,4 +1,4 @@
-//! What of a fix's errors wanders: several fixes in a row have it in common.
+//! Slow errors of fixes, which several fixes in a row share.
 
 use super::super::covariance::{Relaxation, Transition};
 use super::super::filter::Ekf;
@@ -14,12 +14,12 @@ pub(super) struct GpsNoise {
     pub velocity_variance: [f64; 3],
 }
 
-/// Stated one-sigmas that change by less than this many times are what they were.
+/// Largest factor by which stated one-sigmas change and still count as the same.
 const STEADY: f64 = 1.25;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Splits the one-sigmas of a fix, of position and velocity, into what is white and what wanders, and sets the wandering states to
-    /// match; the first fix opens them.
+    /// Splits the one-sigmas of a fix, of position and velocity, into a white part and a slow part. It sets the states
+    /// of the slow errors to match; the first fix opens them.
     ///
     /// # Source
     /// Equation (M5) of docs/equations.md.
@@ -42,7 +42,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
         match self.gps_wander.map(|before| before.map(f64::from)) {
             Some(before) => {
-                // What is found of fixes that state nothing grows with those that are refused.
+                // For fixes that state no one-sigma, the learned size grows with rejected fixes, so it is not followed.
                 if fix.position_sigma_m.is_some() {
                     self.follow_wander(before, &mut wander, trace);
                 }
@@ -53,8 +53,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         GpsNoise { position_variance, velocity_variance }
     }
 
-    /// Lets what wanders of a position grow and shrink with what the fixes state. A receiver that converges takes what it was off
-    /// back with it; of one that has become worse what is new is not known. Within [`STEADY`] the one-sigmas `before` stand.
+    /// Adapts the slow errors of position to the one-sigmas that the fixes state. If a receiver converges, its slow
+    /// error shrinks in proportion. If it becomes worse, the additional error is unknown. For changes within [`STEADY`]
+    /// the one-sigmas `before` remain.
     ///
     /// # Source
     /// Equation (M5) of docs/equations.md.
@@ -95,7 +96,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    // Its frame need not stand beneath every fix.
+    // Not inlined, so that its stack frame does not lie beneath every fix.
     #[inline(never)]
     fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
         if let Some(first) = L::GPS_POSITION {

@@ -1,4 +1,4 @@
-//! Wheels: a vehicle that rolls on them moves along its road alone, which is worth as much as a measurement.
+//! Wheels: a vehicle that rolls on wheels moves only along its road, which serves as a measurement.
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
@@ -12,22 +12,22 @@ use super::super::{single, square};
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
 
-/// What a vehicle can have done that was held to a road which it was leaving: velocity, m/s, and the tilt by which the
-/// filter has explained it, rad.
+/// Possible errors of a vehicle that was held to a road while it left that road: velocity, m/s, and tilt, rad, by which
+/// the filter explained the velocity.
 const OFF_ROAD_MPS: f64 = 2.0;
 const OFF_ROAD_TILT_RAD: f64 = 0.05;
 
 /// The velocity across the line along which the vehicle rolls.
 struct Slip<T> {
     seen: Seen,
-    /// What is left of it, m/s, and its variance, (m/s)², if it rolls on wheels.
+    /// Residual velocity across, m/s, and its variance, (m/s)², if the vehicle rolls on wheels.
     left_mps: T,
     variance: f32,
     sensitivity: Sensitivity<T>,
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Lets the state after a fix tell whether the vehicle rolls on `wheels`.
+    /// Feeds the state after a fix to the monitor of `wheels`.
     #[inline(never)]
     pub(in super::super) fn watch_wheels(&mut self, wheels: &mut WheelWatch) {
         let forward = self.state.body_to_ned.inverse() * self.state.velocity_mps;
@@ -43,8 +43,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         wheels.told(self.state.time, &right, &down, single(bank));
     }
 
-    /// Holds a vehicle on `wheels` to its road where fixes are absent; after [`predict`](Self::predict). `None` where
-    /// there is nothing to hold, or where it moves as nothing on wheels does.
+    /// Holds a vehicle on `wheels` to its road while fixes are absent; call it after [`predict`](Self::predict). `None`
+    /// if nothing is due, or if the vehicle does not move like one on wheels.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
@@ -72,7 +72,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
         }
         if wheels.denies(normalised, self.config.gate.sigmas as f32) {
-            // What it was held to in the last seconds was wrong.
+            // The constraint of the last seconds was wrong.
             for axis in 0..3 {
                 self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
             }

@@ -114,7 +114,7 @@ fn what_a_logger_draws_between_samples_is_told_from_what_a_unit_measures() {
     assert_eq!(found.iter().filter(|&&found| !found).count(), 11, "{found:?}");
     assert!(found[11..].iter().all(|&found| found));
     assert!(!made_up(0.2 * next(), 0.01 * next()));
-    // A register that is not written is no line.
+    // A register that is not written is not a line.
     assert!(!(0..50).any(|_| made_up(0.05, 0.002)));
 }
 
@@ -166,8 +166,8 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
 }
 
-/// Of vibration that looks like noise or like a tone, one sample or several in a row lost now and then: the
-/// trapezoid over the gap against those over all samples.
+/// Vibration like noise or like a tone, with one or several successive samples lost now and then: compares the
+/// trapezoid over the gap with those over all samples.
 #[test]
 fn lost_samples_leave_the_error_that_is_told() {
     const USUAL_S: f64 = 0.03;
@@ -225,14 +225,14 @@ fn a_suspicion_names_the_axes_it_falls_on() {
     let words = |suspicion: Suspicion| suspicion.to_string();
     let none = Suspicion::NONE;
     let (x, yz) = ([true, false, false], [false, true, true]);
-    assert_eq!(words(none), "nothing known against it");
+    assert_eq!(words(none), "no fault found");
     assert_eq!(
         words(Suspicion { stuck: StuckAxes::new(x, [false; 3]), ..none }),
-        "gyro x on repeat to the last digit"
+        "gyro x stuck at one reading"
     );
     assert_eq!(
         words(Suspicion { stuck: StuckAxes::new([false; 3], yz), ..none }),
-        "accelerometers y, z on repeat to the last digit"
+        "accelerometers y, z stuck at one reading"
     );
     assert_eq!(
         words(Suspicion { accel_clipped: x, shaken: true, ..none }),

@@ -1,4 +1,4 @@
-//! What the readings of three gyros, or of three accelerometers, say against themselves.
+//! Checks on the readings of three gyros or three accelerometers.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::super::held_force::Shaking;
@@ -8,23 +8,23 @@ use super::any;
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// What the readings of one kind of sensor are judged by: rad/s of gyros, m/s² of accelerometers.
+/// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Readings below this are not taken for a learned full scale.
+    /// Readings below this do not count as a learned full scale.
     least_scale: f64,
-    /// The most that vehicles reach, where that bounds what lies beyond full scale; zero where nothing does.
+    /// Largest value that vehicles reach, which bounds readings beyond full scale; zero without such a bound.
     fastest: f64,
-    /// Least usual shaking: below it any touch would be a shock.
+    /// Least usual vibration: below it any touch would be a shock.
     least_shaking: f64,
-    /// Shaking of no less than this may be a blow.
+    /// Least vibration of a strong shock.
     least_blow: f64,
-    /// What an axis that is stuck may hide, one-sigma.
+    /// One-sigma of the motion hidden by a stuck axis.
     stuck_sigma: f64,
 }
 
 impl Limits {
-    /// Of gyros, rad/s.
+    /// Limits of gyros, rad/s.
     pub const GYRO: Self = Self {
         least_scale: 1.5,
         fastest: 6.0,
@@ -32,7 +32,7 @@ impl Limits {
         least_blow: 3.0,
         stuck_sigma: 0.2,
     };
-    /// Of accelerometers, m/s².
+    /// Limits of accelerometers, m/s².
     pub const ACCEL: Self = Self {
         least_scale: 17.0,
         fastest: 0.0,
@@ -41,68 +41,66 @@ impl Limits {
         stuck_sigma: 2.0,
     };
 
-    /// The usual variance above which an axis moves: one that nothing ever moved is not stuck.
+    /// Usual variance above which an axis counts as moving: an axis that never moved is not stuck.
     fn least_moving<T: Scalar>(&self) -> T {
         T::of(0.01 * self.least_shaking * self.least_shaking)
     }
 }
 
-/// When a sample came, and what it counts for in means over the time before.
+/// Timing of a sample, and its weights in the running means.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing<T> {
-    /// Since the sample before, s.
+    /// Time since the previous sample, s.
     pub interval_s: T,
-    /// How long the interval usually is, s.
+    /// Usual length of the interval, s.
     pub typical_s: T,
-    /// By how much a late sample exceeds that, s; zero of one that is not late.
+    /// Excess of a late sample's interval over that, s; zero if not late.
     pub lost_s: T,
-    /// Weight of the sample in the mean of the shaking now.
+    /// Weight of the sample in the mean of the present vibration.
     pub now: T,
-    /// Weight of the sample in the mean of what is usual.
+    /// Weight of the sample in the mean of the usual vibration.
     pub usual: T,
-    /// Whether the mean of what is usual has been taken for long enough.
+    /// Whether the usual vibration has been averaged long enough.
     pub usual_is_known: bool,
 }
 
-/// A maximum that came back this often is a full scale.
+/// A maximum repeated this often is the full scale.
 const REPEATS: u32 = 4;
-/// Memory of the shaking now, s.
+/// Memory of the present vibration, s.
 pub(super) const NOW_S: f64 = 0.15;
-/// Shaking now of more than so many times the usual variance is a shock.
+/// Present vibration above this multiple of the usual variance is a shock.
 const SHOCK: f64 = 8.0;
-/// Shaking of more than so many times the usual variance, and of such a size, is a blow: a landing is
-/// not, a propeller that breaks is.
+/// Vibration above this multiple of the usual variance, and above `least_blow`, is a strong shock. A landing stays
+/// below, a breaking propeller exceeds it.
 const BLOW: f64 = 50.0;
-/// A reading at full scale is the top of a tone, and no push, where the shaking now is more than this share of it.
+/// A reading at full scale belongs to a tone, not to a push, if the present vibration exceeds this share of it.
 const CUT_OFF_SHARE: f64 = 0.2;
-/// An axis that is stuck has one error for at most so long, s.
+/// Longest time, s, for which a stuck axis has one constant error.
 const LONGEST_STUCK_S: f64 = 5.0;
-/// What may lie beyond full scale, as a share of it, one-sigma; of a gyro a quarter of what is left to the rates
-/// that vehicles reach, where that is more.
+/// One-sigma of the motion beyond full scale, as a share of the full scale. For a gyro, a quarter of the range from
+/// there to the fastest vehicles, if larger.
 const BEYOND_SCALE: f64 = 0.15;
 const BEYOND_GYRO: f64 = 0.25;
-/// A burst of clipping is forgotten after this long without, and has one error for at most so long, s.
+/// Decay time of a clipping burst, and the longest time for which it has one constant error, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
-/// What is left of a burst when it is shorter than this, s, is nothing: its decay would end in numbers that
-/// are too small for a processor to compute with at its usual speed.
+/// A burst shorter than this, s, is set to zero: its decay would end in denormal numbers, which slow the processor.
 const FORGOTTEN_BURST_S: f64 = 1e-6;
 
-/// What is known against the last readings of three axes.
+/// Faults found in the last readings of three axes.
 pub(super) struct Found<T> {
     pub clipped: [bool; 3],
-    /// How the axes shake where any takes a shock.
+    /// Vibration of the axes, if any has a shock.
     pub shock: Option<Shaking<T>>,
     pub shaken: bool,
-    /// What the interval adds to the variance of the integral for what clipping and shocks hide, and for
-    /// all else.
+    /// Variance that the interval adds to the integral: hidden by clipping and shocks, and from all other causes.
     pub hidden: [T; 3],
     pub variance: [T; 3],
-    /// Which axes repeat themselves, though the unit vibrates.
+    /// Axes that repeat one reading although the inertial unit vibrates.
     pub stuck: [bool; 3],
 }
 
-/// The readings of three axes so far.
+/// State of the checks on three axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triad<T> {
     pub difference: SecondDifference<T>,
@@ -111,15 +109,15 @@ pub(super) struct Triad<T> {
     pub usual: [T; 3],
     largest: [T; 3],
     repeats: [u32; 3],
-    /// For how long each has been clipped of late, s.
+    /// Recent clipping time of each axis, s.
     pub clipped_s: [T; 3],
-    /// For how long a shock in which any was clipped goes on without, s.
+    /// Remaining time for which a shock with clipping continues, s.
     goes_on_s: f32,
     repetition: Repetition<T>,
 }
 
 impl<T: Scalar> Triad<T> {
-    /// Nothing seen yet.
+    /// State before the first sample.
     pub const NONE: Self = Self {
         difference: SecondDifference::NONE,
         vibration: Vibration::NONE,
@@ -134,7 +132,7 @@ impl<T: Scalar> Triad<T> {
 }
 
 impl<T: Scalar> Triad<T> {
-    /// Takes in a reading, with the unit's own `marks` of full scale; `full_scale` is zero where it is not known.
+    /// Feeds a reading, with the unit's own full-scale flags `marks`; `full_scale` is zero if unknown.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
@@ -163,7 +161,7 @@ impl<T: Scalar> Triad<T> {
             let size = values[axis].abs();
             let (largest, repeats) = (&mut self.largest[axis], &mut self.repeats[axis]);
             if size >= *largest && comes_back(size, largest, repeats) {
-                // However small: what is stuck at its largest reading is at full scale.
+                // At any size: an axis stuck at its largest reading is at full scale.
                 let stands_still =
                     stuck_s[axis] > T::ZERO && self.usual[axis] > limits.least_moving();
                 clipped[axis] |= size >= least_scale || (limits.fastest > 0.0 && stands_still);
@@ -174,7 +172,7 @@ impl<T: Scalar> Triad<T> {
         let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });
         for ((now, usual), noise) in self.now.iter_mut().zip(&mut self.usual).zip(noise) {
             *now += timing.now * (noise - *now);
-            // A shock enters the usual slowly; what goes on for seconds becomes it.
+            // A shock enters the usual vibration slowly; vibration that lasts seconds becomes usual.
             *usual += timing.usual * (*now - *usual);
         }
         let now = self.now;
@@ -182,7 +180,7 @@ impl<T: Scalar> Triad<T> {
             timing.usual_is_known && now[axis] > number(SHOCK) * quiet[axis]
         });
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
-        // What is usual rises with a tone that lasts, and what full scale cuts off of it does not become right by that.
+        // A lasting tone raises the usual vibration, but its clipped readings stay wrong.
         if self.goes_on_s > 0.0 {
             self.goes_on_s -= interval_s.wide() as f32;
         }
@@ -217,12 +215,12 @@ impl<T: Scalar> Triad<T> {
         Found { clipped, shock, shaken, hidden, variance, stuck }
     }
 
-    /// What lost samples add to the variance of the integral of each axis over an interval; `bend` is the last second
+    /// Variance that lost samples add to the integral of each axis over an interval; `bend` is the last second
     /// difference.
     fn lost(&self, bend: [T; 3], timing: &Timing<T>) -> [T; 3] {
         let Timing { lost_s, typical_s, .. } = *timing;
-        // A trapezoid over lost samples weighs its ends for them: what they would have taken back is missing,
-        // and the ends count too much.
+        // A trapezoid over lost samples uses its ends in their place. The lost samples' own cancellation is missing,
+        // and the ends get too much weight.
         let ends_and_lost = lost_s * (T::of(0.5) * lost_s + typical_s);
         core::array::from_fn(|axis| {
             let moved = bend[axis] * lost_s;
@@ -230,8 +228,8 @@ impl<T: Scalar> Triad<T> {
         })
     }
 
-    /// Adds what axes that have been stuck for `stuck_s` hide to the variance of the integral of each over an interval.
-    /// Gives which are.
+    /// Adds the variance hidden by axes stuck for `stuck_s` to the integral of each over an interval. Returns the stuck
+    /// axes.
     fn add_stuck(
         &self,
         variance: &mut [T; 3],
@@ -251,13 +249,13 @@ impl<T: Scalar> Triad<T> {
         stuck
     }
 
-    /// Whether any reading at full scale is the top of a tone.
+    /// Whether any reading at full scale belongs to a tone.
     fn is_tone(&self, values: [T; 3], clipped: [bool; 3]) -> bool {
         let least = square(T::of(CUT_OFF_SHARE));
         (0..3).any(|axis| clipped[axis] && self.now[axis] > least * square(values[axis]))
     }
 
-    /// What clipping and shocks hide: the variance that they add to the integral of each axis over an interval.
+    /// Variance hidden by clipping and shocks in the integral of each axis over an interval.
     fn hidden(
         &self,
         values: [T; 3],
@@ -269,7 +267,7 @@ impl<T: Scalar> Triad<T> {
         let mut hidden = [T::ZERO; 3];
         for axis in 0..3 {
             let now = self.now[axis];
-            // What is cut off is cut off on the same side for as long as the burst lasts.
+            // Clipping hides motion on the same side throughout the burst.
             if clipped[axis] {
                 let size = values[axis].abs();
                 let within_limit = T::of(BEYOND_GYRO) * (T::of(limits.fastest) - size);
@@ -284,7 +282,7 @@ impl<T: Scalar> Triad<T> {
         hidden
     }
 
-    /// Counts for how long each axis has been clipped of late.
+    /// Updates the recent clipping time of each axis.
     fn count_clipping(&mut self, clipped: [bool; 3], interval_s: T) {
         let left = (T::ONE - interval_s / T::of(BURST_S)).max(T::ZERO);
         for (clipped_s, clipped) in self.clipped_s.iter_mut().zip(clipped) {
@@ -300,7 +298,7 @@ impl<T: Scalar> Triad<T> {
     }
 }
 
-/// Whether a reading that is not below the largest of its axis has come back so often that it is the full scale.
+/// Whether a reading at or above the largest of its axis has been repeated often enough to be the full scale.
 fn comes_back<T: Scalar>(size: T, largest: &mut T, repeats: &mut u32) -> bool {
     if size > *largest {
         (*largest, *repeats) = (size, 1);

@@ -1,38 +1,38 @@
-//! The first attitude: tilt from the unit itself, from levelling, or from what two fixes say of the acceleration; and
-//! a heading where something gives one.
+//! The first attitude. Tilt comes from the inertial unit itself, from levelling, or from the acceleration between two
+//! fixes. Heading comes from a source, if there is one.
 
 use super::{Aligner, HeadingSource};
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::scalar::Scalar;
 
-/// One-sigma of an angle that could be any.
+/// One-sigma of a completely unknown angle.
 const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
-/// Least one-sigma of a heading of two antennas at the start, rad: the vehicle may have turned since.
+/// Least one-sigma of a two-antenna heading at the start, rad: the vehicle may have turned since.
 const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
 
-/// The first attitude, and how sure it is.
+/// The first attitude and its uncertainty.
 pub(super) struct Oriented {
     pub body_to_ned: Rotation<Body, Ned>,
     pub heading: HeadingSource,
     pub tilt_sigma_rad: f64,
-    /// About `axis`.
+    /// One-sigma about `axis`.
     pub heading_sigma_rad: f64,
-    /// The direction about which the attitude is open until something gives a heading.
+    /// Direction about which the attitude is unknown until a source gives the heading.
     pub axis: Vector<Ned>,
-    /// Zero where it is not known.
+    /// Zero if unknown.
     pub acceleration_mps2: Vector<Ned>,
 }
 
-/// Turns about an axis that does not point down come to an azimuth bit by bit; within this it is reached, rad.
+/// Turns about an axis that is not vertical approach an azimuth in steps; within this, rad, it counts as reached.
 const POINTED_RAD: f64 = 1e-6;
 const MOST_TURNS: usize = 100;
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
 const FORWARD: Vector<Body> = Vector::new(1.0, 0.0, 0.0);
 
 impl Aligner {
-    /// The attitude at a fix that the window is long enough for, its velocity to `sigma_mps`; `None` where the next
-    /// one will tell more.
+    /// Attitude at a fix with a velocity one-sigma of `sigma_mps`, once the window is long enough. `None` if the next
+    /// fix will give a better one.
     pub(super) fn orient<const WEIGH: bool>(
         &self,
         fix: &Fix,
@@ -90,8 +90,8 @@ impl Aligner {
         Some(oriented)
     }
 
-    /// Of a vehicle that moves and was levelled: how sure that is, or where it accelerates the attitude that two fixes
-    /// tell of its force.
+    /// Refines the tilt of a levelled vehicle in motion. Sets its uncertainty or, for a vehicle that accelerates, the
+    /// attitude from the specific force between two fixes.
     fn tilt(&self, oriented: &mut Oriented, fix: &Fix, sigma_mps: f64) -> Option<()> {
         let usual_rad = oriented.tilt_sigma_rad;
         let since_fix = &self.window.since_fix;
@@ -120,8 +120,8 @@ impl Aligner {
 }
 
 impl Oriented {
-    /// Turns about the axis until `direction` in the body points to `azimuth_rad`; false where it cannot, or stands
-    /// so steep that less than 2 % of it are level.
+    /// Turns about the axis until `direction` in the body points to `azimuth_rad`. Returns `false` if it cannot, or if
+    /// less than 2 % of `direction` is horizontal.
     ///
     /// # Source
     /// Equation (A2) of docs/equations.md.
@@ -139,7 +139,7 @@ impl Oriented {
     }
 }
 
-/// The attitude by which a specific force points straight up, its heading zero (Groves 5.101).
+/// The attitude at which a specific force points straight up, with heading zero (Groves 5.101).
 ///
 /// # Source
 /// Equation (A1) of docs/equations.md.

@@ -1,4 +1,4 @@
-//! Which way the specific force of a vehicle that accelerates points, by what two fixes say.
+//! Direction of the specific force of a vehicle that accelerates, from two fixes.
 
 use super::orientation::level;
 use crate::earth::STANDARD_GRAVITY_MPS2;
@@ -7,19 +7,19 @@ use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::scalar::Scalar;
 
-/// Fixes closer than this, s, tell too little of an acceleration; over more, a gyro's errors add up.
+/// Usable time between two fixes, s: over less, the acceleration is too inaccurate; over more, gyro errors accumulate.
 const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
-/// How late a receiver may tell a velocity without saying so, s: meanwhile a vehicle that turns has turned.
+/// Possible unreported delay of a receiver's velocity, s; a turning vehicle has turned meanwhile.
 const LATE_S: f64 = 0.15;
-/// A force weaker than this, m/s², as of a vehicle that nearly falls, points anywhere for all that fixes tell.
+/// Below this force, m/s², as in near free fall, fixes cannot show its direction.
 const WEAK_MPS2: f64 = 5.0;
-/// Share of the specific force by which the unit and the fixes may differ in its amount.
+/// Share of the specific force by which the magnitudes from the inertial unit and the fixes may differ.
 const ALIKE_SHARE: f64 = 0.1;
 
-/// Cosine of half the angle, 8°, from which on a body has turned.
+/// Cosine of half the angle, 8°, above which the body counts as turned.
 const TURNED_COSINE: f64 = 0.997_56;
 
-/// What the unit felt since a fix; of no fix as long as its velocity is NaN.
+/// Motion measured since a fix; without a fix, its velocity is NaN.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SinceFix {
     /// From body axes now to those at the fix.
@@ -27,20 +27,20 @@ pub(super) struct SinceFix {
     /// Integral of specific force in the axes at the fix, m/s.
     felt_mps: Vector<Body, f32>,
     felt_s: f32,
-    /// The fix's velocity; its part downwards is NaN where it was not told.
+    /// The fix's velocity; its down component is NaN if not measured.
     velocity_mps: Vector<Ned, f32>,
 }
 
-/// A mean specific force, m/s², as the unit felt it and as the fixes have it.
+/// A mean specific force, m/s², from the inertial unit and from the fixes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pull {
     pub body: Vector<Body>,
     pub ned: Vector<Ned>,
     /// One-sigma of the direction, rad.
     pub sigma_rad: f64,
-    /// Whether both are of the same strength.
+    /// Whether both have the same magnitude.
     pub agrees: bool,
-    /// Whether the body turned so far meanwhile that a mean of what it felt is of no attitude that it had.
+    /// Whether the body turned so far that the mean force belongs to no single attitude.
     pub has_turned: bool,
 }
 
@@ -56,7 +56,7 @@ impl Default for SinceFix {
 }
 
 impl SinceFix {
-    /// Begins at a fix, if it tells a velocity.
+    /// Starts at a fix, if it has a velocity.
     pub fn begin(fix: &Fix) -> Self {
         velocity(fix).map_or_else(Self::default, |velocity_mps| Self {
             velocity_mps: velocity_mps.cast(),
@@ -64,12 +64,12 @@ impl SinceFix {
         })
     }
 
-    /// Whether there was a fix.
+    /// Whether there was a fix with velocity.
     pub fn is_begun(&self) -> bool {
         self.velocity_mps.x().is_finite()
     }
 
-    /// Takes in what a sample's interval felt like.
+    /// Adds the motion over a sample's interval.
     pub fn feel(&mut self, mean: MeanRates, interval_s: f64) {
         let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
         let turn_rad = mean.angular_rate_radps * interval_s;
@@ -79,13 +79,13 @@ impl SinceFix {
         self.now_to_then = now_to_then.turned_in_from(turn_rad).renormalised().cast();
     }
 
-    /// Whether there was no fix, or it is too long ago to tell an acceleration.
+    /// Whether there was no fix, or the last one is too old to give an acceleration.
     pub fn is_old(&self) -> bool {
         !self.is_begun() || self.felt_s >= TELLING_S.end
     }
 
-    /// The mean specific force from the fix of then to `fix`, of velocities to `sigma_mps`, on a body that turns at
-    /// `rate_radps`; `None` where the two do not tell it.
+    /// Mean specific force from the stored fix to `fix`. Both velocities have the one-sigma `sigma_mps`, and the body
+    /// turns at `rate_radps`. `None` if the two fixes do not determine it.
     ///
     /// # Source
     /// Equation (A4) of docs/equations.md.
@@ -96,7 +96,7 @@ impl SinceFix {
         let body = now_to_then.inverse() * self.felt_mps.cast() * (1.0 / felt_s);
         let [north, east, down] =
             ((now_mps - self.velocity_mps.cast()) * (1.0 / felt_s)).to_array();
-        // A receiver that tells no vertical velocity leaves it to the unit how strong the force is.
+        // Without a vertical velocity, the magnitude of the force comes from the inertial unit.
         let up = if down.is_finite() {
             STANDARD_GRAVITY_MPS2 - down
         } else {
@@ -117,36 +117,36 @@ impl SinceFix {
 }
 
 impl Pull {
-    /// How far its direction is from straight up, rad.
+    /// Angle of the force from straight up, rad.
     pub fn lean_rad(&self) -> f64 {
         let [north, east, down] = self.ned.to_array();
         libm::atan2(Scalar::hypot(north, east), -down)
     }
 
-    /// The direction about which the attitude stays open: down, where nothing accelerates. Of length one.
+    /// Unit vector of the direction about which the attitude stays unknown: down without acceleration.
     pub fn axis(&self) -> Vector<Ned> {
         self.ned * (-1.0 / self.ned.norm())
     }
 
-    /// What the vehicle does beside hanging in its gravity, m/s².
+    /// Acceleration of the vehicle, m/s².
     pub fn acceleration_mps2(&self) -> Vector<Ned> {
         self.ned + Vector::new(0.0, 0.0, STANDARD_GRAVITY_MPS2)
     }
 
-    /// An attitude by which what the body feels lies where the fixes have it; turned about [`axis`](Self::axis) it is
-    /// any of them.
+    /// An attitude that turns the measured force of the body to the direction from the fixes. Any turn about
+    /// [`axis`](Self::axis) gives another such attitude.
     ///
     /// # Source
     /// Equation (A4) of docs/equations.md.
     pub fn attitude(&self) -> Rotation<Body, Ned> {
-        // As if the north, east and down of the fixes were a second body, hung up by the same force.
+        // The fixes' north, east and down are treated as a second body under the same force.
         let [north, east, down] = self.ned.to_array();
         let hung = level(Vector::new(north, east, down));
         Rotation::claim((hung.inverse() * level(self.body)).quaternion())
     }
 }
 
-/// The velocity of a fix whose numbers are finite, the part downwards NaN where it is not told; `None` without a horizontal one.
+/// Velocity of a fix with finite values, its down component NaN if not measured; `None` without a horizontal velocity.
 fn velocity(fix: &Fix) -> Option<Vector<Ned>> {
     let [north, east] = fix.horizontal_velocity_mps?;
     let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or(f64::NAN);
@@ -168,7 +168,7 @@ mod tests {
         fix
     }
 
-    /// A coordinated turn at 25 m/s and 40 °/s: banked by 60.6°, felt for a second.
+    /// A coordinated turn at 25 m/s and 40 °/s, banked by 60.6°, over one second.
     fn turn() -> (SinceFix, Fix, Vector<Body>, Rotation<Body, Ned>) {
         let (speed, turn_radps) = (25.0, 40f64.to_radians());
         let roll = libm::atan(speed * turn_radps / STANDARD_GRAVITY_MPS2);
@@ -196,10 +196,10 @@ mod tests {
         assert!((pull.lean_rad().to_degrees() - 60.0).abs() < 2.0, "{}", pull.lean_rad());
         assert!(pull.agrees);
         let base = pull.attitude();
-        // What the body feels comes to lie where the fixes have it, whatever the heading.
+        // The attitude turns the measured force to the direction from the fixes, for any heading.
         let off = (base * pull.body).cross(pull.ned).norm() / (pull.body.norm() * pull.ned.norm());
         assert!(off < 1e-6, "{off}");
-        // The true attitude is one of those about it.
+        // The true attitude is one of the turns about the axis.
         let rest =
             (truth * pull.body).cross(pull.ned).norm() / (pull.body.norm() * pull.ned.norm());
         assert!(rest < 0.03, "{rest}");

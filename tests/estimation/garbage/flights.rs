@@ -1,4 +1,4 @@
-//! Flights through a receiver that gives garbage, each with its twin that is not disturbed.
+//! Flights with garbage from the receiver, each with an undisturbed twin.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,9 +17,9 @@ use super::measures::{Measures, Twin, measure};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vehicle {
-    /// The simulated flight that every checkout has: 33 Hz, fixes at 1 Hz.
+    /// The simulated flight of every checkout: 33 Hz, fixes at 1 Hz.
     HeliHover,
-    /// A flight without vibration, another one for every seed: 100 Hz, fixes at 5 Hz.
+    /// A flight without vibration, different for every seed: 100 Hz, fixes at 5 Hz.
     Multirotor,
 }
 
@@ -27,7 +27,7 @@ pub enum Vehicle {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Aids {
     pub barometer: bool,
-    /// The unit's own attitude.
+    /// Attitude computed by the inertial unit.
     pub attitude: bool,
 }
 
@@ -38,7 +38,7 @@ pub const ALL_AIDS: [Aids; 4] = [
     Aids { barometer: false, attitude: false },
 ];
 
-/// How the receiver states its one-sigmas.
+/// One-sigmas stated by the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stated {
     AsRecorded,
@@ -59,7 +59,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// The garbage of `seed`: 36 seeds in a row have every length, size and stated sigma.
+    /// The garbage of `seed`: 36 successive seeds cover every length, size and stated sigma.
     pub fn of(vehicle: Vehicle, aids: Aids, seed: u64) -> Self {
         let place = seed as usize;
         let length_s = [10.0, 20.0, 40.0, 60.0][place % 4];
@@ -69,7 +69,7 @@ impl Case {
         Self { vehicle, aids, seed, stated, size_m, start_s, length_s }
     }
 
-    /// The first moment at which the receiver is right again, s.
+    /// First moment at which the receiver is right again, s.
     pub fn end_s(&self) -> f64 {
         self.start_s + self.length_s
     }
@@ -86,7 +86,7 @@ pub struct Flown {
     pub measures: Measures,
 }
 
-/// All `cases`, on every core of the computer.
+/// Flies all `cases` on all processor cores.
 pub fn fly_all(cases: &[Case]) -> Vec<Flown> {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -166,8 +166,8 @@ fn simulate(seed: u64, dir: &Path) {
             .hold(6.0);
     }
     let plan = plan.clone().hold(220.0 - plan.duration_s());
-    // Slow errors leave the flight without garbage within the goals: half those of the default receiver in position,
-    // and in velocity as many fixes long as those at 1 Hz.
+    // Slow errors with which the flight without garbage meets the goals. In position, half those of the default
+    // receiver; in velocity, correlated over the same number of fixes as at 1 Hz.
     let gps = GpsConfig {
         rate_hz: 5.0,
         position_wander_m: HorizontalVertical::new(0.8, 1.5),

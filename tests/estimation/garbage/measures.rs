@@ -1,4 +1,4 @@
-//! Errors of a flight with garbage, next to those of its twin.
+//! Errors of a flight with garbage, compared with its twin.
 
 use std::path::Path;
 
@@ -8,16 +8,16 @@ use hovernav_log::{Axis, Dataset, Reference, axis_errors, axis_sigmas};
 
 use super::flights::Case;
 
-/// A share of full scale that no bias exceeds.
+/// Largest bias, as a share of full scale.
 const BIAS_SHARE: f64 = 0.1;
-/// Errors beyond those of the twin at which a flight is normal again: velocity, m/s, and position, horizontal and
+/// Errors beyond those of the twin within which a flight is normal again: velocity, m/s, and position, horizontal and
 /// vertical, m.
 const MARGIN: [f64; 3] = [0.5, 5.0, 5.0];
-/// How long errors stay normal before they count as normal, s.
+/// Time, s, for which errors must stay within the margin to count as normal.
 const STAYS_S: f64 = 5.0;
-/// Length of a flight's end, s, in which errors beyond `LOST` are a divergence.
+/// Time at the end of a flight, s, in which errors beyond `LOST` count as divergence.
 const END_S: f64 = 10.0;
-/// The errors in the order of `MARGIN`.
+/// Errors beyond which a flight counts as diverged, in the order of `MARGIN`.
 const LOST: [f64; 3] = [5.0, 50.0, 50.0];
 
 /// Errors, biases and outcome of one flight.
@@ -28,7 +28,7 @@ pub struct Measures {
     pub height_m: f64,
     pub vertical_mps: f64,
     pub horizontal_mps: f64,
-    /// Largest error of velocity north or east over its own one-sigma, in that time.
+    /// Largest error of velocity north or east over its one-sigma in that time.
     pub horizontal_sigmas: f64,
     /// Share of the samples and axes of velocity within 3 sigma, from the garbage's start to 30 s after its end.
     pub inside: f64,
@@ -36,21 +36,21 @@ pub struct Measures {
     pub twin_inside: f64,
     pub twin_height_m: f64,
     pub twin_vertical_mps: f64,
-    /// From the receiver's recovery until errors are the twin's again, within a margin, s; infinite where never.
+    /// Time from the receiver's recovery until the errors equal the twin's within a margin, s; infinite if never.
     pub normal_after_s: f64,
-    /// Largest bias of a gyro or an accelerometer over a tenth of its full scale, in all of the flight.
+    /// Largest bias of a gyro or an accelerometer in the whole flight, over a tenth of its full scale.
     pub bias: f64,
-    /// Not finite, or far off at the flight's end, of a log that is not refused.
+    /// Whether an accepted log ends with errors that are not finite or far too large.
     pub diverged: bool,
-    /// The reason for which the log is refused: it has no solution then.
+    /// Reason for rejecting the log, which then has no solution.
     pub refused: Option<String>,
-    /// Sensors that were left out of the flight, but not of the twin.
+    /// Sensors excluded in the flight, but not in the twin.
     pub left_out: usize,
 }
 
-/// Solutions of a dataset, run as `hovernav estimate` runs it.
+/// Solutions of a dataset, computed as by `hovernav estimate`.
 pub struct Twin {
-    /// Empty where the log is refused.
+    /// Empty if the log is rejected.
     solutions: Vec<Solution>,
     refused: Option<String>,
     left_out: usize,
@@ -134,7 +134,7 @@ impl Errors {
     }
 }
 
-/// Whether no error exceeds its limit; one that is not finite does.
+/// Whether every error is below its limit; a non-finite one is not.
 fn all_below(sizes: [f64; 3], limits: [f64; 3]) -> bool {
     sizes.iter().zip(limits).all(|(size, limit)| *size <= limit)
 }
@@ -149,7 +149,7 @@ fn share_inside(errors: &[Errors], case: &Case) -> f64 {
 
 /// Measures of `flown`, the flight of `case`; its `twin` has no garbage.
 pub fn measure(case: &Case, reference: &Reference, flown: &Twin, twin: &Twin) -> Measures {
-    // Beyond its ends the reference has no number.
+    // Outside its time span the reference has no values.
     let known = |twin: &Twin| -> Vec<Errors> {
         let moments = twin.errors(reference).into_iter();
         moments.filter(|at| reference_is_known(reference, at.time_s)).collect()
@@ -190,7 +190,7 @@ fn reference_is_known(reference: &Reference, time_s: f64) -> bool {
     moment.velocity_mps.iter().chain(&moment.position).all(|number| number.is_finite())
 }
 
-/// From `end_s` until errors are within `MARGIN` of the twin's, and stay so, s.
+/// Time from `end_s` until errors stay within `MARGIN` of the twin's, s.
 fn normal_after_s(errors: &[Errors], normal: &[Errors], end_s: f64) -> f64 {
     let mut since_s: Option<f64> = None;
     let mut twins = normal.iter().peekable();

@@ -1,5 +1,5 @@
-//! A receiver whose positions, heights and velocities are random for a while: the filter comes through on the inertial
-//! unit and the barometer.
+//! A receiver with random positions, heights and velocities for a while: inertial unit and barometer carry the filter
+//! through.
 
 mod flights;
 mod measures;
@@ -11,7 +11,7 @@ use measures::Measures;
 
 const VEHICLES: [Vehicle; 2] = [Vehicle::HeliHover, Vehicle::Multirotor];
 
-/// A goal of flights, and whether one meets it. Only the first applies to a log that is refused.
+/// A goal of flights, and the test for it. A rejected log is judged by the first goal only.
 struct Goal {
     words: &'static str,
     needs_barometer: bool,
@@ -57,7 +57,7 @@ fn is_refused(measures: &Measures) -> bool {
 }
 
 impl Goal {
-    /// Number of flights that it applies to, and those of them that miss it.
+    /// Number of applicable flights, and of those that miss the goal.
     fn missed<'a>(&self, flown: &'a [Flown]) -> (usize, Vec<&'a Flown>) {
         let applies = |flown: &&Flown| !self.needs_barometer || flown.case.aids.barometer;
         let missed = flown.iter().filter(applies).filter(|flown| !(self.is_met)(&flown.measures));
@@ -65,7 +65,7 @@ impl Goal {
     }
 }
 
-/// Every vehicle and every set of aids once, each with another garbage.
+/// Every vehicle and every set of aids once, each with different garbage.
 fn sample() -> &'static [Flown] {
     static SAMPLE: OnceLock<Vec<Flown>> = OnceLock::new();
     SAMPLE.get_or_init(|| {
@@ -145,8 +145,8 @@ fn garbage_of_36_seeds_meets_every_goal() {
     assert_all_met(36);
 }
 
-/// Median, 90th percentile and worst of each column, and the number of flights that miss each goal. Refused logs
-/// count in their own column only.
+/// Median, 90th percentile and worst of each column, and the number of flights that miss each goal. Rejected logs count
+/// in their own column only.
 fn table(flown: &[Flown]) -> String {
     type Column = (&'static str, fn(&Measures) -> f64);
     let columns: [Column; 10] = [

@@ -1,4 +1,4 @@
-//! What no sensor can mean is refused by name, and changes nothing.
+//! Impossible readings are rejected with their reason, and change nothing.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{
@@ -107,7 +107,7 @@ fn fixes_from_a_clock_far_ahead_do_not_keep_out_the_right_ones() {
         if step % 50 == 0 {
             let ahead = fix(time + 1e6, Vector::ZERO);
             estimator.push(&Event::Gps(ahead), |_| {});
-            // This one only waits for the next sample.
+            // This fix only waits for the next sample.
             let next = fix(time + 0.5 * PERIOD_S, Vector::ZERO);
             estimator.push(&Event::Gps(next), |_| {});
         }

@@ -1,4 +1,4 @@
-//! Whatever the sensors say, and in whatever order, a solution is made of numbers.
+//! The solution stays finite for any readings, in any order.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, Solution, layout};
@@ -27,7 +27,7 @@ fn is_finite(solution: &Solution) -> bool {
         && solution.accel_bias_sigma_mps2.is_finite()
 }
 
-/// A value around `usual`, or one that no sensor says.
+/// A value around `usual`, or an impossible one.
 fn value(usual: f64, spread: f64) -> impl Strategy<Value = f64> + Clone {
     prop_oneof![
         24 => (usual - spread)..(usual + spread),
@@ -43,7 +43,7 @@ fn vector<F: std::fmt::Debug>(usual: [f64; 3], spread: f64) -> impl Strategy<Val
     usual.map(|usual| value(usual, spread)).prop_map(|[x, y, z]| Vector::new(x, y, z))
 }
 
-/// What comes next, with the time since what came before.
+/// The next event, with the time since the previous one.
 fn event() -> impl Strategy<Value = (f64, Event)> {
     let step = prop_oneof![
         40 => 0.0..0.05,
@@ -147,7 +147,7 @@ proptest! {
         }
         let mut time = Time::ZERO;
         for (step_s, event) in events {
-            // Times that leap back do not come back by themselves: the next event goes on from here.
+            // Times that jump back do not recover by themselves: the next event continues from the present time.
             let then = time + step_s;
             time = if step_s.abs() > 1e6 { time } else { then };
             let mut unsound = None;

@@ -1,4 +1,4 @@
-//! Whatever the sensors say, the filter keeps what was good, says what it refused, and comes back.
+//! The filter keeps what is good for any readings, reports rejections, and recovers.
 
 mod bad_input;
 mod hostile_events;
@@ -57,7 +57,7 @@ fn fix(time: Time, offset_m: Vector<Ned>) -> Fix {
     }
 }
 
-/// A filter at rest, fed by the second.
+/// A filter at rest, driven second by second.
 struct Rest<L, const N: usize> {
     filter: Ekf<L, N>,
     second: u32,
@@ -68,7 +68,7 @@ impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
         Self { filter: Ekf::new(EkfConfig::default(), Mounting::default(), start()), second: 0 }
     }
 
-    /// Samples up to the next whole second.
+    /// Feeds samples up to the next whole second.
     fn sit(&mut self) -> Time {
         for step in 1..=50 {
             let time = Time::ZERO + (f64::from(self.second) + f64::from(step) * PERIOD_S);
@@ -78,7 +78,7 @@ impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
         self.filter.state().time
     }
 
-    /// Another second, and the fix at its end.
+    /// Feeds another second, and the fix at its end.
     fn fix(&mut self, offset_m: Vector<Ned>) -> Report {
         let time = self.sit();
         self.filter.update_gps(&fix(time, offset_m)).unwrap()
@@ -127,9 +127,10 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     }
     let there = Vector::new(60.0, -80.0, 0.0);
     let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened()).unwrap();
-    assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s after the first refusal");
+    assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s");
     assert!(rest.off_m(there) < 10.0, "{} m off", rest.off_m(there));
-    // Nothing tells which is right: the one-sigma reaches back to where it was, of the solution and of the joint error.
+    // Neither hypothesis is confirmed: the one-sigma of solution and joint covariance reaches back to the former
+    // position.
     let sigma_m = rest.filter.solution().position_sigma_m.to_array();
     let joint = rest.filter.joint_covariance().0;
     for axis in 0..2 {
@@ -155,7 +156,7 @@ fn a_jump_away_from_a_place_told_for_ten_seconds_is_followed_after_as_long() {
     assert_eq!(reopened_after, Some(9));
 }
 
-/// The horizontal part of a fix alone, at a velocity as well as a place.
+/// The horizontal part of a fix only, with position and velocity.
 fn moving(time: Time, offset_m: Vector<Ned>, velocity_mps: [f64; 2]) -> Fix {
     Fix { horizontal_velocity_mps: Some(velocity_mps), ..fix(time, offset_m) }
 }
@@ -171,7 +172,7 @@ fn a_position_and_velocity_that_both_jump_are_followed_after_eight_seconds() {
         let there = Vector::new(100.0 + 10.0 * f64::from(second), 0.0, 0.0);
         rest.filter.update_gps(&moving(time, there, [10.0, 0.0])).unwrap().any_reopened()
     });
-    assert_eq!(reopened_after, Some(8), "the configured 8 s after the first refusal");
+    assert_eq!(reopened_after, Some(8), "the configured 8 s after the first rejection");
 }
 
 #[test]
@@ -188,8 +189,7 @@ fn a_fix_without_a_height_is_taken_for_the_horizontal_alone() {
     assert_abs_diff_eq!(rest.filter.state().position.height_m, place().height_m, epsilon = 0.5);
 }
 
-/// A filter at rest with every state, a barometer at 25 Hz beside the fixes at 5 Hz, for some seconds
-/// from its start.
+/// A filter at rest with every state, a barometer at 25 Hz and fixes at 5 Hz, for some seconds from its start.
 fn with_barometer(
     seconds: u32,
     fix_at: impl Fn(f64, Time) -> Fix,
@@ -201,7 +201,7 @@ fn with_barometer(
         let time = Time::ZERO + seconds;
         filter.predict(&still(time)).unwrap();
         if step % 2 == 0 {
-            // No reading is that before to the last digit: one that is tells nothing.
+            // No reading equals the previous one to the last digit: an equal one is ignored.
             let height_m = baro_m(seconds) + 1e-3 * f64::from(step / 2 % 2);
             filter.update_baro(time, height_m, &mut ()).unwrap();
         }
@@ -214,7 +214,7 @@ fn with_barometer(
 
 #[test]
 fn a_height_that_drifts_away_with_its_own_velocity_is_refused_where_a_barometer_denies_it() {
-    // From 60 s on the receiver climbs, ever faster, up to 5 m/s; the vehicle rests.
+    // From 60 s on the receiver reports an accelerating climb, up to 5 m/s, while the vehicle rests.
     let climbed_m = |seconds: f64| 0.5 * 0.2 * (seconds - 60.0).clamp(0.0, 25.0).powi(2);
     let filter = with_barometer(
         85,
@@ -225,7 +225,7 @@ fn a_height_that_drifts_away_with_its_own_velocity_is_refused_where_a_barometer_
         |_| 17.0,
     );
     let off_m = filter.state().position.height_m - place().height_m;
-    // 7.5 m: until then the barometer's own drift explains the difference.
+    // 7.5 m: up to there the barometer's own drift explains the difference.
     assert!(off_m.abs() < 9.0, "{off_m} m of {} m", climbed_m(85.0));
 }
 
@@ -237,7 +237,7 @@ fn a_barometer_that_drifts_alone_is_no_witness_against_the_fixes() {
         |seconds| 17.0 + 0.2 * (seconds - 60.0).max(0.0),
     );
     let off_m = filter.state().position.height_m - place().height_m;
-    // 7.5 m: until then the barometer's own drift explains the difference.
+    // 7.5 m: up to there the barometer's own drift explains the difference.
     assert!(off_m.abs() < 9.0, "{off_m} m of 12 m");
 }
 
@@ -285,7 +285,7 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
     for step in 1..=50 {
         filter.predict(&sample(f64::from(step) * PERIOD_S)).unwrap();
     }
-    // The unit turns and is pushed at both ends: none of that went on for three seconds.
+    // The inertial unit turns and accelerates at both ends; neither lasted for the three seconds between.
     let pushed = |seconds: f64| ImuSample {
         motion: Motion::Rates {
             angular_rate_radps: Vector::new(0.5, 0.2, -0.1 * seconds),
@@ -306,7 +306,7 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
     let sigma = filter.solution().velocity_sigma_mps.x();
     assert!((8.0..12.0).contains(&sigma), "{sigma} m/s after 3 s of 3 m/s²");
 
-    // Half a second before the end of the gap it was three metres a second faster.
+    // Half a second before the end of the gap, the vehicle was faster by three metres per second.
     let fix = moving(Time::ZERO + 3.52, way, [11.0, -3.0]);
     filter.update_gps(&fix).unwrap();
     let taken = filter.state().velocity_mps.x();
@@ -318,7 +318,7 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
 #[test]
 fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
     let mut start = start();
-    // Less sure than the magnetometer, whose dip makes 7° of such a tilt.
+    // Less accurate than the magnetometer: the field's dip turns such a tilt into 7° of heading.
     start.attitude_sigma_rad = Vector::new(0.05, 0.05, 0.3);
     let mut filter = FullEkf::new(EkfConfig::default(), Mounting::default(), start);
     for step in 1..=500 {
@@ -333,7 +333,7 @@ fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
     }
     let angles = filter.state().body_to_ned.euler();
     assert!(angles.yaw_rad.to_degrees() > 43.0, "{}", angles.yaw_rad.to_degrees());
-    // The first headings, 8° off, turn a tilt that is known to 0.05 rad by a few 1e-4 rad.
+    // The first headings, 8° off, change a tilt known to 0.05 rad by a few 1e-4 rad.
     assert!(angles.roll_rad.abs() < 1e-3 && angles.pitch_rad.abs() < 1e-3, "{angles:?}");
 }
 

@@ -152,7 +152,7 @@ impl Happening {
                 (Some(*time), warning, "imu_suspect", ShortText::new(text))
             }
             Notice::SampleRefused { time, fault } => {
-                let text = ShortText::new(format_args!("inertial unit: sample {fault}"));
+                let text = ShortText::new(format_args!("inertial unit: sample rejected: {fault}"));
                 (Some(*time), warning, "imu_fault", text)
             }
             _ => return None,
