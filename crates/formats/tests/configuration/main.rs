@@ -141,7 +141,7 @@ fn page() -> String {
                 };
                 let _ = write!(
                     page,
-                    "\n{title}\n\n| key | value | default | what it is |\n|---|---|---|---|\n"
+                    "\n{title}\n\n| key | value | default | meaning |\n|---|---|---|---|\n"
                 );
             }
             let default = match key.default.as_str() {
