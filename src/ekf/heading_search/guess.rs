@@ -1,19 +1,20 @@
 //! One guess at the attitude: a Kalman filter of nine states from fix to fix.
-#![expect(clippy::indexing_slicing, reason = "indices below the constant lengths of the arrays")]
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD};
+use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD, at};
 use crate::frames::{Body, Ned, Rotation, Vector};
 
 /// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
 /// and gyro bias, body, rad/s.
 const STATES: usize = 9;
 const ATTITUDE: usize = 3;
-const BIAS: usize = 6;
+
+/// One value for each state.
+type Row = [f32; STATES];
 
 /// Covariance of these states.
-pub type Block = [[f32; STATES]; STATES];
+pub type Block = [Row; STATES];
 
 /// Share of a velocity change that counts as error: fixes and samples differ in time.
 const TIMING: f32 = 0.1;
@@ -97,27 +98,27 @@ impl Guess {
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
         let [x, y, z] = measured.swing_mps;
         let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
-        self.velocity_mps = core::array::from_fn(|axis| {
-            measured.axes[axis].map_or(0.0, |(value, _)| value - swing[axis])
-        });
+        for ((own, told), swing) in self.velocity_mps.iter_mut().zip(measured.axes).zip(swing) {
+            *own = told.map_or(0.0, |(value, _)| value - swing);
+        }
         self.bias_radps = [0.0; 3];
         self.covariance = [[0.0; STATES]; STATES];
         let (tilt, open) = (square(prior.tilt_sigma_rad), square(GUESS_SIGMA_RAD as f32));
-        for row in 0..3 {
-            let variance = measured.axes[row].map_or(square(UNKNOWN_MPS), |(_, variance)| variance);
-            self.covariance[row][row] = variance;
-            self.covariance[ATTITUDE + row][ATTITUDE + row] = tilt;
-            self.covariance[BIAS + row][BIAS + row] = square(prior.bias_sigma_radps);
-            for column in 0..3 {
-                self.covariance[ATTITUDE + row][ATTITUDE + column] +=
-                    (open - tilt) * prior.axis[row] * prior.axis[column];
+        let [north, east, down] =
+            measured.axes.map(|axis| axis.map_or(square(UNKNOWN_MPS), |(_, variance)| variance));
+        let bias = square(prior.bias_sigma_radps);
+        self.add_noise([north, east, down, tilt, tilt, tilt, bias, bias, bias]);
+        for (row, a) in self.covariance.iter_mut().skip(ATTITUDE).zip(prior.axis) {
+            for (value, b) in row.iter_mut().skip(ATTITUDE).zip(prior.axis) {
+                *value += (open - tilt) * a * b;
             }
         }
     }
 
     /// Variances of the attitude about north, east and down, rad².
     pub fn attitude_variances(&self) -> [f32; 3] {
-        self.variances(ATTITUDE)
+        let [_, _, _, north, east, down, ..] = self.variances();
+        [north, east, down]
     }
 
     /// Gyro bias, rad/s.
@@ -130,8 +131,20 @@ impl Guess {
         &self.covariance
     }
 
-    fn variances(&self, first: usize) -> [f32; 3] {
-        core::array::from_fn(|axis| self.covariance[first + axis][first + axis])
+    fn variances(&self) -> Row {
+        let mut variances = [0.0; STATES];
+        for (state, (variance, row)) in variances.iter_mut().zip(&self.covariance).enumerate() {
+            *variance = row.get(state).copied().unwrap_or_default();
+        }
+        variances
+    }
+
+    fn add_noise(&mut self, noise: Row) {
+        for (state, (row, noise)) in self.covariance.iter_mut().zip(noise).enumerate() {
+            if let Some(variance) = row.get_mut(state) {
+                *variance += noise;
+            }
+        }
     }
 
     /// Subtracts a gyro bias that the caller from now on removes from the rates.
@@ -143,10 +156,7 @@ impl Guess {
 
     /// Integral of the rotation by the bias, in NED, for a bias along each body axis, s.
     fn turned_s(&self, felt: &Felt) -> [[f32; 3]; 3] {
-        let rows = self.start_to_ned.rows();
-        rows.map(|row| {
-            core::array::from_fn(|axis| (0..3).map(|k| row[k] * felt.turned_s[k][axis]).sum())
-        })
+        multiply(&self.start_to_ned.rows(), &felt.turned_s)
     }
 
     /// Velocity change by specific force, NED, m/s. The rotation by the bias grows evenly, so half of it acts on the
@@ -160,9 +170,9 @@ impl Guess {
 
     /// Velocity after the motion since the last fix, NED, m/s.
     pub fn velocity_after(&self, felt: &Felt) -> [f32; 3] {
-        let force = self.force_mps(felt, &self.turned_s(felt)).to_array();
+        let [x, y, z] = self.force_mps(felt, &self.turned_s(felt)).to_array();
         let [north, east, down] = self.velocity_mps;
-        [north + force[0], east + force[1], down + force[2] + GRAVITY_MPS2 * felt.duration_s]
+        [north + x, east + y, down + z + GRAVITY_MPS2 * felt.duration_s]
     }
 
     /// Propagates to a fix, and fuses its velocity.
@@ -175,8 +185,8 @@ impl Guess {
         let by_attitude = cross(force);
         let by_bias = turned_s.map(|row| row.map(|s| -s));
         let half = multiply(&by_attitude, &by_bias).map(|row| row.map(|value| 0.5 * value));
-        let mut change = force;
-        change[2] += GRAVITY_MPS2 * felt.duration_s;
+        let [x, y, z] = force;
+        let change = [x, y, z + GRAVITY_MPS2 * felt.duration_s];
         self.propagate(&by_attitude, &half, &by_bias, felt, change);
 
         let [x, y, z] = measured.swing_mps;
@@ -186,33 +196,33 @@ impl Guess {
         let mut surprise = Surprise { horizontal_squares: 0.0, minus_two_log: 0.0 };
         for (axis, told) in measured.axes.into_iter().enumerate() {
             let Some((value, variance)) = told else { continue };
-            let mut sensitivity = [0.0; STATES];
-            sensitivity[axis] = 1.0;
-            let mut predicted = self.velocity_mps[axis] + swing[axis];
-            sensitivity[ATTITUDE..BIAS].copy_from_slice(&swing_by_attitude[axis]);
+            let mut predicted = at(&self.velocity_mps, axis) + at(&swing, axis);
+            let ([x, y, z], [i, j, k]) = (at(&UNITS, axis), at(&swing_by_attitude, axis));
+            let mut sensitivity = [x, y, z, i, j, k, 0.0, 0.0, 0.0];
             if measured.is_mean {
                 // The mean over the interval lies half the velocity change before its end.
-                predicted -= 0.5 * change[axis];
-                for k in 0..3 {
-                    sensitivity[ATTITUDE + k] -= 0.5 * by_attitude[axis][k];
-                    sensitivity[BIAS + k] = -0.5 * half[axis][k];
+                predicted -= 0.5 * at(&change, axis);
+                let slopes = at(&by_attitude, axis).into_iter().chain(at(&half, axis));
+                for (sensitivity, slope) in sensitivity.iter_mut().skip(ATTITUDE).zip(slopes) {
+                    *sensitivity -= 0.5 * slope;
                 }
             }
-            let expected: f32 = sensitivity.iter().zip(&error).map(|(h, x)| h * x).sum();
-            let innovation = value - predicted - expected;
-            let total = self.update(&sensitivity, innovation, variance, &mut error);
+            let innovation = value - predicted - dot(sensitivity, error);
+            let total = self.update(sensitivity, innovation, variance, &mut error);
             let squared = square(innovation) / total;
             surprise.minus_two_log += squared + Scalar::ln(total);
             if axis < 2 {
                 surprise.horizontal_squares += squared;
             }
         }
-        for axis in 0..3 {
-            self.velocity_mps[axis] += error[axis];
-            self.bias_radps[axis] += error[BIAS + axis];
+        let [north, east, down, x, y, z, p, q, r] = error;
+        for (own, error) in self.velocity_mps.iter_mut().zip([north, east, down]) {
+            *own += error;
         }
-        let turn = Vector::new(error[ATTITUDE], error[ATTITUDE + 1], error[ATTITUDE + 2]);
-        self.start_to_ned = self.start_to_ned.turned_in_to(turn).renormalised();
+        for (own, error) in self.bias_radps.iter_mut().zip([p, q, r]) {
+            *own += error;
+        }
+        self.start_to_ned = self.start_to_ned.turned_in_to(Vector::new(x, y, z)).renormalised();
         surprise
     }
 
@@ -226,65 +236,43 @@ impl Guess {
     ) {
         // The transition is the identity except for the rows of velocity and attitude. The rows of velocity come first,
         // because they read the attitude before its change.
-        let p = &mut self.covariance;
-        let columns = |row: usize| {
-            let [a, b, c] = by_attitude[row];
-            let [d, e, f] = half[row];
-            [a, b, c, d, e, f]
-        };
-        for row in 0..3 {
-            let factors = columns(row);
-            let moved: [f32; STATES] = core::array::from_fn(|column| {
-                (0..6).map(|k| factors[k] * p[ATTITUDE + k][column]).sum()
-            });
-            add(&mut p[row], moved);
+        let [v0, v1, v2, a0, a1, a2, b0, b1, b2] = &mut self.covariance;
+        let rows =
+            || by_attitude.iter().zip(half).map(|(&[a, b, c], &[d, e, f])| [a, b, c, d, e, f]);
+        for (row, factors) in [v0, v1, v2].into_iter().zip(rows()) {
+            add(row, combined(factors, [&*a0, &*a1, &*a2, &*b0, &*b1, &*b2]));
         }
-        for row in 0..3 {
-            let moved: [f32; STATES] = core::array::from_fn(|column| {
-                (0..3).map(|k| by_bias[row][k] * p[BIAS + k][column]).sum()
-            });
-            add(&mut p[ATTITUDE + row], moved);
+        for (row, factors) in [a0, a1, a2].into_iter().zip(by_bias) {
+            add(row, combined(*factors, [&*b0, &*b1, &*b2]));
         }
-        for line in p.iter_mut() {
-            for row in 0..3 {
-                let factors = columns(row);
-                let moved: f32 = (0..6).map(|k| factors[k] * line[ATTITUDE + k]).sum();
-                line[row] += moved;
+        for line in &mut self.covariance {
+            let [v0, v1, v2, a0, a1, a2, b0, b1, b2] = line;
+            let bias = [*b0, *b1, *b2];
+            let driving = [*a0, *a1, *a2, *b0, *b1, *b2];
+            for (value, factors) in [v0, v1, v2].into_iter().zip(rows()) {
+                *value += dot(factors, driving);
             }
-            for row in 0..3 {
-                let moved: f32 = (0..3).map(|k| by_bias[row][k] * line[BIAS + k]).sum();
-                line[ATTITUDE + row] += moved;
+            for (value, factors) in [a0, a1, a2].into_iter().zip(by_bias) {
+                *value += dot(*factors, bias);
             }
         }
-        let [angle_variance, velocity_variance] = felt.variances;
+        let [angle, velocity_variance] = felt.variances;
         let [north, east, _] = change;
         let velocity = velocity_variance + square(TIMING) * (square(north) + square(east));
-        for axis in 0..3 {
-            p[axis][axis] += velocity;
-            p[ATTITUDE + axis][ATTITUDE + axis] += angle_variance;
-            self.velocity_mps[axis] += change[axis];
-        }
+        self.add_noise([velocity, velocity, velocity, angle, angle, angle, 0.0, 0.0, 0.0]);
+        add(&mut self.velocity_mps, change);
         let turn = Vector::from(product(by_bias, self.bias_radps));
         self.start_to_ned = self.start_to_ned.turned_in_to(turn);
     }
 
     /// Scalar Kalman update of the covariance and of the `error`; returns the innovation's variance.
-    fn update(
-        &mut self,
-        sensitivity: &[f32; STATES],
-        innovation: f32,
-        variance: f32,
-        error: &mut [f32; STATES],
-    ) -> f32 {
-        let seen: [f32; STATES] = core::array::from_fn(|row| {
-            self.covariance[row].iter().zip(sensitivity).map(|(p, h)| p * h).sum()
-        });
-        let own: f32 = seen.iter().zip(sensitivity).map(|(seen, h)| seen * h).sum();
-        let total = own + variance;
-        for row in 0..STATES {
-            error[row] += seen[row] / total * innovation;
-            for column in 0..STATES {
-                self.covariance[row][column] -= seen[row] * seen[column] / total;
+    fn update(&mut self, sensitivity: Row, innovation: f32, variance: f32, error: &mut Row) -> f32 {
+        let seen = self.covariance.map(|row| dot(row, sensitivity));
+        let total = dot(seen, sensitivity) + variance;
+        for ((row, own), error) in self.covariance.iter_mut().zip(seen).zip(error) {
+            *error += own / total * innovation;
+            for (value, other) in row.iter_mut().zip(seen) {
+                *value -= own * other / total;
             }
         }
         total
@@ -294,20 +282,35 @@ impl Guess {
     pub fn is_sound(&self) -> bool {
         self.start_to_ned.is_finite()
             && self.velocity_mps.iter().chain(&self.bias_radps).all(|value| value.is_finite())
-            && (0..STATES).all(|state| {
-                let variance = self.covariance[state][state];
-                variance >= 0.0 && variance.is_finite()
-            })
+            && self.variances().iter().all(|variance| *variance >= 0.0 && variance.is_finite())
     }
 }
 
 /// One-sigma of a velocity that no fix has measured, m/s.
 const UNKNOWN_MPS: f32 = 10.0;
 
-fn add(row: &mut [f32; STATES], moved: [f32; STATES]) {
+/// North, east and down.
+const UNITS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn add<const W: usize>(row: &mut [f32; W], moved: [f32; W]) {
     for (value, moved) in row.iter_mut().zip(moved) {
         *value += moved;
     }
+}
+
+fn dot<const W: usize>(a: [f32; W], b: [f32; W]) -> f32 {
+    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Sum of scaled rows.
+fn combined<const K: usize, const W: usize>(factors: [f32; K], rows: [&[f32; W]; K]) -> [f32; W] {
+    let mut sum = [0.0; W];
+    for (factor, row) in factors.into_iter().zip(rows) {
+        for (value, term) in sum.iter_mut().zip(row) {
+            *value += factor * term;
+        }
+    }
+    sum
 }
 
 /// The matrix whose product with a rotation ψ is ψ × v.
@@ -316,9 +319,9 @@ fn cross([x, y, z]: [f32; 3]) -> [[f32; 3]; 3] {
 }
 
 fn product(matrix: &[[f32; 3]; 3], vector: [f32; 3]) -> [f32; 3] {
-    matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
+    matrix.map(|row| dot(row, vector))
 }
 
 fn multiply(a: &[[f32; 3]; 3], b: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
-    a.map(|row| core::array::from_fn(|column| (0..3).map(|k| row[k] * b[k][column]).sum()))
+    a.map(|row| combined(row, b.each_ref()))
 }
