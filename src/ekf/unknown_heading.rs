@@ -11,7 +11,7 @@ use super::measurement::{BiasShift, Report, Unusable};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use crate::frames::wrap_angle;
+use crate::frames::{Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{NavState, Start};
 use crate::time::Time;
@@ -89,8 +89,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             GYRO_BIAS + 2,
         ];
         self.catch_up(trace);
-        let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
+        let GuessedMotion { body_to_ned, velocity_mps, has_down, .. } = *motion;
         let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
+        let [north, east, down] = velocity_mps.to_array();
+        // Without a vertical velocity of the fixes the guesses have none, for they have no accelerometer bias.
+        let down = if has_down { down } else { self.state.velocity_mps.z() };
+        let velocity_mps = Vector::new(north, east, down);
         let state = NavState { body_to_ned, velocity_mps, ..self.state };
         if !state.is_valid() {
             return false;
@@ -100,23 +104,29 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
             *parameter += bias;
         }
-        for state in OF {
+        let is_guessed = |state: usize| has_down || state != VELOCITY + 2;
+        for state in OF.into_iter().filter(|state| is_guessed(*state)) {
             self.covariance.set_variance(state, 0.0);
         }
-        for (&state, row) in OF.iter().zip(&motion.covariance) {
-            for (&other, &value) in OF.iter().zip(row) {
+        let rows = || OF.iter().copied().zip(&motion.covariance);
+        for (state, row) in rows().filter(|(state, _)| is_guessed(*state)) {
+            let entries = OF.into_iter().zip(row).filter(|(other, _)| is_guessed(*other));
+            for (other, &value) in entries {
                 self.covariance.set_cross(state, other, f64::from(value));
             }
         }
         self.open_heading(motion.heading_sigma_rad);
         // The search includes the slow errors of the fixes, so the position variance must not fall below them.
         let [place, _, level, vertical] = self.gps_wander.unwrap_or_default().map(f64::from);
-        for (axis, slow) in [level, level, vertical].into_iter().enumerate() {
+        let slow = [level, level, vertical].into_iter().enumerate();
+        for (axis, slow) in slow.filter(|(axis, _)| is_guessed(VELOCITY + axis)) {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
-            if let Some(first) = L::GPS_VELOCITY {
-                self.set_block(first, [T::ZERO; 3]);
-                self.covariance.set_variance(first + axis, square(slow));
-                self.covariance.set_cross(VELOCITY + axis, first + axis, -square(slow));
+            if let Some(state) = L::GPS_VELOCITY.map(|first| first + axis) {
+                if let Some(error) = self.parameters.get_mut(state) {
+                    *error = T::ZERO;
+                }
+                self.covariance.set_variance(state, square(slow));
+                self.covariance.set_cross(VELOCITY + axis, state, -square(slow));
             }
         }
         for state in [POSITION, POSITION + 1] {

@@ -103,6 +103,8 @@ pub struct HeadingSearch<T = f64> {
     last_fix: Option<(Time, Geodetic)>,
     /// Whether the heading is monitored, not searched.
     is_monitor: bool,
+    /// Whether the last fix had a vertical velocity.
+    has_down: bool,
     /// Whether the vehicle was fast enough for its motion to show a heading.
     is_fast: bool,
     /// Time of the first fix of the present agreement on a heading that motion has shown.
@@ -167,6 +169,7 @@ impl<T: Scalar> HeadingSearch<T> {
             arm_m: Vector::ZERO,
             last_fix: None,
             is_monitor: true,
+            has_down: false,
             is_fast: false,
             agreed_since: None,
             evidence: 0.0,
@@ -315,6 +318,8 @@ impl<T: Scalar> HeadingSearch<T> {
         let interval_s = before.map(|(time, _)| fix.time - time);
         let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
         let mut measured = self.measured(fix, sigmas, gps, before.zip(interval_s));
+        let [.., down] = measured.axes;
+        self.has_down = down.is_some();
         let swing = match interval_s.filter(|_| measured.is_mean) {
             Some(interval_s) => moved_m * T::of(1.0 / interval_s),
             None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),
@@ -383,7 +388,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let wandered = share * (2.0 * interval_s / gps.position_wander_time_s).min(2.0);
         let floor = 2.0 * square(gps.position_floor_m);
         let axes = core::array::from_fn(|axis| {
-            if axis == 2 && fix.two_dimensional {
+            if axis == 2 {
                 return None;
             }
             let sigma_m = at(&position_m, axis);
