@@ -17,7 +17,7 @@ use crate::ins::{NavState, Start};
 use crate::time::Time;
 
 /// Least one-sigma of roll and pitch with a heading just found, rad: the guesses share their model errors.
-const FOUND_TILT_RAD: f64 = 0.02;
+const FOUND_TILT_RAD: f64 = 0.03;
 /// A heading source used within this time, s, counts as available.
 const HEADING_GIVEN_S: f64 = 10.0;
 

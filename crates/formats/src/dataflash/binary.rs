@@ -37,12 +37,12 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         let Some(schema) = schemas.of(bytes) else {
             let reason = match bytes {
                 [0xA3, 0x95, number, ..] => {
-                    format!("found a message of unknown type {number}; skipped")
+                    format!("found a message of unknown type {number}; ignored")
                 }
                 _ if bytes.len() < HEAD => {
                     "the file ends within a message, which is ignored".to_owned()
                 }
-                _ => "found no message; skipped".to_owned(),
+                _ => "found no message; ignored".to_owned(),
             };
             // Storage that was reserved but not written.
             if bytes.iter().all(is_empty) && ends_empty(&mut window)? {
@@ -146,7 +146,7 @@ impl Schemas {
                     self.by_number[usize::from(number)] = Some(schema);
                 }
                 Some(_) => {}
-                None => damages.add(place, "found an invalid FMT message; skipped"),
+                None => damages.add(place, "found an invalid FMT message; ignored"),
             };
         }
         let Some(schema) = &self.by_number[usize::from(number)] else { return };

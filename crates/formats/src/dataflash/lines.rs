@@ -38,7 +38,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             None => (bytes.len(), false),
         };
         let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
-            damages.add(line, "found a line that is not text; skipped");
+            damages.add(line, "found a line that is not text; ignored");
             window.consume(length);
             continue;
         };
@@ -68,7 +68,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
                 }
             }
             (name, fields) => match schemas.get(name) {
-                None => damages.add(line, "found a message that no FMT describes; skipped"),
+                None => damages.add(line, "found a message that no FMT describes; ignored"),
                 Some(schema) => give(schema, fields, line, take),
             },
         }

@@ -58,7 +58,7 @@ pub(super) fn for_each_record(
             if is_of_use(opcode) {
                 let reason =
                     format!("found a record of {length} bytes, expected at most {LARGEST}");
-                damages.add(offset, format!("{reason}; skipped"));
+                damages.add(offset, format!("{reason}; ignored"));
             }
             window.skip(FRAME as u64 + length).map_err(LogError::io(input.path))?;
             continue;
@@ -68,7 +68,7 @@ pub(super) fn for_each_record(
         // Shorter only if the file is truncated while it is read.
         let body = bytes.get(FRAME..FRAME + length).unwrap_or_default();
         if let Err(reason) = of_record(opcode, body, &mut |record| take(record, offset)) {
-            damages.add(offset, format!("{reason}; skipped"));
+            damages.add(offset, format!("{reason}; ignored"));
         }
         window.consume(FRAME + length);
     }

@@ -86,7 +86,7 @@ fn remark_damages(damages: &Damages, to: &mut Assembly) {
     }
     if let Some(first) = damages.first_passed {
         to.say(format!(
-            "at byte {first}: found no MAVLink frame; {} such bytes skipped",
+            "at byte {first}: found no MAVLink frame; {} such bytes ignored",
             damages.passed_over
         ));
     }

@@ -81,7 +81,7 @@ impl<'w> Messages<'w> {
                 continue;
             }
             if length == HEAD || !KINDS.contains(&kind) {
-                let reason = format!("found no message, but type {kind:#04x}; skipped");
+                let reason = format!("found no message, but type {kind:#04x}; ignored");
                 self.damages.add(offset, reason);
                 if !self.resynchronise()? {
                     return Ok(None);

@@ -113,7 +113,7 @@ fn remark_file(messages: &Messages<'_>, survey: &Survey, to: &mut Assembly) {
         to.say(format!("at byte {offset}: {reason}"));
     }
     if let Some(offset) = survey.senseless {
-        to.say(format!("at byte {offset}: found an invalid message; skipped"));
+        to.say(format!("at byte {offset}: found an invalid message; ignored"));
     }
     if !survey.dropouts_ms.is_empty() {
         let total_ms: f64 = survey.dropouts_ms.iter().map(|&length| f64::from(length)).sum();

@@ -237,7 +237,7 @@ fn a_damaged_chunk_costs_only_its_own_records() {
         let dataset = read(&damaged).dataset;
         let least = whole - 2 * whole / chunks.len();
         assert!((least..whole).contains(&dataset.imu.len()), "{} of {whole}", dataset.imu.len());
-        let said = format!("damaged at byte {at}: found a chunk with a wrong checksum; skipped");
+        let said = format!("damaged at byte {at}: found a chunk with a wrong checksum; ignored");
         assert_eq!(dataset.warnings[0], said);
     }
     // After an impossible length nothing can be found: only the data before it is used.
@@ -300,7 +300,7 @@ fn an_oversized_chunk_is_skipped_unread() {
     bytes[at + 25..at + 33].copy_from_slice(&promise.to_le_bytes());
     let said = format!(
         "damaged at byte {at}: found a chunk of {promise} bytes uncompressed, expected at most {}; \
-         skipped",
+         ignored",
         1 << 26
     );
     assert_eq!(read(&bytes).dataset.warnings[0], said);

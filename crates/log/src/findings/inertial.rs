@@ -321,7 +321,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 severity: Severity::Warning,
                 count,
                 words: format!(
-                    "inertial unit {}: {what}; {count} samples were skipped",
+                    "inertial unit {}: {what}; {count} samples were ignored",
                     when(start_s, end_s)
                 ),
             });

@@ -24,7 +24,7 @@ impl fmt::Display for Gap {
         let Self { of, from, to } = self;
         write!(
             f,
-            "{of} not recorded from {:.2} s to {:.2} s: this part is skipped",
+            "{of} not recorded from {:.2} s to {:.2} s: this part is ignored",
             from.seconds(),
             to.seconds()
         )
