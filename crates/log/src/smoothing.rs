@@ -49,7 +49,7 @@ impl Dataset {
     /// Runs the estimator forward over the log, then smooths backward, so that every solution uses the whole log for
     /// states and biases.
     ///
-    /// If the heading is found only in motion, the log is run again from a start in the sector of that heading. So all
+    /// If the heading is found only in motion, the log is run again from a start turned to that heading. So all
     /// of it is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
     /// would be a guess. `progress` receives the number of inertial samples done in the current forward run. `keep`
     /// selects the solutions of the forward run that stay in memory.
