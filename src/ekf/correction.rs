@@ -73,8 +73,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Raises the one-sigma of the heading to at least `sigma_rad`.
     pub(super) fn open_heading(&mut self, sigma_rad: f64) {
-        let missing = square(sigma_rad) - self.covariance.variance(ATTITUDE + 2);
-        self.covariance.add_variance(ATTITUDE + 2, missing.max(0.0));
+        self.covariance.open_to(ATTITUDE + 2, sigma_rad);
     }
 
     /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and raises the variances that depend on it.

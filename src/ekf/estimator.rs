@@ -220,22 +220,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// The filter, for a measurement that needs no heading.
-    fn moving(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
-        match self.phase {
-            Phase::Aligning => Err(Unusable::HeadingUnknown),
-            Phase::Searching | Phase::Navigating => Ok(&mut self.filter),
-        }
-    }
-
     /// The filter, for a measurement of the heading.
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
-        let takes_heading = match self.phase {
-            Phase::Aligning => false,
-            Phase::Searching => self.is_searching_again() && self.level != Level::Lost,
-            Phase::Navigating => true,
-        };
-        if takes_heading { Ok(&mut self.filter) } else { Err(Unusable::HeadingUnknown) }
+        let can_end_search = self.is_searching_again() && self.level != Level::Lost;
+        if self.phase == Phase::Navigating || can_end_search {
+            Ok(&mut self.filter)
+        } else {
+            Err(Unusable::HeadingUnknown)
+        }
     }
 
     /// Checks the time of a measurement that is compared with the present state. A time from another clock would block
@@ -256,9 +248,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if self.phase == Phase::Aligning {
-            return;
-        }
         let before = self.filter.state.time;
         if sample.time - before > self.filter.config.imu.gap_s {
             self.take_held(before, trace, notify);
@@ -376,10 +365,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         fix.two_dimensional |= self.holds_height(fix);
         let mut report = Report::default();
         let searches = self.phase == Phase::Searching;
-        let result = match self.phase {
-            Phase::Aligning => return,
-            Phase::Searching => self.filter.take_in_place(fix, &mut report, trace),
-            Phase::Navigating => self.filter.take_in_gps(fix, &mut report, trace),
+        let result = if searches {
+            self.filter.take_in_position(fix, &mut report, trace)
+        } else {
+            self.filter.take_in_gps(fix, &mut report, trace)
         };
         if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
@@ -392,11 +381,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if report.contradicts_itself() {
             return;
         }
-        let sigmas = self.filter.fix_sigmas(fix);
-        let antenna = self.filter.mounting.antenna_from_imu().cast();
-        let bias_radps = self.filter.imu_errors().gyro_bias_radps;
-        let receiver = Receiver { model: self.filter.config.gps, antenna, bias_radps };
-        self.search.fix(fix, sigmas, &receiver, &self.filter.history);
+        let filter = &self.filter;
+        let receiver = Receiver {
+            model: &filter.config.gps,
+            sigmas: filter.fix_sigmas(fix),
+            antenna: filter.mounting.antenna_from_imu().cast(),
+            bias_radps: filter.imu_errors().gyro_bias_radps,
+        };
+        self.search.fix(fix, &receiver, &filter.history);
         if searches {
             self.follow_search(trace, notify);
         } else {

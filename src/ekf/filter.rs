@@ -175,9 +175,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Starts again, in place, from the end of an alignment.
     pub(super) fn restart(&mut self, start: &Start) {
-        self.state = start.state.cast();
         self.parameters.fill(T::ZERO);
-        self.covariance.clear();
         self.history.clear();
         self.gates.clear();
         self.attitude_used = None;
@@ -203,7 +201,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.samples.clear();
+        self.restart_base(start);
+        self.open_blocks();
+        self.open_wander_of_start(start);
+    }
+
+    /// Replaces state and covariance by those of a start, with the accelerometer bias unknown.
+    pub(super) fn restart_base(&mut self, start: &Start) {
+        self.state = start.state.cast();
+        self.covariance.clear();
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
+        self.set_block(ACCEL_BIAS, [T::ZERO; 3]);
         self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
         self.open(VELOCITY, start.velocity_sigma_mps.to_array());
         self.open(POSITION, start.position_sigma_m.to_array());
@@ -211,8 +219,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let gyro_sigma = start.gyro_bias_sigma_radps.unwrap_or(imu.gyro_bias_sigma_radps);
         self.open(GYRO_BIAS, [gyro_sigma; 3]);
         self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
-        self.open_blocks();
-        self.open_wander_of_start(start);
     }
 
     /// Opens the slow errors of GPS. Position and velocity of a start are those of a fix: their error is the slow error

@@ -28,7 +28,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Errors
     /// As [`update_gps`](Self::update_gps).
     #[inline(never)]
-    pub(super) fn take_in_place(
+    pub(super) fn take_in_position(
         &mut self,
         fix: &Fix,
         report: &mut Report,
@@ -41,7 +41,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
         let result = self.take_in_gps(fix, report, trace);
-        // Of the size of the fixes' errors only that of a position needs no heading, and not where it alone tells the motion.
+        // The errors of a velocity are learned with a known heading only; those of a position alone likewise.
         let [before, level, down] = learned;
         let [found, ..] = self.gps_learned;
         let has_velocity = fix.horizontal_velocity_mps.is_some();
@@ -130,8 +130,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
         for state in [POSITION, POSITION + 1] {
-            let missing = square(place) - self.covariance.variance(state);
-            self.covariance.add_variance(state, missing.max(0.0));
+            self.covariance.open_to(state, place);
         }
         trace.reset(0..N);
         trace.turned(turned.cast());
@@ -153,35 +152,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let turned_rad = wrap_angle((self.state.body_to_ned.heading_rad() - before_rad).wide());
         self.open_heading(least_rad);
         for axis in [ATTITUDE, ATTITUDE + 1] {
-            let missing = square(FOUND_TILT_RAD) - self.covariance.variance(axis);
-            self.covariance.add_variance(axis, missing.max(0.0));
+            self.covariance.open_to(axis, FOUND_TILT_RAD);
         }
         self.heading_revision.replaced(turned_rad);
         self.attitude_lost = None;
         true
     }
 
-    /// Continues the same filter from a second alignment: the motion is replaced, the sensor errors stay.
+    /// Continues the same filter from a second alignment: motion and biases are replaced, the other sensor errors stay.
     #[inline(never)]
     pub(super) fn realign(&mut self, start: &Start, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
         let kept: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let turned = start.state.body_to_ned.cast() * self.state.body_to_ned.inverse();
-        self.covariance.clear();
-        self.state = start.state.cast();
-        self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
-        self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
-        self.open(VELOCITY, start.velocity_sigma_mps.to_array());
-        self.open(POSITION, start.position_sigma_m.to_array());
-        for (state, variance) in kept.into_iter().enumerate().skip(GYRO_BIAS) {
+        self.restart_base(start);
+        for (state, variance) in kept.into_iter().enumerate().skip(BASE) {
             self.covariance.set_variance(state, variance);
         }
-        if let Some(sigma_radps) = start.gyro_bias_sigma_radps {
-            self.open(GYRO_BIAS, [sigma_radps; 3]);
-        }
-        let sigma_mps2 = self.config.imu.accel_bias_sigma_mps2;
-        self.open(super::layout::ACCEL_BIAS, [sigma_mps2; 3]);
-        self.set_block(super::layout::ACCEL_BIAS, [T::ZERO; 3]);
         self.history.clear();
         self.level_force = LevelForce::NONE;
         self.attitude_lost = None;
@@ -197,5 +184,3 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         by_attitude || lately(self.antenna_heading.used)
     }
 }
-
-const _: () = assert!(BASE > GYRO_BIAS);

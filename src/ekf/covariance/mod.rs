@@ -112,6 +112,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
+    /// Raises the one-sigma of a state to at least `sigma`, keeping the correlations.
+    pub(super) fn open_to(&mut self, state: usize, sigma: f64) {
+        let missing = sigma * sigma - self.variance(state);
+        self.add_variance(state, missing.max(0.0));
+    }
+
     /// Adds to a variance and keeps the covariances: reopens a state without losing its relation to the others.
     pub fn add_variance(&mut self, state: usize, variance: f64) {
         if let Some(value) = self.rows.get_mut(state).and_then(|row| row.get_mut(state)) {

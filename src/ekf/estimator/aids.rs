@@ -23,8 +23,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         // This check comes before the sines of the angles, the longest computation for a sample that comes too soon.
-        if self.phase != Phase::Aligning && angles.is_finite() && !self.filter.is_attitude_due(time)
-        {
+        if angles.is_finite() && !self.filter.is_attitude_due(time) {
             notify(Notice::NotUsed { time, aid: Aid::Attitude, reason: Unusable::TooSoon });
             return;
         }
@@ -105,10 +104,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.baro {
             return;
         }
-        let result = self
-            .check_time(time)
-            .and_then(|()| self.moving())
-            .and_then(|filter| filter.update_baro(time, height_m, trace));
+        let result =
+            self.check_time(time).and_then(|()| self.filter.update_baro(time, height_m, trace));
         notify(Notice::of_update(time, Aid::Baro, result));
     }
 
@@ -122,9 +119,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.rangefinder {
             return;
         }
-        let rangefinder = self.rangefinder;
-        let result =
-            self.moving().and_then(|filter| filter.update_range(reading, &rangefinder, trace));
+        let result = self.filter.update_range(reading, &self.rangefinder, trace);
         notify(Notice::of_update(reading.time, Aid::Rangefinder, result));
     }
 

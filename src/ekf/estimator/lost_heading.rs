@@ -4,13 +4,15 @@
 //! A filter linearised about a heading that is wrong by the turn of a few seconds becomes certain of a wrong heading.
 //! After such a gap the heading is searched again, about the last known one.
 
-use super::super::heading_search::{GuessedMotion, HeadingMethod};
+use super::super::heading_search::{GuessedMotion, HeadingMethod, HeadingSearch};
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
 use super::super::wheels::WheelWatch;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use crate::frames::{Ned, Vector};
+use crate::ins::Start;
 use crate::time::Time;
 
 /// One-sigma of a vehicle's turn rate during a gap, rad/s: after nine seconds its heading is unknown.
@@ -55,6 +57,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
+    /// Searches all headings from a start whose attitude about `axis` is unknown.
+    pub(super) fn search_all(&mut self, start: &Start, axis: Vector<Ned>) {
+        self.search.start(start, axis, self.filter.config.imu.gyro_bias_sigma_radps);
+        self.phase = Phase::Searching;
+    }
+
+    /// Searches about the present heading, of one-sigma `sigma_rad`.
     fn search_about(&mut self, sigma_rad: f64) {
         let filter = &self.filter;
         let largest = |first: usize, count: usize| {
@@ -101,4 +110,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }
+}
+
+/// A start with the one-sigma of its heading about `axis` instead, about which its attitude is unknown.
+pub(super) fn open_about(start: Start, axis: Vector<Ned>) -> Start {
+    let [.., open_rad] = start.attitude_sigma_rad.to_array();
+    HeadingSearch::turned_start(start, axis, 0.0, open_rad)
 }

@@ -5,7 +5,7 @@
 //! after a gap, and when a velocity is rejected soon after samples that hid the motion. It takes as many samples as any
 //! alignment. The fixes determine the direction of the specific force independently of the filter.
 
-use super::super::heading_search::{HeadingMethod, HeadingSearch};
+use super::super::heading_search::HeadingMethod;
 use super::super::innovation::{Channel, Verdict};
 use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
@@ -13,6 +13,7 @@ use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::super::wheels::WheelWatch;
+use super::lost_heading::open_about;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
 use crate::event::Event;
 use crate::gps::Fix;
@@ -124,22 +125,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let sigma_radps = Some(Scalar::sqrt(variance));
         let start =
             Start { gyro_bias_radps, gyro_bias_sigma_radps: sigma_radps, ..alignment.start };
-        self.filter.realign(&start, trace);
-        self.filter.open_heading(FOUND_SIGMA_RAD);
+        let [.., down] = alignment.axis.to_array();
+        let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
+        let aligned = if is_open { open_about(start, alignment.axis) } else { start };
+        self.filter.realign(&aligned, trace);
         self.filter.gates.doubt_heading(self.filter.state.time);
         self.wheels = WheelWatch::UNSEEN;
-        self.phase = Phase::Navigating;
-        self.search.monitor(self.filter.state.body_to_ned);
-        let [.., down] = alignment.axis.to_array();
-        if alignment.heading == HeadingSource::Unknown || down < STEEP {
+        if is_open {
             self.level = Level::Lost;
-            let [.., open_rad] = start.attitude_sigma_rad.to_array();
-            let open = HeadingSearch::turned_start(start, alignment.axis, 0.0, open_rad);
-            self.filter.realign(&open, trace);
             self.filter.attitude_lost = Some(self.filter.state.time);
-            let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
-            self.search.start(&start, alignment.axis, bias_sigma_radps);
-            self.phase = Phase::Searching;
+            self.search_all(&start, alignment.axis);
+        } else {
+            self.filter.open_heading(FOUND_SIGMA_RAD);
+            self.phase = Phase::Navigating;
+            self.search.monitor(self.filter.state.body_to_ned);
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Alignment, the events that it ignores, and the start of the filter: at a given heading, or at one from a search.
 
-use super::super::heading_search::{HeadingMethod, HeadingSearch};
+use super::super::heading_search::HeadingMethod;
 use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::prediction::ImuFault;
 use super::super::scalar::Scalar;
 use super::super::wheels::WheelWatch;
+use super::lost_heading::open_about;
 use super::{Estimator, Notice, Phase};
 use crate::event::{Event, is_possible_height};
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
@@ -67,12 +68,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if alignment.heading != HeadingSource::Unknown {
             self.begin_at(&alignment.start);
         } else if H::SEARCHES {
-            let [.., open_rad] = alignment.start.attitude_sigma_rad.to_array();
-            let Alignment { start, axis, .. } = *alignment;
-            self.begin_at(&HeadingSearch::turned_start(start, axis, 0.0, open_rad));
-            let bias_sigma_radps = self.filter.config.imu.gyro_bias_sigma_radps;
-            self.search.start(&alignment.start, alignment.axis, bias_sigma_radps);
-            self.phase = Phase::Searching;
+            self.begin_at(&open_about(alignment.start, alignment.axis));
+            self.search_all(&alignment.start, alignment.axis);
         } else {
             notify(Notice::HeadingMissing { time: alignment.start.state.time });
             return;

@@ -7,7 +7,7 @@ use crate::frames::{Body, Ned, Rotation, Vector};
 
 /// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
 /// and gyro bias, body, rad/s.
-const STATES: usize = 9;
+pub const STATES: usize = 9;
 const ATTITUDE: usize = 3;
 
 /// One value for each state.

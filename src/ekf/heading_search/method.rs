@@ -23,57 +23,62 @@ impl<T: Scalar> HeadingMethod<T> for NoHeadingSearch {}
 pub(in super::super) mod sealed {
     use super::*;
 
-    pub trait Method<T> {
+    /// The default of each function is that of no search.
+    pub trait Method<T>: Sized {
         /// Whether the method searches.
         const SEARCHES: bool;
         fn new() -> Self;
         /// Searches all headings from a start whose attitude about `axis` is unknown. `bias_sigma_radps` is the
         /// one-sigma of the gyro bias, rad/s, unless the start states one.
-        fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64);
+        fn start(&mut self, _start: &Start, _axis: Vector<Ned>, _bias_sigma_radps: f64) {}
         /// Searches about a heading of one-sigma `sigma_rad`, with the one-sigmas of tilt, rad, and gyro bias, rad/s,
         /// in `others`.
         fn start_about(
             &mut self,
-            body_to_ned: Rotation<Body, Ned, T>,
-            sigma_rad: f64,
-            others: [f64; 2],
-        );
+            _body_to_ned: Rotation<Body, Ned, T>,
+            _sigma_rad: f64,
+            _others: [f64; 2],
+        ) {
+        }
         /// Monitors a heading from the next fix on.
-        fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>);
+        fn monitor(&mut self, _body_to_ned: Rotation<Body, Ned, T>) {}
         /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
         fn feel(
             &mut self,
-            rate_radps: Vector<Body, T>,
-            force_mps2: Vector<Body, T>,
-            variances: [T; 2],
-            interval_s: T,
-        );
-        /// Weighs the guesses by a fix. `sigmas` are the one-sigmas of position, m, and velocity, m/s, NED.
-        fn fix(
-            &mut self,
-            fix: &Fix,
-            sigmas: ([f64; 3], [f64; 3]),
-            receiver: &Receiver<T>,
-            history: &History<T>,
-        );
+            _rate_radps: Vector<Body, T>,
+            _force_mps2: Vector<Body, T>,
+            _variances: [T; 2],
+            _interval_s: T,
+        ) {
+        }
+        /// Weighs the guesses by a fix.
+        fn fix(&mut self, _fix: &Fix, _receiver: &Receiver<'_, T>, _history: &History<T>) {}
         /// Motion by the best guess; `None` before a first fix.
-        fn motion(&mut self) -> Option<GuessedMotion<T>>;
+        fn motion(&mut self) -> Option<GuessedMotion<T>> {
+            None
+        }
         /// Motion by the guess whose baseline points to `heading_rad`.
         fn motion_at(
             &mut self,
-            baseline: Vector<Body>,
-            heading_rad: f64,
-        ) -> Option<GuessedMotion<T>>;
+            _baseline: Vector<Body>,
+            _heading_rad: f64,
+        ) -> Option<GuessedMotion<T>> {
+            None
+        }
         /// A heading better than that of the filter, whose one-sigma is `sigma_rad`; `Some` if the fixes confirm
         /// another heading.
         fn better(
             &mut self,
-            time: Time,
-            body_to_ned: Rotation<Body, Ned, T>,
-            sigma_rad: T,
-        ) -> Option<BetterHeading>;
+            _time: Time,
+            _body_to_ned: Rotation<Body, Ned, T>,
+            _sigma_rad: T,
+        ) -> Option<BetterHeading> {
+            None
+        }
         /// Whether recent motion confirmed the last judged heading.
-        fn is_confirmed(&self) -> bool;
+        fn is_confirmed(&self) -> bool {
+            false
+        }
     }
 }
 
@@ -107,14 +112,8 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
         self.feel(rate_radps, force_mps2, variances, interval_s);
     }
     #[inline(never)]
-    fn fix(
-        &mut self,
-        fix: &Fix,
-        sigmas: ([f64; 3], [f64; 3]),
-        receiver: &Receiver<T>,
-        history: &History<T>,
-    ) {
-        self.fix(fix, sigmas, receiver, history);
+    fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
+        self.fix(fix, receiver, history);
     }
     #[inline(never)]
     fn motion(&mut self) -> Option<GuessedMotion<T>> {
@@ -141,22 +140,5 @@ impl<T: Scalar> sealed::Method<T> for NoHeadingSearch {
     const SEARCHES: bool = false;
     fn new() -> Self {
         Self
-    }
-    fn start(&mut self, _: &Start, _: Vector<Ned>, _: f64) {}
-    fn start_about(&mut self, _: Rotation<Body, Ned, T>, _: f64, _: [f64; 2]) {}
-    fn monitor(&mut self, _: Rotation<Body, Ned, T>) {}
-    fn feel(&mut self, _: Vector<Body, T>, _: Vector<Body, T>, _: [T; 2], _: T) {}
-    fn fix(&mut self, _: &Fix, _: ([f64; 3], [f64; 3]), _: &Receiver<T>, _: &History<T>) {}
-    fn motion(&mut self) -> Option<GuessedMotion<T>> {
-        None
-    }
-    fn motion_at(&mut self, _: Vector<Body>, _: f64) -> Option<GuessedMotion<T>> {
-        None
-    }
-    fn better(&mut self, _: Time, _: Rotation<Body, Ned, T>, _: T) -> Option<BetterHeading> {
-        None
-    }
-    fn is_confirmed(&self) -> bool {
-        false
     }
 }

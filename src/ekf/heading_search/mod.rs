@@ -71,8 +71,6 @@ const UNPROVEN_RAD: f64 = 1.05;
 const LEAST_SHARE: f64 = 0.01;
 /// Factor on the one-sigma of a fix: the guesses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
-/// Information share of a velocity from the difference of two positions.
-const DIFFERENCE_SHARE: f64 = 1.0;
 
 /// A bank of guesses at the heading.
 #[derive(Clone, Debug)]
@@ -114,11 +112,13 @@ pub struct HeadingSearch<T = f64> {
     judgement: Judgement,
 }
 
-/// The receiver of the fixes.
+/// The receiver of a fix, according to the filter.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver<T> {
+pub struct Receiver<'a, T> {
     /// Error model of the receiver.
-    pub model: GpsModel,
+    pub model: &'a GpsModel,
+    /// One-sigmas of position, m, and velocity, m/s, NED.
+    pub sigmas: ([f64; 3], [f64; 3]),
     /// Antenna from the inertial unit.
     pub antenna: LeverArm<T>,
     /// Gyro bias that the filter subtracts from the rates, rad/s.
@@ -291,24 +291,16 @@ impl<T: Scalar> HeadingSearch<T> {
         felt
     }
 
-    /// Weighs the guesses by a fix with one-sigmas of position, m, and velocity, m/s. The fix may be valid at an
-    /// earlier moment within the `history` of the same samples.
+    /// Weighs the guesses by a fix. The fix may be valid at an earlier moment within the `history` of the same samples.
     ///
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
-    fn fix(
-        &mut self,
-        fix: &Fix,
-        sigmas: ([f64; 3], [f64; 3]),
-        receiver: &Receiver<T>,
-        history: &History<T>,
-    ) {
+    fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
         let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
         if since.duration_s > self.felt_s {
             // The fix is older than the bank's start.
             return;
         }
-        let gps = &receiver.model;
         self.follow_bias(receiver.bias_radps);
         self.body_to_start = self.body_to_start.renormalised();
         let felt = self.felt_until(since.velocity_mps, since.duration_s);
@@ -317,7 +309,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let before = self.last_fix.replace((fix.time, fix.position));
         let interval_s = before.map(|(time, _)| fix.time - time);
         let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
-        let mut measured = self.measured(fix, sigmas, gps, before.zip(interval_s));
+        let mut measured = self.measured(fix, receiver, before.zip(interval_s));
         let [.., down] = measured.axes;
         self.has_down = down.is_some();
         let swing = match interval_s.filter(|_| measured.is_mean) {
@@ -334,7 +326,7 @@ impl<T: Scalar> HeadingSearch<T> {
             - if measured.is_mean { 2.0 * f64::from(Scalar::sqrt(north.1)) } else { 0.0 };
         let least_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
         self.is_fast |= surely_mps > least_mps;
-        let share = information_share(fix, gps, interval_s.clamp(0.05, 10.0));
+        let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
         let mut surprises = [0.0; GUESSES];
         let (mut least_squares, mut told) = (f32::INFINITY, 0.0);
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
@@ -345,11 +337,7 @@ impl<T: Scalar> HeadingSearch<T> {
             *surprise = share * f64::from(minus_two_log);
             least_squares = least_squares.min(horizontal_squares);
         }
-        if least_squares > UNEXPLAINED {
-            self.begin(&measured);
-            return;
-        }
-        if !self.guesses.iter().all(Guess::is_sound) {
+        if least_squares > UNEXPLAINED || !self.guesses.iter().all(Guess::is_sound) {
             self.begin(&measured);
             return;
         }
@@ -364,10 +352,10 @@ impl<T: Scalar> HeadingSearch<T> {
     fn measured(
         &self,
         fix: &Fix,
-        (position_m, velocity_mps): ([f64; 3], [f64; 3]),
-        gps: &GpsModel,
+        receiver: &Receiver<'_, T>,
         before: Option<((Time, Geodetic), f64)>,
     ) -> Measured {
+        let (gps, (position_m, velocity_mps)) = (receiver.model, receiver.sigmas);
         let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional);
         if let Some([north, east]) = fix.horizontal_velocity_mps {
             let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
@@ -510,7 +498,7 @@ fn turn_between(
 /// Equation (H3) of docs/equations.md.
 fn information_share(fix: &Fix, gps: &GpsModel, interval_s: f64) -> f64 {
     if fix.horizontal_velocity_mps.is_none() {
-        return DIFFERENCE_SHARE;
+        return 1.0;
     }
     let wander = square(gps.velocity_wander_share) * 2.0 * gps.velocity_wander_time_s / interval_s;
     (square(WHITENED) / (1.0 + wander)).min(1.0)

@@ -2,7 +2,7 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::guess::{Block, Guess};
+use super::guess::{Block, Guess, STATES};
 use super::{
     AGREED_RAD, GUESS_SIGMA_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, at,
     turn_between,
@@ -46,7 +46,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let (velocity_mps, bias_radps) =
             (guess.velocity_after(&self.since_fix), guess.bias_radps());
         let [.., down] = guess.start_to_ned.rows();
-        let mut covariance = [[0.0; 9]; 9];
+        let mut covariance = [[0.0; STATES]; STATES];
         let weights: f64 = self.guesses.iter().map(|other| other.weight).sum();
         for other in &mut self.guesses {
             let share = (other.weight / weights) as f32;
@@ -58,7 +58,7 @@ impl<T: Scalar> HeadingSearch<T> {
             let there = other.velocity_after(&self.since_fix);
             let [.., own_down] = other.start_to_ned.rows();
             let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
-            let mut spread = [0.0; 9];
+            let mut spread = [0.0; STATES];
             for axis in 0..3 {
                 let apart = at(&there, axis) - at(&velocity_mps, axis);
                 let drift = at(&other.bias_radps(), axis) - at(&bias_radps, axis);
@@ -83,7 +83,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let heading_sigma_rad =
             Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
         let wide = |value: f32| T::of(f64::from(value));
-        let taken = bias_radps.map(|bias| T::of(f64::from(bias)));
+        let taken = bias_radps.map(wide);
         self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken.into());
         let motion = GuessedMotion {
             body_to_ned: self.attitude(guess),
