@@ -166,7 +166,7 @@ fn arming(
 /// Flight control: mode, state, and the checks that would prevent an engagement now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Control {
-    /// Who flies; for a vehicle of another project, its flight mode.
+    /// Pilot or autopilot, whichever flies; for a vehicle of another project, its flight mode.
     pub flies: String,
     /// Mode of the autopilot; `None` without an autopilot.
     pub mode: Option<&'static str>,

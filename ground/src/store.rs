@@ -134,7 +134,7 @@ impl Store {
     }
 
     /// The time, s, since which the flight mode at `time_s` has been unchanged: since all known mode channels have had
-    /// their present values. The flag tells whether this is the exact time of the change or only a lower limit of the
+    /// their present values. The flag indicates whether this is the exact time of the change or only a lower limit of the
     /// duration. `None` if no mode is known.
     #[must_use]
     pub fn in_mode_since(&self, time_s: f64) -> Option<(f64, bool)> {

@@ -116,7 +116,7 @@ impl<T: Scalar> HeldForce<T> {
                 self.shock = Shock::NONE;
             }
             if shakes && self.shock.variance < T::of(2.0 * AT_EASE) {
-                // It may be the first reading of a shock.
+                // The reading may be the first of a shock.
                 self.shock.variance += T::of(DRIFT) * interval_s;
             } else {
                 self.force_mps2 += (reading_mps2 - self.force_mps2) * share;

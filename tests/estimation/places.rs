@@ -23,7 +23,7 @@ fn from_fixes_m(dir: &Path) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// None of these datasets has a position reference. Rejecting positions inconsistent with their own velocity leaves the
+/// These datasets lack a position reference. Rejecting positions inconsistent with their own velocity leaves the
 /// first 30 m and the second 20 m from good fixes.
 #[test]
 fn a_solution_stays_by_good_fixes() {

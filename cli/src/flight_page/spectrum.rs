@@ -20,7 +20,7 @@ pub struct Density {
     count: usize,
     window: Vec<f64>,
     turns: Vec<(f64, f64)>,
-    /// Number of values so far, and the most recent values.
+    /// Number of values received, and the most recent values.
     seen: usize,
     recent: VecDeque<f64>,
     /// Index of the next segment, and number of segments used.

@@ -143,7 +143,7 @@ pub(super) struct IdentificationSummary {
     window_s: f64,
     parameters: Vec<ParameterSummary>,
     strong_correlations: Vec<(String, String, f64)>,
-    /// Which parameters were dropped or kept, with reasons.
+    /// Reasons for each dropped and kept parameter.
     log: Vec<String>,
     estimation: BTreeMap<String, ChannelSummary>,
     /// Fit on test points that the search did not use; `null` if there were too few.

@@ -89,7 +89,7 @@ impl Page<'_> {
     /// Writes the page as HTML.
     ///
     /// # Errors
-    /// Those of `out`. The data cause no error: unknown numbers are written as `null`.
+    /// Errors of writing to `out`. The data cause no error: unknown numbers are written as `null`.
     fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
         fill(out, TEMPLATE, |out, name| match name {
             "title" => write!(out, "{}", Escaped(self.title)),

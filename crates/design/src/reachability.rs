@@ -110,7 +110,7 @@ fn pencil_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f6
     pencil.singular_values().iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The first mode that neither decays nor is controllable, with its distance.
+/// First mode that is both undamped and uncontrollable, with its distance.
 pub(super) fn unstabilisable_mode(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,

@@ -40,7 +40,7 @@ pub struct GpsConfig {
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,
     /// Whether the receiver reports one velocity accuracy for all axes instead of one for each, as u-blox receivers do.
-    /// It is the root mean square of those of the axes.
+    /// The reported accuracy is the root mean square over the axes.
     pub states_one_velocity_sigma: bool,
     /// Resolution of latitude and longitude, °; 0 for unlimited.
     pub angle_resolution_deg: f64,

@@ -8,7 +8,7 @@ use super::noise::{Noise, Stream};
 use hovernav::frames::{Ned, Vector};
 
 /// Settings of the wind. The default is a light wind with gusts of the MIL-F-8785C scales for 10 m above the ground.
-/// They are three times as strong as the specified gusts of such a wind.
+/// These gusts are three times as strong as the specified gusts of such a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindConfig {
     /// The steady wind, in the direction to which it blows, m/s.

@@ -79,7 +79,7 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
         let found = station.store.latest(id);
         assert!((found - value).abs() <= room, "{id:?}: {found}, expected {value}");
     }
-    // It has no GPS receiver and sends zeros for its position. Its outputs are not those of a helicopter.
+    // The vehicle has no GPS receiver and sends zeros for its position. Its outputs are not those of a helicopter.
     for id in [Id::Latitude, Id::GpsLatitude, Id::Altitude, Id::Satellites, Id::ServoThrottle] {
         let found = station.store.latest(id);
         assert!(found.is_nan() || found == 0.0, "{id:?}: {found}");

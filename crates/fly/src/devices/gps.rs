@@ -17,7 +17,7 @@ const STATUS_S: f64 = 5.0;
 
 /// A receiver at the far end of its line, with given fixes.
 ///
-/// It has factory settings and must be configured like a real one:
+/// The receiver has factory settings and must be configured like a real one:
 ///
 /// | protocol | unsolicited messages | accepted commands | line |
 /// |---|---|---|---|

@@ -27,7 +27,7 @@ const SUPPLEMENT_S: [f64; 2] = [2.0, 0.1];
 const NEWS_S: f64 = 0.1;
 /// Rate of snapshots assumed for the capacity left for supplements, Hz.
 const SNAPSHOTS_HZ: f64 = 33.0;
-/// Interval of empty frames from a paused vehicle on UDP, s: they tell the ground the vehicle's address.
+/// Interval of empty frames from a paused vehicle on UDP, s. They inform the ground of the vehicle's address.
 const PRESENCE_S: f64 = 1.0;
 
 /// Format of the telemetry on a line.

@@ -53,7 +53,7 @@ pub struct FlightLoop {
     monitor: HealthMonitor,
     /// Last reported trust in attitude, velocity and position; `None` before the first solution.
     trusts: Option<[Trust; 3]>,
-    /// Which of them have been valid.
+    /// Whether attitude, velocity and position have each been valid.
     were_good: [bool; 3],
     servos: Servos,
     /// Pilot and autopilot; `None` without an autopilot.

@@ -27,7 +27,7 @@ impl UtcClock {
     /// UTC minus the flight clock, ns, from a fix at UTC `unix_ns` that arrived at `arrival`. Returned only for the
     /// first fix and after a change.
     ///
-    /// It is late by the latency of the fix, tenths of a second.
+    /// The offset is late by the latency of the fix, tenths of a second.
     pub fn hear(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;

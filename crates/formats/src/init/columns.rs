@@ -16,7 +16,7 @@ use hovernav_log::LogError;
 /// The mapping of one file, with messages.
 pub(crate) struct Understood {
     pub mapping: TableMapping,
-    /// Which units of the receiver's velocity are stated.
+    /// Stated units of the receiver's velocity.
     pub told: Told,
     /// Names of the unused columns.
     pub unused: Vec<String>,

@@ -32,7 +32,7 @@ const SPEED_UNITS: [SpeedUnit; 6] = [
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
 
-/// Which units of a receiver's velocity are stated.
+/// Stated units of a receiver's velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Told {
     /// Whether a name or the receiver's known format states the unit of the speed.

@@ -59,7 +59,7 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
     (Aid::Attitude, Sensor::UnitAttitude, "attitude"),
 ];
 
-/// Impossible or unlikely property of a log: what was found, its likely cause and its remedy.
+/// Impossible or unlikely property of a log, with its likely cause and its remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SetupFinding {
     /// Sensor concerned.
