@@ -66,7 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Adopts attitude, velocity and gyro bias from the heading search. Returns `false`, and changes nothing, if they
+    /// Adopts attitude, horizontal velocity and gyro bias from the heading search. Returns `false`, and changes nothing, if they
     /// are impossible for a vehicle.
     ///
     /// # Source
@@ -89,12 +89,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             GYRO_BIAS + 2,
         ];
         self.catch_up(trace);
-        let GuessedMotion { body_to_ned, velocity_mps, has_down, .. } = *motion;
+        let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
         let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
-        let [north, east, down] = velocity_mps.to_array();
-        // Without a vertical velocity of the fixes the guesses have none, for they have no accelerometer bias.
-        let down = if has_down { down } else { self.state.velocity_mps.z() };
-        let velocity_mps = Vector::new(north, east, down);
+        // The vertical velocity needs no heading, and the guesses have no accelerometer bias.
+        let [north, east, _] = velocity_mps.to_array();
+        let velocity_mps = Vector::new(north, east, self.state.velocity_mps.z());
         let state = NavState { body_to_ned, velocity_mps, ..self.state };
         if !state.is_valid() {
             return false;
@@ -104,22 +103,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
             *parameter += bias;
         }
-        let is_guessed = |state: usize| has_down || state != VELOCITY + 2;
-        for state in OF.into_iter().filter(|state| is_guessed(*state)) {
+        let is_followed = |state: usize| state != VELOCITY + 2;
+        for state in OF.into_iter().filter(|state| is_followed(*state)) {
             self.covariance.set_variance(state, 0.0);
         }
-        let rows = || OF.iter().copied().zip(&motion.covariance);
-        for (state, row) in rows().filter(|(state, _)| is_guessed(*state)) {
-            let entries = OF.into_iter().zip(row).filter(|(other, _)| is_guessed(*other));
+        let rows = OF.into_iter().zip(&motion.covariance);
+        for (state, row) in rows.filter(|(state, _)| is_followed(*state)) {
+            let entries = OF.into_iter().zip(row).filter(|(other, _)| is_followed(*other));
             for (other, &value) in entries {
                 self.covariance.set_cross(state, other, f64::from(value));
             }
         }
         self.open_heading(motion.heading_sigma_rad);
         // The search includes the slow errors of the fixes, so the position variance must not fall below them.
-        let [place, _, level, vertical] = self.gps_wander.unwrap_or_default().map(f64::from);
-        let slow = [level, level, vertical].into_iter().enumerate();
-        for (axis, slow) in slow.filter(|(axis, _)| is_guessed(VELOCITY + axis)) {
+        let [place, _, slow, _] = self.gps_wander.unwrap_or_default().map(f64::from);
+        for axis in 0..2 {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
             if let Some(state) = L::GPS_VELOCITY.map(|first| first + axis) {
                 if let Some(error) = self.parameters.get_mut(state) {
@@ -128,9 +126,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.set_variance(state, square(slow));
                 self.covariance.set_cross(VELOCITY + axis, state, -square(slow));
             }
-        }
-        for state in [POSITION, POSITION + 1] {
-            self.covariance.open_to(state, place);
+            self.covariance.open_to(POSITION + axis, place);
         }
         trace.reset(0..N);
         trace.turned(turned.cast());

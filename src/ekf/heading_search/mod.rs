@@ -101,8 +101,6 @@ pub struct HeadingSearch<T = f64> {
     last_fix: Option<(Time, Geodetic)>,
     /// Whether the heading is monitored, not searched.
     is_monitor: bool,
-    /// Whether the last fix had a vertical velocity.
-    has_down: bool,
     /// Whether the vehicle was fast enough for its motion to show a heading.
     is_fast: bool,
     /// Time of the first fix of the present agreement on a heading that motion has shown.
@@ -169,7 +167,6 @@ impl<T: Scalar> HeadingSearch<T> {
             arm_m: Vector::ZERO,
             last_fix: None,
             is_monitor: true,
-            has_down: false,
             is_fast: false,
             agreed_since: None,
             evidence: 0.0,
@@ -310,8 +307,6 @@ impl<T: Scalar> HeadingSearch<T> {
         let interval_s = before.map(|(time, _)| fix.time - time);
         let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
         let mut measured = self.measured(fix, receiver, before.zip(interval_s));
-        let [.., down] = measured.axes;
-        self.has_down = down.is_some();
         let swing = match interval_s.filter(|_| measured.is_mean) {
             Some(interval_s) => moved_m * T::of(1.0 / interval_s),
             None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),

@@ -22,8 +22,6 @@ pub struct GuessedMotion<T> {
     pub covariance: Block,
     /// One-sigma of the heading, rad.
     pub heading_sigma_rad: f64,
-    /// Whether the vertical velocity is one of the fixes.
-    pub has_down: bool,
     /// Turn about the open axis from the start of the search, rad.
     pub turn_rad: f64,
     /// Whether the heading is found.
@@ -91,7 +89,6 @@ impl<T: Scalar> HeadingSearch<T> {
             bias_radps: taken.into(),
             covariance,
             heading_sigma_rad,
-            has_down: self.has_down,
             turn_rad: turn_between(self.start_to_ned.cast(), guess.start_to_ned, self.axis),
             is_found: is_proven && agreed_rad < AGREED_RAD,
         };

@@ -378,7 +378,7 @@ fn files_without_names_are_mapped_by_their_values() {
         let (Some(a), Some(b)) = (found.last(), original.last()) else { panic!("{what}") };
         let apart_m = a.position.displacement_from(&b.position).norm();
         let turn = (a.body_to_ned.inverse() * b.body_to_ned).rotation_vector().norm();
-        assert!(apart_m < 12.0 && turn < 0.2, "{what}: {apart_m} m, {turn} rad\n{proposal}");
+        assert!(apart_m < 3.0 && turn < 0.2, "{what}: {apart_m} m, {turn} rad\n{proposal}");
     }
 }
 
