@@ -99,6 +99,27 @@
 // u-blox binary.
 #define HOVERNAV_GPS_UBX 3
 
+// In HovernavConfig.vehicle_kind: unstated. The fixes show whether the vehicle rolls on wheels.
+#define HOVERNAV_VEHICLE_UNSTATED 0
+
+// Helicopter with one main rotor.
+#define HOVERNAV_VEHICLE_HELICOPTER 1
+
+// Vehicle with several rotors.
+#define HOVERNAV_VEHICLE_MULTIROTOR 2
+
+// Aeroplane.
+#define HOVERNAV_VEHICLE_FIXED_WING 3
+
+// Vehicle on wheels: it is held to its road while fixes are absent.
+#define HOVERNAV_VEHICLE_WHEELED 4
+
+// Vessel on water.
+#define HOVERNAV_VEHICLE_BOAT 5
+
+// Unit in a hand or on a person.
+#define HOVERNAV_VEHICLE_HANDHELD 6
+
 // In HovernavImuSample.has: gyro and accel are integrals since the previous sample.
 #define HOVERNAV_IMU_INCREMENTS 1
 
@@ -681,6 +702,9 @@ typedef struct HovernavConfig {
     uint32_t use_rangefinder;
     // 1 if the heading of two antennas is used, else 0.
     uint32_t use_second_antenna;
+    // Kind of the vehicle, one of `HOVERNAV_VEHICLE_`. With `HOVERNAV_VEHICLE_UNSTATED` the fixes show whether the
+    // vehicle rolls on wheels.
+    uint32_t vehicle_kind;
     // Start of the estimator.
     struct HovernavAlignment alignment;
     // Inertial sensors.

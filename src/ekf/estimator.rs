@@ -19,9 +19,9 @@ use super::measurement::{Aid, Report, Unusable};
 use super::prediction::Prediction;
 use super::scalar::Scalar;
 use super::solution::Solution;
-use super::square;
 use super::trace::Trace;
 use super::wheels::WheelWatch;
+use super::{single, square};
 use crate::earth::Geodetic;
 use crate::event::Event;
 use crate::frames::Vector;
@@ -158,7 +158,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             last_height_m: f64::NAN,
             height_since: NEVER,
             level: Level::Believed,
-            wheels: WheelWatch::UNSEEN,
+            wheels: WheelWatch::of(config.vehicle_kind),
             suspected: NEVER,
         }
     }
@@ -316,13 +316,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Feeds a sample to the heading monitor.
+    /// Feeds a sample to the heading search and to the watch of the wheels.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
+        let force_mps2 = mean.specific_force_mps2 - errors.accel_bias_mps2;
+        if L::WHEELS {
+            let [forward, right, _] = force_mps2.to_array();
+            self.wheels.feel([single(forward), single(right)], single(interval_s));
+        }
         self.search.feel(
             mean.angular_rate_radps - errors.gyro_bias_radps,
-            mean.specific_force_mps2 - errors.accel_bias_mps2,
+            force_mps2,
             self.filter.step_variances,
             interval_s,
         );
@@ -419,7 +424,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);
         filter.turn_heading(fix.time, turn_rad, sigma_rad);
-        self.wheels = WheelWatch::UNSEEN;
+        self.wheels.forget();
         trace.reset(ATTITUDE..POSITION);
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);

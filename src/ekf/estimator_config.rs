@@ -1,6 +1,7 @@
 //! Settings of the whole estimator: mounting, alignment, filter, aids.
 
 use super::config::{AntennaHeadingModel, EkfConfig, RangeModel};
+use super::vehicle_kind::VehicleKind;
 use crate::frames::{Body, Vector};
 use crate::ins::{AlignmentConfig, Mounting};
 
@@ -8,6 +9,8 @@ use crate::ins::{AlignmentConfig, Mounting};
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 #[non_exhaustive]
 pub struct EstimatorConfig {
+    /// Kind of the vehicle. Without it, the fixes show whether the vehicle rolls on wheels.
+    pub vehicle_kind: Option<VehicleKind>,
     /// Positions of the sensors in the vehicle.
     pub mounting: Mounting,
     /// Settings of the alignment.
@@ -23,6 +26,13 @@ pub struct EstimatorConfig {
 }
 
 impl EstimatorConfig {
+    /// Sets the kind of the vehicle.
+    #[must_use]
+    pub const fn with_vehicle_kind(mut self, kind: VehicleKind) -> Self {
+        self.vehicle_kind = Some(kind);
+        self
+    }
+
     /// Sets the mounting of the sensors.
     #[must_use]
     pub const fn with_mounting(mut self, mounting: Mounting) -> Self {

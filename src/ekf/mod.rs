@@ -34,6 +34,7 @@ mod solution;
 mod stepless;
 mod trace;
 mod unknown_heading;
+mod vehicle_kind;
 mod wheels;
 
 pub use crate::scalar;
@@ -56,6 +57,7 @@ pub use smoother::{Adjoint, Smoother};
 pub use solution::Solution;
 pub use stepless::SteplessSolution;
 pub use trace::Trace;
+pub use vehicle_kind::VehicleKind;
 
 /// The fifteen base states, in `f64`.
 pub type BaseEkf = Ekf<layout::Base, 16>;

@@ -1,10 +1,12 @@
-//! Detects from the velocity whether the vehicle rolls on wheels. A vehicle on wheels moves along its road, not
-//! sideways or upwards; this constraint limits the drift while fixes are absent.
+//! Vehicles on wheels. They move along their road, not sideways or upwards; this constraint limits the drift while
+//! fixes are absent. The [`VehicleKind`] declares whether the vehicle rolls on wheels; without it, the velocity shows.
 //!
-//! The velocity of a car across its own forward axis has two causes. A misaligned inertial unit adds a share of the
-//! speed; the distance from the unsteered axle adds a share of the turn rate. Both are estimated while fixes are
-//! available. The residual shows whether the vehicle rolls on wheels: no aircraft has so small a residual.
+//! The velocity of a car across its own forward axis has three causes. A misaligned inertial unit adds a share of the
+//! speed; the distance from the unsteered axle adds a share of the turn rate. Springs and tyres yield to a force: a car
+//! that accelerates raises its nose, and in a turn its tyres slip. All are estimated while fixes are available. The
+//! residual shows whether the vehicle rolls on wheels: no aircraft has so small a residual.
 
+use super::vehicle_kind::VehicleKind;
 use super::{root, square};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::time::Time;
@@ -21,6 +23,10 @@ pub(super) struct WheelWatch {
     banked: [f32; 2],
     /// Slowest and fastest observed speed, m/s.
     speeds_mps: [f32; 2],
+    /// Mean specific force forward and to the right, m/s².
+    force_mps2: [f32; 2],
+    /// Whether the vehicle rolls on wheels, as its user declares.
+    declared: Option<bool>,
     holds: bool,
     /// Whether [`news`](Self::news) has reported the present value of `holds`.
     told: bool,
@@ -51,6 +57,8 @@ pub(super) struct Line {
 pub(super) struct Seen {
     pub forward_mps: f32,
     pub rate_radps: f32,
+    /// Specific force along the line for the velocity downwards, across it for the velocity to the right, m/s².
+    pub force_mps2: f32,
     pub across_mps: f32,
     /// Variance of the residual from the filter's own errors, (m/s)².
     pub own_variance: f32,
@@ -68,10 +76,11 @@ const LEAST_MPS: f32 = 0.05;
 const CORRELATED_S: f32 = 2.0;
 /// One-sigma of the slope after estimation: it includes the mean heading error.
 const SLOPE_SIGMA: f32 = 0.003;
-/// One-sigmas of slope and arm before the first observation: 6° and 1 m.
-const SLOPE_PRIOR: f32 = 0.1;
-const ARM_PRIOR_M: f32 = 1.0;
-/// Memory of slope and arm, and of the residual, s.
+/// One-sigmas of slope, arm and compliance before the first observation: 6°, 1 m, and 0.6° for each m/s².
+const PRIORS: [f32; CAUSES] = [0.1, 1.0, 0.01];
+/// Time constant of the specific force, s: springs and tyres do not follow faster changes.
+const FORCE_S: f32 = 0.3;
+/// Memory of the line, and of the residual, s.
 const MEMORY_S: f32 = 300.0;
 const LEFT_MEMORY_S: f32 = 60.0;
 /// The vehicle is found to roll on wheels with a residual below `ROLLS_MPS`, m/s. This requires `ROLLS_S` seconds of
@@ -91,11 +100,14 @@ const LEANING: f32 = 0.75;
 /// Longer intervals between readings, s, count as this one.
 const LONGEST_S: f32 = 1.0;
 
+/// Number of causes of a velocity across: slope, arm and compliance.
+const CAUSES: usize = 3;
+
 /// Least squares of one component of the velocity across.
 #[derive(Clone, Copy, Debug)]
 struct Track {
-    information: [f32; 3],
-    moments: [f32; 2],
+    information: [[f32; CAUSES]; CAUSES],
+    moments: [f32; CAUSES],
     /// Variance of the residual beyond the filter's own, (m/s)²; may be negative by chance.
     left: f32,
     /// Observation time, weighted by accuracy relative to a car's usual residual, s.
@@ -106,35 +118,42 @@ struct Track {
 
 impl Track {
     const UNSEEN: Self = Self {
-        information: [SLOPE_INFORMATION, 0.0, ARM_INFORMATION],
-        moments: [0.0; 2],
-        left: 0.0,
+        information: PRIOR_INFORMATION,
+        moments: [0.0; CAUSES],
+        left: USUAL_MPS * USUAL_MPS,
         seen_s: 0.0,
         lean: 0.0,
     };
 
-    /// Slope and arm, m.
-    fn found(&self) -> [f32; 2] {
-        let ([a, b, c], [x, y]) = (self.information, self.moments);
+    /// Covariance of slope, arm and compliance.
+    fn covariance(&self) -> [[f32; CAUSES]; CAUSES] {
+        let [x, y, z] = self.information;
+        let columns = [cross(y, z), cross(z, x), cross(x, y)];
         // Positive because of the prior.
-        let determinant = a * c - b * b;
-        [(c * x - b * y) / determinant, (a * y - b * x) / determinant]
+        let determinant = dot(x, cross(y, z));
+        columns.map(|column| column.map(|value| value / determinant))
+    }
+
+    /// Slope, arm, m, and compliance, s²/m.
+    fn found(&self) -> [f32; CAUSES] {
+        self.covariance().map(|row| dot(row, self.moments))
     }
 
     fn told(&mut self, seen: &Seen, elapsed_s: f32) {
-        let [slope, arm_m] = self.found();
-        let Seen { forward_mps, rate_radps, across_mps, own_variance } = *seen;
-        let left = across_mps - slope * forward_mps - arm_m * rate_radps;
+        let causes = seen.causes();
+        let left = seen.across_mps - dot(self.found(), causes);
+        let own_variance = seen.own_variance;
         let variance = square(USUAL_MPS) + own_variance;
         let weight = elapsed_s / variance;
         let fade = 1.0 - elapsed_s / MEMORY_S;
-        let row = [square(forward_mps), forward_mps * rate_radps, square(rate_radps)];
-        let prior = [SLOPE_INFORMATION, 0.0, ARM_INFORMATION];
-        for ((sum, row), prior) in self.information.iter_mut().zip(row).zip(prior) {
-            *sum = fade * *sum + (1.0 - fade) * prior + weight * row;
+        let rows = self.information.iter_mut().zip(PRIOR_INFORMATION).zip(causes);
+        for ((row, prior), cause) in rows {
+            for ((sum, prior), other) in row.iter_mut().zip(prior).zip(causes) {
+                *sum = fade * *sum + (1.0 - fade) * prior + weight * cause * other;
+            }
         }
-        for (sum, factor) in self.moments.iter_mut().zip([forward_mps, rate_radps]) {
-            *sum = fade * *sum + weight * factor * across_mps;
+        for (sum, cause) in self.moments.iter_mut().zip(causes) {
+            *sum = fade * *sum + weight * cause * seen.across_mps;
         }
         let share_s = square(USUAL_MPS) * weight;
         self.seen_s = fade * self.seen_s + share_s;
@@ -143,22 +162,58 @@ impl Track {
     }
 }
 
-/// Prior inverse variances of slope and arm, the latter in 1/m².
-const SLOPE_INFORMATION: f32 = 1.0 / (SLOPE_PRIOR * SLOPE_PRIOR);
-const ARM_INFORMATION: f32 = 1.0 / (ARM_PRIOR_M * ARM_PRIOR_M);
+/// Prior inverse variances of slope, arm and compliance.
+const PRIOR_INFORMATION: [[f32; CAUSES]; CAUSES] = {
+    let [slope, arm_m, compliance] = PRIORS;
+    [
+        [1.0 / (slope * slope), 0.0, 0.0],
+        [0.0, 1.0 / (arm_m * arm_m), 0.0],
+        [0.0, 0.0, 1.0 / (compliance * compliance)],
+    ]
+};
+
+impl Seen {
+    /// Factors of slope, arm and compliance in the velocity across.
+    fn causes(&self) -> [f32; CAUSES] {
+        [self.forward_mps, self.rate_radps, self.force_mps2 * self.forward_mps]
+    }
+}
+
+fn dot([a, b, c]: [f32; CAUSES], [x, y, z]: [f32; CAUSES]) -> f32 {
+    a * x + b * y + c * z
+}
+
+fn cross([a, b, c]: [f32; CAUSES], [x, y, z]: [f32; CAUSES]) -> [f32; CAUSES] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
+}
 
 impl WheelWatch {
-    /// State before the first observation.
-    pub const UNSEEN: Self = Self {
-        right: Track::UNSEEN,
-        down: Track::UNSEEN,
-        turned_rad: 0.0,
-        banked: [0.0; 2],
-        speeds_mps: [f32::INFINITY, 0.0],
-        holds: false,
-        told: false,
-        seen: Time::ZERO,
-    };
+    /// State before the first observation, for a vehicle of the declared `kind`.
+    pub const fn of(kind: Option<VehicleKind>) -> Self {
+        let declared = match kind {
+            Some(kind) => Some(matches!(kind, VehicleKind::Wheeled)),
+            None => None,
+        };
+        Self {
+            right: Track::UNSEEN,
+            down: Track::UNSEEN,
+            turned_rad: 0.0,
+            banked: [0.0; 2],
+            speeds_mps: [f32::INFINITY, 0.0],
+            force_mps2: [0.0; 2],
+            declared,
+            holds: matches!(declared, Some(true)),
+            told: false,
+            seen: Time::ZERO,
+        }
+    }
+
+    /// Returns to the state before the first observation.
+    pub const fn forget(&mut self) {
+        let holds = matches!(self.declared, Some(true));
+        let (declared, told) = (self.declared, self.told);
+        *self = Self { declared, holds, told, ..Self::of(None) };
+    }
 
     /// Feeds the velocity to the right and downwards after a fix, and the sine of the bank to the right.
     ///
@@ -168,7 +223,7 @@ impl WheelWatch {
         let elapsed_s = ((time - self.seen) as f32).clamp(0.0, LONGEST_S);
         self.seen = time;
         let size =
-            |seen: &Seen| seen.forward_mps + seen.rate_radps + seen.across_mps + seen.own_variance;
+            |seen: &Seen| dot(seen.causes(), [1.0; CAUSES]) + seen.across_mps + seen.own_variance;
         // The comparison also rejects NaN.
         let sizes = size(right) + size(down) + bank;
         let speed_mps = right.forward_mps.abs();
@@ -189,7 +244,9 @@ impl WheelWatch {
         let left = self.right.left.max(self.down.left);
         let [banked, turned] = self.banked;
         let banks = banked > BANKS * turned;
-        self.holds = if self.holds {
+        self.holds = if let Some(declared) = self.declared {
+            declared
+        } else if self.holds {
             left < 2.0 * square(ROLLS_MPS) && !banks
         } else {
             left < square(ROLLS_MPS)
@@ -233,19 +290,42 @@ impl WheelWatch {
         denied
     }
 
-    /// Line along which the vehicle rolls at a forward velocity, m/s.
-    pub fn line(&self, across: Across, forward_mps: f32) -> Line {
+    /// Line along which the vehicle rolls with the motion `seen`.
+    pub fn line(&self, across: Across, seen: &Seen) -> Line {
         let track = match across {
             Across::Right => &self.right,
             Across::Down => &self.down,
         };
-        let [slope, arm_m] = track.found();
+        let [slope, arm_m, compliance] = track.found();
         let [slowest, fastest] = self.speeds_mps;
-        let speed_mps = forward_mps.abs();
-        let beyond_mps = (speed_mps - fastest).max(slowest - speed_mps).max(0.0);
+        let speed_mps = seen.forward_mps.abs();
+        let beyond_mps = match self.declared {
+            Some(true) => 0.0,
+            _ => (speed_mps - fastest).max(slowest - speed_mps).max(0.0),
+        };
         let slope_sigma = SLOPE_SIGMA + BEYOND * beyond_mps;
-        let once = track.left.max(square(LEAST_MPS)) + square(slope_sigma * forward_mps);
-        Line { slope, arm_m, variance: once * CORRELATED_S / INTERVAL_S as f32 }
+        let causes = seen.causes();
+        let of_line = dot(track.covariance().map(|row| dot(row, causes)), causes);
+        let once =
+            track.left.max(square(LEAST_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
+        Line {
+            slope: slope + compliance * seen.force_mps2,
+            arm_m,
+            variance: once * CORRELATED_S / INTERVAL_S as f32,
+        }
+    }
+
+    /// Specific force forward and to the right, m/s².
+    pub fn force_mps2(&self) -> [f32; 2] {
+        self.force_mps2
+    }
+
+    /// Feeds the specific force of a sample, forward and to the right, m/s².
+    pub fn feel(&mut self, force_mps2: [f32; 2], interval_s: f32) {
+        let newest = (interval_s / FORCE_S).min(1.0);
+        for (mean, force) in self.force_mps2.iter_mut().zip(force_mps2) {
+            *mean += newest * (force - *mean);
+        }
     }
 
     /// One-sigma of the constrained velocity across, m/s.
@@ -260,6 +340,17 @@ mod tests {
 
     /// State after a drive of `seconds` at 10 m/s with turns to both sides. `right` and `down` give the velocities
     /// across from time and turn rate.
+    /// Motion straight on at a speed.
+    const fn at(forward_mps: f32) -> Seen {
+        Seen {
+            forward_mps,
+            rate_radps: 0.0,
+            force_mps2: 0.0,
+            across_mps: 0.0,
+            own_variance: 0.0025,
+        }
+    }
+
     fn driven(
         seconds: u32,
         right: impl Fn(f32, f32) -> f32,
@@ -276,16 +367,11 @@ mod tests {
         down: impl Fn(f32, f32) -> f32,
         share: f32,
     ) -> WheelWatch {
-        let mut watch = WheelWatch::UNSEEN;
+        let mut watch = WheelWatch::of(None);
         for second in 1..=seconds {
             let time = second as f32;
             let rate_radps = 0.3 * (0.2 * time).sin();
-            let seen = |across_mps, rate_radps| Seen {
-                forward_mps: 10.0,
-                rate_radps,
-                across_mps,
-                own_variance: 0.0025,
-            };
+            let seen = |across_mps, rate_radps| Seen { rate_radps, across_mps, ..at(10.0) };
             let pitch_rate = 0.05 * (1.3 * time).sin();
             let (right, down) = (right(time, rate_radps), down(time, pitch_rate));
             let time = Time::ZERO + f64::from(second);
@@ -307,11 +393,49 @@ mod tests {
             |t, _| -0.2 + 0.05 * (5.0 * t).cos(),
         );
         assert!(watch.holds);
-        let line = watch.line(Across::Right, 10.0);
+        let line = watch.line(Across::Right, &at(10.0));
         assert!((line.slope - 0.03).abs() < 0.003 && (line.arm_m - 1.2).abs() < 0.1, "{line:?}");
-        assert!((watch.line(Across::Down, 10.0).slope + 0.02).abs() < 0.003);
+        assert!((watch.line(Across::Down, &at(10.0)).slope + 0.02).abs() < 0.003);
         // Applied five times a second, the constraint is as accurate as one observation in two seconds.
-        assert!((line.variance - 10.0 * (0.0025 + 0.0009)).abs() < 1e-4, "{line:?}");
+        assert!((line.variance - 10.0 * (0.0025 + 0.0009)).abs() < 2e-3, "{line:?}");
+    }
+
+    #[test]
+    fn a_car_raises_its_nose_as_it_accelerates_and_its_line_follows() {
+        let mut watch = WheelWatch::of(Some(VehicleKind::Wheeled));
+        for second in 1..=120_u8 {
+            let force_mps2 = (0.3 * f32::from(second)).sin();
+            let motion = Seen { force_mps2, ..at(10.0) };
+            let down = Seen { across_mps: 10.0 * (0.01 + 0.012 * force_mps2), ..motion };
+            watch.told(Time::ZERO + f64::from(second), &motion, &down, 0.0);
+        }
+        let slope = |force_mps2| watch.line(Across::Down, &Seen { force_mps2, ..at(10.0) }).slope;
+        assert!((slope(0.0) - 0.01).abs() < 1e-3 && (slope(2.0) - 0.034).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_declared_car_is_held_from_the_start_within_its_mounting_and_again_after_it_slid() {
+        let mut watch = WheelWatch::of(Some(VehicleKind::Wheeled));
+        assert!(watch.is_due(Time::ZERO + 1.0));
+        // 6° of mounting at 10 m/s.
+        let mps = (watch.line(Across::Down, &at(10.0)).variance / 10.0).sqrt();
+        assert!((0.9..1.2).contains(&mps), "{mps}");
+        assert!(watch.denies([0.0, 9.0], 5.0) && !watch.is_due(Time::ZERO + 2.0));
+        watch.told(Time::ZERO + 3.0, &at(10.0), &at(10.0), 0.0);
+        assert!(watch.is_due(Time::ZERO + 4.0));
+        watch.forget();
+        assert!(watch.is_due(Time::ZERO + 5.0));
+    }
+
+    #[test]
+    fn a_declared_aircraft_never_rolls_on_wheels() {
+        let mut watch = WheelWatch::of(Some(VehicleKind::Multirotor));
+        for second in 1..=300_u16 {
+            let rate_radps = 0.3 * (0.2 * f32::from(second)).sin();
+            let seen = Seen { rate_radps, ..at(10.0) };
+            watch.told(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
+        }
+        assert!(!watch.holds);
     }
 
     #[test]
@@ -329,14 +453,14 @@ mod tests {
     #[test]
     fn beyond_the_speeds_that_were_seen_less_is_known_of_the_line() {
         let watch = driven(300, |_, _| 0.0, |_, _| 0.0);
-        let variance = |forward_mps| watch.line(Across::Down, forward_mps).variance;
+        let variance = |forward_mps| watch.line(Across::Down, &at(forward_mps)).variance;
         assert!(variance(15.0) > 10.0 * variance(10.0));
     }
 
     #[test]
     fn a_straight_road_and_a_short_drive_tell_nothing() {
-        let mut straight = WheelWatch::UNSEEN;
-        let seen = Seen { forward_mps: 10.0, rate_radps: 0.0, across_mps: 0.0, own_variance: 0.0 };
+        let mut straight = WheelWatch::of(None);
+        let seen = Seen { own_variance: 0.0, ..at(10.0) };
         for second in 1..1000 {
             straight.told(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
         }
@@ -347,8 +471,7 @@ mod tests {
     fn a_car_that_lifts_off_is_let_go_within_seconds() {
         let mut watch = driven(300, |_, _| 0.0, |_, _| 0.0);
         assert!(watch.holds);
-        let right =
-            Seen { forward_mps: 10.0, rate_radps: 0.0, across_mps: 0.0, own_variance: 0.0025 };
+        let right = at(10.0);
         let mut seconds = 0;
         while watch.holds {
             seconds += 1;
@@ -376,8 +499,8 @@ mod tests {
 
     #[test]
     fn slow_motion_and_what_is_no_number_change_nothing() {
-        let mut watch = WheelWatch::UNSEEN;
-        let good = Seen { forward_mps: 10.0, rate_radps: 0.3, across_mps: 0.1, own_variance: 0.01 };
+        let mut watch = WheelWatch::of(None);
+        let good = Seen { rate_radps: 0.3, across_mps: 0.1, ..at(10.0) };
         for (second, bad) in [
             Seen { forward_mps: 2.9, ..good },
             Seen { forward_mps: f32::NAN, ..good },
@@ -391,6 +514,6 @@ mod tests {
             watch.told(Time::ZERO + second as f64, &bad, &good, 0.0);
             watch.told(Time::ZERO + second as f64, &Seen { forward_mps: 1.0, ..good }, &bad, 0.0);
         }
-        assert!(watch.right.seen_s == 0.0 && watch.right.found() == [0.0; 2]);
+        assert!(watch.right.seen_s == 0.0 && watch.right.found() == [0.0; CAUSES]);
     }
 }

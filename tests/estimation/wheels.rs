@@ -4,12 +4,12 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout, WithoutHeightAids};
-use hovernav::ekf::{Channel, Notice};
+use hovernav::ekf::{Channel, Notice, VehicleKind};
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav_sim::{FlightPlan, GpsConfig, Leg};
 
-use crate::unaided::flown_unaided;
+use crate::unaided::driven_unaided;
 
 /// Time of the last fix, s.
 const LOST_S: f64 = 240.0;
@@ -67,8 +67,17 @@ struct Outcome {
 }
 
 fn driven<L: Layout<N>, const N: usize>(plan: &FlightPlan, seed: u64) -> Outcome {
+    lost_at::<L, N>(LOST_S, plan, seed, None)
+}
+
+fn lost_at<L: Layout<N>, const N: usize>(
+    lost_s: f64,
+    plan: &FlightPlan,
+    seed: u64,
+    kind: Option<VehicleKind>,
+) -> Outcome {
     let gps = GpsConfig { rate_hz: 4.0, ..GpsConfig::default() };
-    let (recording, mut estimator) = flown_unaided::<L, N>(plan, &gps, seed);
+    let (recording, mut estimator) = driven_unaided::<L, N>(plan, &gps, seed, kind);
     let (mut on_s, mut off_s, mut held) = (None, None, 0);
     let mut fixes = recording.fixes.iter().peekable();
     let mut outcome = None;
@@ -87,12 +96,12 @@ fn driven<L: Layout<N>, const N: usize>(plan: &FlightPlan, seed: u64) -> Outcome
         };
         let seconds = sample.time.seconds();
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
-            if seconds < LOST_S {
+            if seconds < lost_s {
                 estimator.push(&Event::Gps(*fix), &mut notify);
             }
         }
         estimator.push(&Event::Imu(*sample), &mut notify);
-        if seconds >= LOST_S + OUTAGE_S {
+        if seconds >= lost_s + OUTAGE_S {
             let solution = estimator.solution().unwrap();
             let off = solution.position.displacement_from(&truth.position);
             let sigma = solution.position_sigma_m;
@@ -128,6 +137,26 @@ fn a_car_without_fixes_drifts_by_a_third_of_what_it_would_and_knows_by_how_much(
         (held_m, free_m) = (held_m + held.drift_m, free_m + free.drift_m);
     }
     assert!(held_m < free_m / 3.0, "{held_m} {free_m}");
+}
+
+#[test]
+fn a_declared_car_is_held_to_its_road_from_the_first_minute() {
+    let lost_s = 70.0;
+    let plan = drive(lost_s + 60.0);
+    let (mut declared_m, mut unstated_m) = (0.0, 0.0);
+    for seed in 0..6 {
+        let of = |kind| lost_at::<Full, 28>(lost_s, &plan, seed, kind);
+        let (declared, unstated) = (of(Some(VehicleKind::Wheeled)), of(None));
+        let flies = of(Some(VehicleKind::Helicopter));
+        println!(
+            "seed {seed}: drift {:.1} m ± {:.1}, unstated {:.1} m ± {:.1}",
+            declared.drift_m, declared.sigma_m, unstated.drift_m, unstated.sigma_m
+        );
+        assert!(declared.held > 100 && unstated.held == 0 && flies.held == 0);
+        assert!(declared.drift_m < 3.0 * declared.sigma_m);
+        (declared_m, unstated_m) = (declared_m + declared.drift_m, unstated_m + unstated.drift_m);
+    }
+    assert!(declared_m < unstated_m / 2.0, "{declared_m} {unstated_m}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::aid_sections::{RangefinderSection, SecondAntennaSection, notch};
 use crate::axes::{AccelUnit, Axes, GyroUnit, Reading, rotation_of};
 use crate::error::LogError;
 use crate::lever_arm;
-use hovernav::ekf::EstimatorConfig;
+use hovernav::ekf::{EstimatorConfig, VehicleKind};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
 use hovernav::scalar::Readable;
@@ -39,6 +39,10 @@ pub struct Manifest {
     /// Description of the vehicle and its flight.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub vehicle: String,
+    /// Kind of the vehicle: `helicopter`, `multirotor`, `fixed-wing`, `wheeled`, `boat` or `handheld`. A wheeled vehicle
+    /// is held to its road while fixes are absent. Without a kind, the fixes show whether it rolls on wheels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vehicle_kind: Option<VehicleKind>,
     /// `recorded` or `simulated`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub kind: String,

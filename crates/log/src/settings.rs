@@ -99,6 +99,7 @@ impl Manifest {
     ) -> Result<(EstimatorConfig, Option<Declination>), LogError> {
         let mut config = EstimatorConfig::default();
         let (imu, cg) = (&self.imu, self.lever_arm_m(self.solution.point));
+        config.vehicle_kind = self.vehicle_kind;
         let model = &mut config.ekf.imu;
         // °/√h to rad/√s and m/s/√h to m/s/√s: the square root of an hour is 60 √s.
         set(

@@ -7,6 +7,7 @@ use hovernav::imu::NotchConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 
 use super::aids::{Rangefinder, SecondAntenna};
+use super::vehicle::{kind_of, number_of};
 use super::{HealthLimits, Notch, flag, mirror, within};
 use crate::access::{input, optional, output};
 use crate::object::HOVERNAV_ABI;
@@ -212,6 +213,9 @@ pub struct Config {
     pub use_rangefinder: u32,
     /// 1 if the heading of two antennas is used, else 0.
     pub use_second_antenna: u32,
+    /// Kind of the vehicle, one of `HOVERNAV_VEHICLE_`. With `HOVERNAV_VEHICLE_UNSTATED` the fixes show whether the
+    /// vehicle rolls on wheels.
+    pub vehicle_kind: u32,
     /// Start of the estimator.
     pub alignment: Alignment,
     /// Inertial sensors.
@@ -343,6 +347,7 @@ impl Config {
             use_baro: u32::from(estimator.aiding.baro),
             use_rangefinder: u32::from(estimator.aiding.rangefinder),
             use_second_antenna: u32::from(estimator.aiding.second_antenna),
+            vehicle_kind: number_of(estimator.vehicle_kind),
             alignment: Alignment::of(&estimator.alignment),
             imu: (&ekf.imu).into(),
             gps: (&ekf.gps).into(),
@@ -381,6 +386,7 @@ impl Config {
         estimator.aiding.baro = flag("use_baro", self.use_baro)?;
         estimator.aiding.rangefinder = flag("use_rangefinder", self.use_rangefinder)?;
         estimator.aiding.second_antenna = flag("use_second_antenna", self.use_second_antenna)?;
+        estimator.vehicle_kind = kind_of(self.vehicle_kind)?;
         self.alignment.put(&mut estimator.alignment)?;
         self.rangefinder.put(&mut estimator)?;
         self.second_antenna.put(&mut estimator);

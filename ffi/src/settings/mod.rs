@@ -12,6 +12,8 @@ mod gains;
 
 mod lines;
 
+mod vehicle;
+
 use crate::status::Fault;
 
 pub use aids::*;
@@ -20,6 +22,7 @@ pub use estimator::*;
 pub use gains::*;
 pub use lines::*;
 pub use notch::*;
+pub use vehicle::*;
 
 /// Copies the named fields both ways between a structure here and its counterpart in the core.
 macro_rules! mirror {

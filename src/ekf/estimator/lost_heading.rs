@@ -9,7 +9,6 @@ use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::super::wheels::WheelWatch;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
 use crate::frames::{Ned, Vector};
 use crate::ins::Start;
@@ -105,7 +104,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         self.phase = Phase::Navigating;
-        self.wheels = WheelWatch::UNSEEN;
+        self.wheels.forget();
         self.search.monitor(self.filter.state.body_to_ned);
         let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });

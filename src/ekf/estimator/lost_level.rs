@@ -12,7 +12,6 @@ use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::super::wheels::WheelWatch;
 use super::lost_heading::open_about;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
 use crate::event::Event;
@@ -130,7 +129,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };
         self.filter.realign(&aligned, trace);
         self.filter.gates.doubt_heading(self.filter.state.time);
-        self.wheels = WheelWatch::UNSEEN;
+        self.wheels.forget();
         if is_open {
             self.level = Level::Lost;
             self.filter.attitude_lost = Some(self.filter.state.time);

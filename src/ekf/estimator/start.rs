@@ -5,7 +5,6 @@ use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::prediction::ImuFault;
 use super::super::scalar::Scalar;
-use super::super::wheels::WheelWatch;
 use super::lost_heading::open_about;
 use super::{Estimator, Notice, Phase};
 use crate::event::{Event, is_possible_height};
@@ -81,7 +80,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// log with results of the first.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
-        self.wheels = WheelWatch::UNSEEN;
+        self.wheels.forget();
         self.phase = Phase::Navigating;
         self.search.monitor(self.filter.state.body_to_ned);
     }

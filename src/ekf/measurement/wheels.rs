@@ -89,11 +89,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
         let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
         let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
-        let (across_mps, rate, gyro) = match across {
-            Across::Right => (velocity.y(), rate_z, GYRO_BIAS + 2),
-            Across::Down => (velocity.z(), rate_y, GYRO_BIAS + 1),
+        let [force_x, force_y] = wheels.force_mps2();
+        let (across_mps, rate, force_mps2, gyro) = match across {
+            Across::Right => (velocity.y(), rate_z, force_y, GYRO_BIAS + 2),
+            Across::Down => (velocity.z(), rate_y, force_x, GYRO_BIAS + 1),
         };
-        let line = wheels.line(across, single(velocity.x()));
+        let seen = Seen {
+            forward_mps: single(velocity.x()),
+            rate_radps: single(rate),
+            force_mps2,
+            across_mps: single(across_mps),
+            own_variance: 0.0,
+        };
+        let line = wheels.line(across, &seen);
         let (slope, arm_m) = (T::of(line.slope.into()), T::of(line.arm_m.into()));
         let square_to_line: Vector<Body, T> = match across {
             Across::Right => Vector::new(-slope, T::ONE, T::ZERO),
@@ -106,12 +114,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         sensitivity.add_block(ATTITUDE, direction.cross(self.state.velocity_mps).to_array());
         sensitivity.add(gyro, arm_m);
         Slip {
-            seen: Seen {
-                forward_mps: single(velocity.x()),
-                rate_radps: single(rate),
-                across_mps: single(across_mps),
-                own_variance: 0.0,
-            },
+            seen,
             left_mps: square_to_line.dot(velocity) - arm_m * rate,
             variance: line.variance,
             sensitivity,

@@ -264,6 +264,7 @@ const MANIFEST: &str = r#"# The vehicle and its sensors. Every key has a default
 
 # name = "first flight"
 # vehicle = "the vehicle and its flight"
+# vehicle_kind = "multirotor"            # helicopter, multirotor, fixed-wing, wheeled, boat or handheld
 # date = 2026-01-31        # for the magnetic declination
 
 [imu]

@@ -23,7 +23,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             severity: Severity::Info,
             count: 1,
             words: format!(
-                "the vehicle rolls on wheels, as the fixes up to {start_s:.0} s show: without fixes the filter \
+                "the vehicle rolls on wheels, known from {start_s:.0} s on: without fixes the filter \
                  constrains its velocity sideways and off the road to zero, one-sigma {sigma_mps:.2} m/s"
             ),
         });

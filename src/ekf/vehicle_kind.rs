@@ -1,0 +1,28 @@
+//! Kinds of vehicles.
+
+/// Kind of a vehicle, as its user declares it. It tells the filter whether the vehicle rolls on wheels.
+///
+/// # Source
+/// Equation (M17) of docs/equations.md.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
+pub enum VehicleKind {
+    /// Helicopter with one main rotor.
+    Helicopter,
+    /// Vehicle with several rotors.
+    Multirotor,
+    /// Aeroplane.
+    FixedWing,
+    /// Vehicle on wheels. While fixes are absent, it is held to its road from the first sample on: the line is found
+    /// from the fixes, and is uncertain by the mounting of the inertial unit before that.
+    Wheeled,
+    /// Vessel on water.
+    Boat,
+    /// Unit in a hand or on a person.
+    Handheld,
+}
