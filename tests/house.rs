@@ -237,13 +237,100 @@ fn every_equation_that_is_cited_exists() {
     }
 }
 
-#[test]
-fn every_file_that_the_documentation_names_exists() {
+/// The Markdown files of a folder of the checkout.
+fn markdown_in(folder: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(Path::new(ROOT).join(folder)).unwrap();
+    let mut pages: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    pages.sort();
+    pages
+}
+
+/// The front page, the rules for contributors, and the pages of `docs`.
+fn pages() -> Vec<PathBuf> {
     let mut pages: Vec<PathBuf> =
         ["README.md", "CONTRIBUTING.md"].map(|page| format!("{ROOT}/{page}").into()).to_vec();
-    let docs = fs::read_dir(format!("{ROOT}/docs")).unwrap();
-    pages.extend(docs.map(|entry| entry.unwrap().path()));
-    pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    pages.extend(markdown_in("docs"));
+    pages.extend(markdown_in("docs/validation"));
+    pages
+}
+
+/// The lines of a page outside its blocks of code.
+fn prose(text: &str) -> impl Iterator<Item = &str> {
+    let mut fenced = false;
+    text.lines().filter(move |line| {
+        let is_fence = line.starts_with("```");
+        fenced ^= is_fence;
+        !fenced && !is_fence
+    })
+}
+
+/// The targets of the links and pictures of a page, except those on the web.
+fn link_targets(text: &str) -> Vec<String> {
+    let mut targets = Vec::new();
+    for line in prose(text) {
+        let outside_code: String = line.split('`').step_by(2).collect();
+        let inline = outside_code.split("](").skip(1).filter_map(|part| part.split(')').next());
+        targets.extend(inline.map(str::to_owned));
+        let definition = line.strip_prefix('[').and_then(|rest| rest.split_once("]: "));
+        targets.extend(definition.map(|(_, target)| target.to_owned()));
+    }
+    targets.retain(|target| !target.contains("://"));
+    targets
+}
+
+/// The anchor that GitHub and mdBook give to a heading.
+fn anchor(heading: &str) -> String {
+    let letters = heading.trim().chars().filter_map(|letter| match letter {
+        ' ' => Some('-'),
+        '-' | '_' => Some(letter),
+        _ => letter.is_alphanumeric().then_some(letter),
+    });
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+#[test]
+fn every_link_of_a_page_leads_to_a_file_and_a_heading() {
+    let mut count = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).unwrap();
+        for target in link_targets(&text) {
+            let (file, heading) = target.split_once('#').unwrap_or((&target, ""));
+            let path = match file {
+                "" => page.clone(),
+                file => page.parent().unwrap().join(file),
+            };
+            assert!(path.exists(), "{}: no file for {target}", page.display());
+            if !heading.is_empty() {
+                let linked = fs::read_to_string(&path).unwrap();
+                let is_there = prose(&linked)
+                    .filter(|line| line.starts_with('#'))
+                    .any(|line| anchor(line.trim_start_matches('#')) == heading);
+                assert!(is_there, "{}: no heading for {target}", page.display());
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn the_book_lists_every_page_once() {
+    let docs = Path::new(ROOT).join("docs");
+    let mut listed = link_targets(&fs::read_to_string(docs.join("SUMMARY.md")).unwrap());
+    let mut written: Vec<String> = [markdown_in("docs"), markdown_in("docs/validation")]
+        .concat()
+        .iter()
+        .map(|page| page.strip_prefix(&docs).unwrap().to_str().unwrap().to_owned())
+        .filter(|page| page != "SUMMARY.md")
+        .collect();
+    listed.sort_unstable();
+    written.sort_unstable();
+    assert_eq!(listed, written);
+}
+
+#[test]
+fn every_file_that_the_documentation_names_exists() {
     let places = [
         "src/",
         "crates/",
@@ -256,7 +343,7 @@ fn every_file_that_the_documentation_names_exists() {
         "docs/",
         "fuzz/",
     ];
-    for page in pages {
+    for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
         for quoted in text.split('`').skip(1).step_by(2) {
             if places.iter().any(|place| quoted.starts_with(place)) && !quoted.contains(' ') {
