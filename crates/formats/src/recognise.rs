@@ -30,7 +30,16 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         LogError::io(log)(error)
     })?;
     if metadata.is_dir() {
-        let is_mapped = log.join("mapping.toml").exists() && !has_own_times(&log.join("imu.csv"));
+        let has = |name: &str| log.join(name).exists();
+        let is_mapped = has("mapping.toml") && !has_own_times(&log.join("imu.csv"));
+        let is_of_a_logger = !has("imu.csv") && !has("dataset.toml") && !has("gps.csv");
+        if is_of_a_logger && !is_mapped && has_tables(log) {
+            let shown = log.display();
+            let reason = format!(
+                "found a directory of text files with unknown columns. Run `hovernav init {shown}` to map them"
+            );
+            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        }
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe may block the reader; a device may never end.
@@ -45,6 +54,12 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     Ok(format)
+}
+
+/// Whether a directory has files in CSV.
+fn has_tables(directory: &Path) -> bool {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|last| last == "csv"))
 }
 
 /// The message files of a ROS 2 bag in their order, which is a directory with a `metadata.yaml`; `None` for other
@@ -114,6 +129,7 @@ pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError>
 
 /// The format of a file that begins with `head`, its first [`HEAD`] bytes or all of them.
 pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
+    let head = without_mark(head);
     if head.starts_with(ULOG) {
         Some(Format::Ulog)
     } else if head.starts_with(DATAFLASH) {
@@ -135,6 +151,11 @@ pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
     } else {
         None
     }
+}
+
+/// Text without its byte order mark.
+pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)
 }
 
 /// Whether the library in the header of an MCAP file is hovernav. True also for a truncated header: the reader of
@@ -318,6 +339,7 @@ mod tests {
                 &[&b"\x01\xA3\x95\x80"[..], &[0; 86], b"\xA3\x95\x80"].concat(),
                 Some(Format::Dataflash),
             ),
+            (b"\xef\xbb\xbfFMT, 128, 89, FMT, BBnNZ, Type", Some(Format::DataflashText)),
             (b"ULog but not", None),
             (b"", None),
         ] {

@@ -7,7 +7,6 @@ use crate::clock_steps::{ClockSteps, Shifts};
 use crate::distribution::Distribution;
 use crate::error::LogError;
 use crate::remarks::Remarks;
-use crate::statistics::quantile;
 use hovernav::time::Time;
 
 /// Rows of a file in the order found, each with its line, or its byte offset in a binary file.
@@ -309,13 +308,6 @@ impl Gaps {
         let longest_s = (5.0 * usual_s).max(SHORTEST_GAP_S);
         self.long.iter().filter(|gap| gap.length_s > longest_s).copied().collect()
     }
-}
-
-/// Median interval between successive `times`, s; `None` with fewer than two.
-#[must_use]
-pub fn median_interval_s(times: &[Time]) -> Option<f64> {
-    let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    quantile(&mut intervals, 0.5)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Steps of a clock within a recording: a counter that starts again from zero, and a clock that is set back.
 
-use crate::clock::median_interval_s;
 use crate::remarks::Remarks;
+use crate::statistics::median_interval_s;
 use hovernav::time::Time;
 
 /// Periods of counters, ns, with their names.

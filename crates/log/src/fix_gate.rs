@@ -4,10 +4,11 @@
 
 use std::path::Path;
 
-use crate::clock::{Rows, median_interval_s};
+use crate::clock::Rows;
 use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::remarks::Remarks;
+use crate::statistics::median_interval_s;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;

@@ -62,7 +62,7 @@ pub use aid_sections::{RangefinderSection, SecondAntennaSection};
 pub use auxiliary::pressure_altitude_m;
 pub use axes::{AccelUnit, Axes, GyroUnit};
 pub use batch::Join;
-pub use clock::{Rows, median_interval_s};
+pub use clock::Rows;
 pub use clock_steps::ClockSteps;
 pub use comparisons::{ChannelTally, FixTally};
 pub use controls::ControlFile;
@@ -101,6 +101,7 @@ pub use smoothing::SmoothedRun;
 pub use solution::{
     COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row, write_solution,
 };
+pub use statistics::median_interval_s;
 pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;

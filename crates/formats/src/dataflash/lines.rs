@@ -6,6 +6,7 @@ use std::io;
 use super::item::Item;
 use super::schema::Schema;
 use crate::damages::Damages;
+use crate::recognise::without_mark;
 use crate::window::Window;
 
 /// Longest line that is read, bytes.
@@ -46,7 +47,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             }
             None => (bytes.len(), false),
         };
-        let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
+        let Ok(text) = std::str::from_utf8(without_mark(&bytes[..length])) else {
             damages.add(line, "found a line that is not text; ignored");
             window.consume(length);
             continue;

@@ -132,8 +132,9 @@ fn read_capture(
         let fix = Fix { time: fix.time.offset_by(later_s), ..*fix };
         gathered.fixes.push(0, StatedFix::of(&fix), &mut remarks);
     }
-    let said = log.dataset.warnings.iter().chain(&log.dataset.notes);
-    warnings.extend(said.map(|sentence| format!("{name}: {sentence}")));
+    let named = |sentence: &String| format!("{name}: {sentence}");
+    warnings.extend(log.dataset.warnings.iter().map(named));
+    gathered.notes.extend(log.dataset.notes.iter().map(named));
     Ok(())
 }
 

@@ -26,6 +26,8 @@ pub(crate) struct Gathered {
     pub magnetometer: Rows<(Time, Vector<Body>)>,
     pub controls: Rows<(Time, [f64; 4])>,
     pub onboard: Rows<OnboardMoment>,
+    /// Choices and assumptions while reading.
+    pub notes: Vec<String>,
 }
 
 /// The dataset of the values `gathered` from the files of `mapping`, which is in `directory`.
@@ -82,6 +84,7 @@ pub(crate) fn dataset(
         controls: controls.ordered(gathered.controls, |row| &mut row.0, steps, &mut warnings)?,
         manifest,
         warnings,
+        notes: gathered.notes,
         ..Dataset::default()
     };
     Ok((dataset, onboard))

@@ -1,9 +1,9 @@
 //! Checks of the sensors' clocks and of the sample rate.
 
-use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
 use crate::finding::{Sensor, SetupFinding};
 use crate::sampling::SampleRates;
+use crate::statistics::median_interval_s;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 
