@@ -1,5 +1,6 @@
 //! Output: standard output, standard error, result files and progress.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
@@ -30,8 +31,9 @@ static UNWRITTEN: OnceLock<io::Error> = OnceLock::new();
 /// Writes requested output to standard output. A closed pipe, as from `head`, is ignored. [`unwritten`] reports any
 /// other failure.
 pub fn print(text: impl Display) {
+    let text = text.to_string();
     let mut out = io::stdout().lock();
-    match write!(out, "{text}").and_then(|()| out.flush()) {
+    match write!(out, "{}", escaped(&text)).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             // Only the first failure is kept.
             let _ = UNWRITTEN.set(error);
@@ -43,7 +45,21 @@ pub fn print(text: impl Display) {
 /// Writes an error or a warning to standard error. A failure to write is ignored; the exit status still reports the
 /// error.
 pub fn complain(line: impl Display) {
-    let _ = writeln!(io::stderr().lock(), "{line}");
+    let _ = writeln!(io::stderr().lock(), "{}", escaped(&line.to_string()));
+}
+
+/// `text` with its control characters spelt out, except line ends and tabs. Names in a log must not command the
+/// terminal.
+fn escaped(text: &str) -> Cow<'_, str> {
+    let is_command = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
+    if !text.contains(is_command) {
+        return Cow::Borrowed(text);
+    }
+    let spelt = |letter: char| match is_command(letter) {
+        true => letter.escape_default().to_string(),
+        false => letter.to_string(),
+    };
+    Cow::Owned(text.chars().map(spelt).collect())
 }
 
 /// The error, such as a full disk, if some text could not be written to standard output.
@@ -164,5 +180,16 @@ impl Working {
 impl Drop for Working {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::escaped;
+
+    #[test]
+    fn names_in_a_log_do_not_command_the_terminal() {
+        assert_eq!(escaped("a\x1b[2Jb\u{9b}c\td\n"), "a\\u{1b}[2Jb\\u{9b}c\td\n");
+        assert_eq!(escaped("54° µT\n"), "54° µT\n");
     }
 }

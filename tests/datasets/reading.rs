@@ -223,11 +223,13 @@ fn one_absurd_time_costs_one_row() {
 }
 
 #[test]
-fn of_a_clock_that_steps_back_once_the_fewest_rows_are_lost() {
+fn a_clock_that_steps_back_once_loses_no_row_and_is_a_break() {
     let times = [steady_times(0, 60), steady_times(58, 60)].concat();
     let dataset = open(&[("imu.csv", &imu_from(&times))]).unwrap();
-    assert_eq!(dataset.imu.len(), 11_800);
-    assert!(dataset.warnings[1].contains("200 rows"), "{:?}", dataset.warnings);
+    assert_eq!(dataset.imu.len(), 12_000);
+    let step = "imu.csv: line 6002: the clock goes back by 1.990 s";
+    assert!(dataset.warnings[1].starts_with(step), "{:?}", dataset.warnings);
+    assert_abs_diff_eq!(dataset.imu[6000].time - dataset.imu[5999].time, 5.0, epsilon = 1e-9);
 }
 
 #[test]
@@ -309,7 +311,8 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
             "gps.csv: line 3 left out: not a position on Earth, the latitude is beyond 90° (expected degrees, \
              not 1e-7 degrees)",
             "gps.csv: line 4 left out: a coordinate is missing",
-            "gps.csv: 2 rows, the first at line 5, left out: no fix",
+            "gps.csv: line 5 left out: no fix, latitude and longitude are 0",
+            "gps.csv: line 6 left out: no fix",
             "gps.csv: line 7 with an invalid sigma: sigma ignored",
             "gps.csv: line 8 with a velocity beyond any vehicle's: velocity ignored",
         ]
@@ -329,7 +332,7 @@ fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "gps.csv: line 3 without a height: used for the horizontal alone",
+            "gps.csv: line 3 without a measured height: used for the horizontal position only",
             "gps.csv: fixes of type 2, 1 of them: two-dimensional, used for the horizontal alone",
         ]
     );

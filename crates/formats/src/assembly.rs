@@ -9,12 +9,12 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
 use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
-use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::gps::AntennaHeading;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 use hovernav_log::{
-    Dataset, LogError, Manifest, Remarks, Rows, field_fault, motion_fault, plausible_fix,
-    remark_faults,
+    ClockSteps, Dataset, FixGate, LogError, Manifest, Remarks, Rows, StatedFix, field_fault,
+    is_unknown, motion_fault, remark_faults,
 };
 
 /// Largest valid innovation, m, m/s or rad.
@@ -24,7 +24,7 @@ const LARGEST_INNOVATION: f64 = 1e7;
 #[derive(Debug)]
 pub(crate) struct Assembly {
     imu: Rows<ImuSample>,
-    fixes: Rows<Fix>,
+    fixes: FixGate,
     baro: Rows<(Time, f64)>,
     magnetometer: Rows<(Time, Vector<Body>)>,
     headings: Rows<AntennaHeading>,
@@ -48,7 +48,7 @@ impl Assembly {
         };
         Self {
             imu: Rows::new(),
-            fixes: Rows::new(),
+            fixes: FixGate::default(),
             baro: Rows::new(),
             magnetometer: Rows::new(),
             headings: Rows::new(),
@@ -92,28 +92,14 @@ impl Assembly {
         self.imu_remarks.count(why, place);
     }
 
-    /// Adds a fix, without its implausible values.
-    pub fn fix(&mut self, place: u64, fix: Fix) {
-        let fix = plausible_fix(fix, place, &mut self.gps_remarks);
-        if fix.is_finite() {
-            if fix.two_dimensional {
-                let what = "without a measured height: used for the horizontal position only";
-                self.gps_remarks.count(what, place);
-            }
-            self.fixes.push(place, fix);
-        } else {
-            self.gps_remarks.count("left out: not a position on Earth", place);
-        }
-    }
-
-    /// Counts a fix that was left out, with the reason.
-    pub fn fix_left_out(&mut self, place: u64, why: &'static str) {
-        self.gps_remarks.count(why, place);
+    /// Adds a fix as the log states it; returns whether it is one.
+    pub fn fix(&mut self, place: u64, fix: StatedFix) -> bool {
+        self.fixes.push(place, fix, &mut self.gps_remarks)
     }
 
     /// Adds a barometric height, m.
     pub fn baro(&mut self, place: u64, time: Time, height_m: f64) {
-        match height_m.abs() <= 1e5 {
+        match height_m.abs() <= 1e5 && !is_unknown(height_m) {
             true => self.baro.push(place, (time, height_m)),
             false => self.other_remarks.count(
                 "left out: the barometric height is missing or \
@@ -203,18 +189,22 @@ impl Assembly {
         if manifest.name.is_empty() {
             manifest.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
+        let steps = &mut ClockSteps::default();
         let (imu, places) = self.imu.together(&mut self.imu_remarks).in_time_order(
-            |sample| sample.time,
+            |sample| &mut sample.time,
             path,
+            steps,
             &mut self.imu_remarks,
         )?;
-        let (fixes, _) = self.fixes.in_time_order(|fix| fix.time, path, &mut self.gps_remarks)?;
+        let fixes = self.fixes.finish(path, steps, &mut self.gps_remarks)?;
         let others = &mut self.other_remarks;
-        let (baro, _) = self.baro.in_time_order(|row| row.0, path, others)?;
-        let (magnetometer, _) = self.magnetometer.in_time_order(|row| row.0, path, others)?;
-        let (headings, _) = self.headings.in_time_order(|row| row.time, path, others)?;
-        let (ranges, _) = self.ranges.in_time_order(|row| row.time, path, others)?;
-        let (controls, _) = self.controls.in_time_order(|row| row.0, path, others)?;
+        let (baro, _) = self.baro.in_time_order(|row| &mut row.0, path, steps, others)?;
+        let (magnetometer, _) =
+            self.magnetometer.in_time_order(|row| &mut row.0, path, steps, others)?;
+        let (headings, _) =
+            self.headings.in_time_order(|row| &mut row.time, path, steps, others)?;
+        let (ranges, _) = self.ranges.in_time_order(|row| &mut row.time, path, steps, others)?;
+        let (controls, _) = self.controls.in_time_order(|row| &mut row.0, path, steps, others)?;
         if imu.is_empty() && fixes.is_empty() {
             let format = format.with_article();
             let mut reason = format!("found {format} without inertial samples and without fixes");

@@ -1,32 +1,72 @@
 //! Chooses one of several sensors of a kind.
 
+use hovernav_log::Dimensions;
+
+/// Number of messages of a sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tally {
+    pub messages: usize,
+    /// Messages with a measurement that may be used.
+    pub good: usize,
+}
+
+impl Tally {
+    /// Counts a message.
+    pub fn count(&mut self, is_good: bool) {
+        self.messages += 1;
+        self.good += usize::from(is_good);
+    }
+
+    /// Whether a sensor with this tally replaces one that comes before it: it has many more good messages, or more
+    /// where the other is bad for a large part of the log.
+    fn replaces(self, other: Self) -> bool {
+        let is_bad = (other.messages - other.good) as f64 > BAD * other.messages as f64;
+        self.good as f64 > MUCH_MORE * other.good as f64 || is_bad && self.good > other.good
+    }
+}
+
+/// Whether a message states a fix: its type, and its latitude and longitude, are not those of a receiver without one.
+pub(crate) fn is_fix(fix_type: f64, place: [f64; 2]) -> bool {
+    Dimensions::of_type(fix_type) != Dimensions::None && place != [0.0; 2]
+}
+
+/// Whether a sensor of three axes measures: a dead one repeats exact zeros.
+pub(crate) fn is_alive(values: [f64; 3]) -> bool {
+    values != [0.0; 3] && values.iter().all(|value| value.is_finite())
+}
+
 /// The sensors of one kind in a log, in order of preference, each with its number of messages.
 #[derive(Debug)]
-pub(crate) struct Counts<K>(Vec<(K, usize)>);
+pub(crate) struct Counts<K>(Vec<(K, Tally)>);
 
 /// Ratio of message counts above which a later sensor is preferred to an earlier one.
 const MUCH_MORE: f64 = 1.5;
+/// Share of bad messages from which on a sensor with more good ones is preferred.
+const BAD: f64 = 0.1;
 
 impl<K: Copy + PartialEq> Counts<K> {
     /// Sensors in order of preference.
-    pub fn new(sensors: impl Iterator<Item = (K, usize)>) -> Self {
-        Self(sensors.filter(|&(_, count)| count > 0).collect())
+    pub fn new(sensors: impl Iterator<Item = (K, Tally)>) -> Self {
+        Self(sensors.filter(|&(_, tally)| tally.messages > 0).collect())
     }
 
     /// The sensor to read: the first with the number `wanted`, by `instance`; without `wanted`, the first unless
-    /// another has many more messages. The second value lists the other sensors, if any, by `name`.
+    /// another has many more good messages. The second value lists the other sensors, if any, by `name`, with the
+    /// command's `option` that selects one.
     ///
     /// # Errors
     /// A sentence where no sensor has the number `wanted`.
     pub fn choose(
         &self,
-        wanted: Option<usize>,
+        (option, wanted): (&str, Option<usize>),
         instance: impl Fn(K) -> usize,
         name: impl Fn(K) -> String,
     ) -> Result<(Option<K>, Option<String>), String> {
-        let in_words =
-            |&(sensor, count): &(K, usize)| format!("{} ({count} messages)", name(sensor));
-        let listed = |sensors: &mut dyn Iterator<Item = &(K, usize)>| {
+        let in_words = |&(sensor, Tally { messages, good }): &(K, Tally)| match messages - good {
+            0 => format!("{} ({messages} messages)", name(sensor)),
+            bad => format!("{} ({messages} messages, {bad} of them bad)", name(sensor)),
+        };
+        let listed = |sensors: &mut dyn Iterator<Item = &(K, Tally)>| {
             sensors.map(in_words).collect::<Vec<_>>().join(", ")
         };
         let taken = match wanted {
@@ -42,11 +82,10 @@ impl<K: Copy + PartialEq> Counts<K> {
                 taken
             }
             None => {
-                let much_more = |count: usize, most: usize| count as f64 > MUCH_MORE * most as f64;
                 let best = self
                     .0
                     .iter()
-                    .reduce(|best, sensor| if much_more(sensor.1, best.1) { sensor } else { best });
+                    .reduce(|best, sensor| if sensor.1.replaces(best.1) { sensor } else { best });
                 let Some(best) = best else { return Ok((None, None)) };
                 best
             }
@@ -54,7 +93,12 @@ impl<K: Copy + PartialEq> Counts<K> {
         let mut others = self.0.iter().filter(|(sensor, _)| *sensor != taken.0).peekable();
         let sentence = others.peek().is_some().then(|| {
             let others = listed(&mut others);
-            format!("{} is read; the log also has {others}", in_words(taken))
+            let select = if option.is_empty() {
+                String::new()
+            } else {
+                format!("; {option} selects another")
+            };
+            format!("{} is read; the log also has {others}{select}", in_words(taken))
         });
         Ok((Some(taken.0), sentence))
     }
@@ -64,10 +108,17 @@ impl<K: Copy + PartialEq> Counts<K> {
 mod tests {
     use super::*;
 
+    fn tally(messages: usize, bad: usize) -> Tally {
+        Tally { messages, good: messages - bad }
+    }
+
     #[test]
     fn the_first_is_read_unless_another_has_many_more_or_is_asked_for() {
-        let counts = Counts::new([(0, 100), (1, 140), (2, 151), (3, 0)].into_iter());
-        let choose = |wanted| counts.choose(wanted, |sensor| sensor, |sensor| format!("S{sensor}"));
+        let all = [(0, tally(100, 0)), (1, tally(140, 0)), (2, tally(151, 0)), (3, tally(0, 0))];
+        let counts = Counts::new(all.into_iter());
+        let choose = |wanted| {
+            counts.choose(("--imu", wanted), |sensor| sensor, |sensor| format!("S{sensor}"))
+        };
         assert_eq!(choose(None).unwrap().0, Some(2));
         assert_eq!(
             choose(Some(1)).unwrap(),
@@ -75,7 +126,7 @@ mod tests {
                 Some(1),
                 Some(
                     "S1 (140 messages) is read; the log also has S0 (100 messages), S2 (151 \
-                     messages)"
+                     messages); --imu selects another"
                         .to_owned()
                 )
             )
@@ -83,6 +134,21 @@ mod tests {
         let error = choose(Some(3)).unwrap_err();
         assert!(error.starts_with("found no instance 3; the log has S0 (100"), "{error}");
         let none = Counts::<u8>::new(std::iter::empty());
-        assert_eq!(none.choose(None, |_| 0, |_| String::new()), Ok((None, None)));
+        assert_eq!(none.choose(("", None), |_| 0, |_| String::new()), Ok((None, None)));
+    }
+
+    #[test]
+    fn a_dead_or_often_bad_first_sensor_is_not_read_where_another_is_good() {
+        for (first, second, expected) in [
+            (tally(100, 100), tally(100, 0), 1),
+            (tally(100, 30), tally(100, 0), 1),
+            (tally(100, 5), tally(100, 0), 0),
+            (tally(100, 50), tally(100, 50), 0),
+            (tally(100, 100), tally(100, 100), 0),
+        ] {
+            let counts = Counts::new([(0, first), (1, second)].into_iter());
+            let taken = counts.choose(("", None), |sensor| sensor, |sensor| format!("S{sensor}"));
+            assert_eq!(taken.unwrap().0, Some(expected), "{first:?} {second:?}");
+        }
     }
 }

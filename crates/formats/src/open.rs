@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 use crate::log::{Log, Options};
-use crate::recognise::{HEAD, ensure_known, file_of_bag, recognise};
+use crate::recognise::{HEAD, ensure_known, files_of_bag, recognise};
 use crate::window::Input;
 use hovernav_log::LogError;
 
@@ -15,17 +15,25 @@ use hovernav_log::LogError;
 /// or for damage, with the byte offset. [`LogError::LeftOut`] if this crate was built without the feature for the
 /// format. Otherwise the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
-    let in_bag = file_of_bag(log)?;
-    let log = in_bag.as_deref().unwrap_or(log);
-    let format = recognise(log)?;
-    ensure_choice(format, log, options)?;
+    let in_bag = files_of_bag(log)?;
+    let first = in_bag.as_deref().and_then(<[_]>::first).map_or(log, PathBuf::as_path);
+    let format = recognise(first)?;
+    ensure_choice(format, first, options)?;
     match format {
         format @ (Format::Dataset | Format::Record) => {
             let most = options.samples_in_memory.unwrap_or(usize::MAX);
             let (dataset, record) = hovernav_log::open(log, most)?;
             Ok(Log { format, dataset, record, onboard: None })
         }
-        format => read(format, Input { path: log, bytes: None }, options),
+        #[cfg(feature = "ros2")]
+        Format::Ros2 => {
+            let files = in_bag.as_deref().unwrap_or_default();
+            let inputs: Vec<Input<'_>> = files.iter().map(|file| Input::of(file)).collect();
+            let alone = [Input::of(first)];
+            let path = if inputs.len() > 1 { log } else { first };
+            crate::ros2::read(path, if inputs.is_empty() { &alone } else { &inputs }, options)
+        }
+        format => read(format, Input::of(first), options),
     }
 }
 
@@ -67,7 +75,7 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         #[cfg(feature = "dataflash")]
         Format::Dataflash | Format::DataflashText => crate::dataflash::read(input, format, options),
         #[cfg(feature = "ros2")]
-        Format::Ros2 => crate::ros2::read(input, options),
+        Format::Ros2 => crate::ros2::read(input.path, &[input], options),
         #[cfg(feature = "raw")]
         Format::Raw => crate::raw::read(input, options),
         #[cfg(feature = "text")]

@@ -1,12 +1,12 @@
 //! Recognises the format of a log from its content.
 
-use std::fs::File;
-use std::io::{Error, ErrorKind, Read as _};
+use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
 use crate::raw::is_raw;
+use crate::window::Input;
 use hovernav_log::LogError;
 
 /// Number of bytes at the start of a file that determine its format.
@@ -30,7 +30,16 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         LogError::io(log)(error)
     })?;
     if metadata.is_dir() {
-        let is_mapped = log.join("mapping.toml").exists() && !has_own_times(&log.join("imu.csv"));
+        let has = |name: &str| log.join(name).exists();
+        let is_mapped = has("mapping.toml") && !has_own_times(&log.join("imu.csv"));
+        let is_of_a_logger = !has("imu.csv") && !has("dataset.toml") && !has("gps.csv");
+        if is_of_a_logger && !is_mapped && has_tables(log) {
+            let shown = log.display();
+            let reason = format!(
+                "found a directory of text files with unknown columns. Run `hovernav init {shown}` to map them"
+            );
+            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        }
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe may block the reader; a device may never end.
@@ -38,33 +47,56 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         let reason = "found a pipe or a device, expected a file or a directory".to_owned();
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
-    ensure_known(&head_of(log)?, log)
+    let format = ensure_known(&head_of(log)?, log)?;
+    let reads_packed = !matches!(format, Format::Text | Format::Record);
+    if !reads_packed && Input::of(log).is_packed()? {
+        let reason = format!("found a zstd file with {format}: unpack it first");
+        return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+    }
+    Ok(format)
 }
 
-/// The message file of a ROS 2 bag, which is a directory with a `metadata.yaml`; `None` for other logs.
-pub(crate) fn file_of_bag(log: &Path) -> Result<Option<PathBuf>, LogError> {
+/// Whether a directory has files in CSV.
+fn has_tables(directory: &Path) -> bool {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|last| last == "csv"))
+}
+
+/// The message files of a ROS 2 bag in their order, which is a directory with a `metadata.yaml`; `None` for other
+/// logs.
+pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
     let has = |name: &str| log.join(name).is_file();
     if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
         return Ok(None);
     }
     let entries = std::fs::read_dir(log).map_err(LogError::io(log))?;
     let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    let with = |extension: &str| {
-        let is_such = |file: &&PathBuf| file.extension().is_some_and(|found| found == extension);
-        files.iter().filter(is_such).cloned().collect::<Vec<_>>()
+    let with = |endings: &[&str]| {
+        let name = |file: &PathBuf| file.to_string_lossy().into_owned();
+        let is_such = |file: &&PathBuf| endings.iter().any(|ending| name(file).ends_with(ending));
+        let mut found: Vec<PathBuf> = files.iter().filter(is_such).cloned().collect();
+        // rosbag2 numbers the files of a split bag: `flight_9.mcap`, `flight_10.mcap`.
+        let number = |file: &PathBuf| {
+            let stem = file.file_name()?.to_str()?.split('.').next()?;
+            stem.rsplit('_').next()?.parse::<u32>().ok()
+        };
+        found.sort_by_key(|file| (number(file), file.clone()));
+        found
     };
-    let reason = match (&with("mcap")[..], &with("db3")[..]) {
-        // A SQLite file is rejected later, with advice in the error.
-        ([file], _) | ([], [file, ..]) => return Ok(Some(file.clone())),
-        ([], []) => "found a ROS 2 bag without an .mcap file".to_owned(),
-        (files, _) => {
-            format!(
-                "found a ROS 2 bag of {} files, expected one: open them one by one",
-                files.len()
-            )
-        }
-    };
-    Err(LogError::Unusable { path: log.to_path_buf(), reason })
+    let mut messages = with(&[".mcap", ".mcap.zstd"]);
+    // A file next to its packed copy.
+    let all = messages.clone();
+    messages.retain(|file| {
+        file.extension().is_none_or(|last| last != "zstd")
+            || !all.contains(&file.with_extension(""))
+    });
+    // A SQLite file is rejected later, with advice in the error.
+    let found = if messages.is_empty() { with(&[".db3"]) } else { messages };
+    if found.is_empty() {
+        let reason = "found a ROS 2 bag without an .mcap file".to_owned();
+        return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+    }
+    Ok(Some(found))
 }
 
 /// Whether a file's first line has hovernav's own time column. A foreign `imu.csv` may be in the same directory as
@@ -75,17 +107,16 @@ fn has_own_times(file: &Path) -> bool {
     line.split(|byte| *byte == b',').any(|name| name.trim_ascii().ends_with(b"t_s"))
 }
 
-/// The first [`HEAD`] bytes of a file.
+/// The first [`HEAD`] bytes of a file, unpacked.
 pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
-    let mut head = Vec::with_capacity(HEAD);
-    let file = File::open(path).map_err(LogError::io(path))?;
-    file.take(HEAD as u64).read_to_end(&mut head).map_err(LogError::io(path))?;
-    Ok(head)
+    let mut window = Input::of(path).window()?;
+    let head = window.peek(HEAD).map_err(LogError::io(path))?;
+    Ok(head[..head.len().min(HEAD)].to_vec())
 }
 
 /// [`format_of`], or an error with the likely type of the file at `path`.
 pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError> {
-    format_of(head).ok_or_else(|| {
+    format_of(head).filter(|_| !is_rinex(head)).ok_or_else(|| {
         let found = looks_like(head);
         let reason = format!(
             "found {found}, expected a log: a dataset directory, a flight record, a PX4 ULog, an \
@@ -98,6 +129,7 @@ pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError>
 
 /// The format of a file that begins with `head`, its first [`HEAD`] bytes or all of them.
 pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
+    let head = without_mark(head);
     if head.starts_with(ULOG) {
         Some(Format::Ulog)
     } else if head.starts_with(DATAFLASH) {
@@ -121,6 +153,11 @@ pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
     }
 }
 
+/// Text without its byte order mark.
+pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text)
+}
+
 /// Whether the library in the header of an MCAP file is hovernav. True also for a truncated header: the reader of
 /// flight records reports the missing part.
 fn is_own(head: &[u8]) -> bool {
@@ -142,6 +179,29 @@ fn is_tlog(head: &[u8]) -> bool {
         return false;
     };
     second.is_empty() || frame_length(second).is_some()
+}
+
+/// Whether a file is RINEX, which names itself in its first line.
+fn is_rinex(head: &[u8]) -> bool {
+    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    line.windows(20).any(|part| part == b"RINEX VERSION / TYPE")
+}
+
+/// Whether `head` begins with four MAVLink frames without times.
+fn is_bare_mavlink(head: &[u8]) -> bool {
+    const TIME: usize = 8;
+    let mut rest = head;
+    (0..4).all(|_| {
+        let timed = [&[0; TIME], &rest[..rest.len().min(3)]].concat();
+        let length = frame_length(&timed).map(|length| length - TIME);
+        match length.and_then(|length| rest.get(length..)) {
+            Some(after) if !rest.is_empty() => {
+                rest = after;
+                true
+            }
+            _ => false,
+        }
+    })
 }
 
 /// Whether `head` begins with three frames, the first with a plausible date. For logs with a damaged beginning: at
@@ -200,7 +260,10 @@ fn is_text_in_columns(head: &[u8]) -> bool {
 
 /// Whether every byte can be part of text, in any encoding that extends ASCII.
 pub(crate) fn is_text(head: &[u8]) -> bool {
-    head.iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace())
+    // Storage that was reserved but not written ends a file with zeros.
+    let written = head.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    (written > 0 || head.is_empty())
+        && head[..written].iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace())
 }
 
 /// First bytes and names of file types that are not logs.
@@ -237,6 +300,14 @@ pub(crate) fn looks_like(head: &[u8]) -> &'static str {
     if let Some((_, name)) = OTHERS.iter().find(|(magic, _)| head.starts_with(magic)) {
         return name;
     }
+    if is_rinex(head) {
+        return "RINEX, raw measurements without a position solution: solve them with RTKLIB, and read its .pos \
+                file with `hovernav init`";
+    }
+    if is_bare_mavlink(head) {
+        return "MAVLink without the times of a telemetry log: let the ground station write a .tlog, in which each \
+                message follows eight bytes of time";
+    }
     let is_text = |byte: &u8| byte.is_ascii_graphic() || byte.is_ascii_whitespace();
     if head.iter().all(|byte| *byte == 0) {
         "nothing but zeros"
@@ -268,6 +339,7 @@ mod tests {
                 &[&b"\x01\xA3\x95\x80"[..], &[0; 86], b"\xA3\x95\x80"].concat(),
                 Some(Format::Dataflash),
             ),
+            (b"\xef\xbb\xbfFMT, 128, 89, FMT, BBnNZ, Type", Some(Format::DataflashText)),
             (b"ULog but not", None),
             (b"", None),
         ] {

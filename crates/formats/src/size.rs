@@ -1,14 +1,18 @@
 //! Memory that a log takes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 use crate::log::Options;
-use crate::recognise::{file_of_bag, recognise};
+use crate::recognise::{files_of_bag, recognise};
+use crate::window::Input;
 use hovernav_log::{Dataset, LogError};
 
 /// Memory of a flight record or a log of another format, divided by its file size. Measured on ULog: 1.9.
 const OF_A_FILE: u64 = 2;
+
+/// The same for a file compressed by Zstandard.
+const OF_A_PACKED_FILE: u64 = 20;
 
 /// Approximate memory that [`open`](crate::open) needs for `log`, bytes: from the rows of a dataset directory, else
 /// from the file size.
@@ -16,13 +20,14 @@ const OF_A_FILE: u64 = 2;
 /// # Errors
 /// As [`open`](crate::open), for a log of unknown format.
 pub fn bytes_of(log: &Path, options: &Options) -> Result<u64, LogError> {
-    let in_bag = file_of_bag(log)?;
-    let log = in_bag.as_deref().unwrap_or(log);
-    if recognise(log)? == Format::Dataset {
+    let in_bag = files_of_bag(log)?;
+    let first = in_bag.as_deref().and_then(<[_]>::first).map_or(log, PathBuf::as_path);
+    if recognise(first)? == Format::Dataset {
         return Ok(Dataset::bytes_of(log, options.samples_in_memory.unwrap_or(usize::MAX)));
     }
     let length = |path: &Path| std::fs::metadata(path).map_or(0, |metadata| metadata.len());
     let entries = std::fs::read_dir(log).into_iter().flatten().flatten();
     let files: u64 = entries.map(|entry| length(&entry.path())).sum();
-    Ok(OF_A_FILE * if log.is_dir() { files } else { length(log) })
+    let times = if Input::of(first).is_packed()? { OF_A_PACKED_FILE } else { OF_A_FILE };
+    Ok(times * if log.is_dir() { files } else { length(log) })
 }

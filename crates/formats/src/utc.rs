@@ -10,15 +10,61 @@ pub(crate) fn date(utc_s: f64) -> Option<String> {
     (text.as_str() >= "1990" && text.as_str() < "2100").then_some(text)
 }
 
-/// UTC, s since 1970, of a GPS week and the seconds in it. Leap seconds are ignored; a date does not need them.
-pub(crate) fn of_gps(week: f64, in_week_s: f64) -> f64 {
-    // GPS time began on 6 January 1980.
-    315_964_800.0 + 604_800.0 * week + in_week_s
+/// 6 January 1980, the start of GPS time, s since 1970.
+const GPS_EPOCH_S: i64 = 315_964_800;
+
+/// A week of GPS time, s.
+pub(crate) const WEEK_S: i64 = 604_800;
+
+const SECOND_NS: i64 = 1_000_000_000;
+
+/// UTC, s since 1970, at which each leap second has passed. From each of these on, GPS time is another second ahead
+/// of UTC; 18 s since 2017.
+///
+/// # Source
+/// IERS Bulletin C; the list in `leap-seconds.list` of the time zone database.
+const LEAPS_S: [i64; 18] = [
+    362_793_600,
+    394_329_600,
+    425_865_600,
+    489_024_000,
+    567_993_600,
+    631_152_000,
+    662_688_000,
+    709_948_800,
+    741_484_800,
+    773_020_800,
+    820_454_400,
+    867_715_200,
+    915_148_800,
+    1_136_073_600,
+    1_230_768_000,
+    1_341_100_800,
+    1_435_708_800,
+    1_483_228_800,
+];
+
+/// UTC, ns since 1970, of GPS time, ns since 6 January 1980.
+pub(crate) fn of_gps(gps_ns: i64) -> i64 {
+    let ahead_ns = gps_ns.saturating_add(GPS_EPOCH_S * SECOND_NS);
+    // The earlier leap seconds are subtracted before the comparison with each leap second.
+    let passed = LEAPS_S.iter().zip(0..).filter(|&(&leap_s, before): &(&i64, i64)| {
+        ahead_ns.div_euclid(SECOND_NS) - before > leap_s
+    });
+    ahead_ns - passed.count() as i64 * SECOND_NS
+}
+
+/// UTC, ns since 1970, of a GPS week and the seconds in it.
+pub(crate) fn of_gps_week(week: f64, in_week_s: f64) -> i64 {
+    of_gps(
+        (week as i64).saturating_mul(WEEK_S * SECOND_NS).saturating_add((1e9 * in_week_s) as i64),
+    )
 }
 
 #[cfg(test)]
 mod tests {
-    use super::date;
+    use super::*;
+    use chrono::Datelike as _;
 
     #[test]
     fn days_are_those_of_the_calendar() {
@@ -26,5 +72,29 @@ mod tests {
         assert_eq!(date(0.0), None);
         assert_eq!(date(f64::NAN), None);
         assert_eq!(date(1e300), None);
+    }
+
+    fn utc(gps_s: i64) -> i64 {
+        of_gps(gps_s * SECOND_NS) / SECOND_NS
+    }
+
+    #[test]
+    fn gps_time_is_ahead_of_utc_by_the_leap_seconds_so_far() {
+        assert_eq!(utc(0), GPS_EPOCH_S);
+        // The receiver's own pair at the turn of 2017: GPS week 1930, 17 and 18 s into Sunday.
+        let turn_s = 1_483_228_800 - GPS_EPOCH_S;
+        assert_eq!(utc(turn_s + 16), 1_483_228_799);
+        assert_eq!(utc(turn_s + 18), 1_483_228_800);
+        assert_eq!(utc(1_800_000_000 - GPS_EPOCH_S + 18), 1_800_000_000);
+    }
+
+    #[test]
+    fn leap_seconds_fall_on_the_first_of_january_or_july() {
+        for leap_s in LEAPS_S {
+            let day = DateTime::from_timestamp(leap_s, 0).unwrap();
+            assert!(leap_s % 86_400 == 0 && day.day() == 1, "{day}");
+            assert!(matches!(day.month(), 1 | 7), "{day}");
+        }
+        assert!(LEAPS_S.is_sorted());
     }
 }

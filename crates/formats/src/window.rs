@@ -2,12 +2,16 @@
 
 use std::fs::File;
 use std::io::{self, Cursor, ErrorKind, Read as _, Seek as _, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use hovernav_log::LogError;
 
 /// Number of bytes per read.
 const CHUNK: usize = 1 << 18;
+/// First bytes of a file compressed by Zstandard.
+const ZSTANDARD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
+/// Largest ratio of the lengths of a log unpacked and packed.
+const MOST_PACKED: u64 = 1000;
 
 /// A log to be read, from a file or from memory.
 #[derive(Clone, Copy, Debug)]
@@ -19,18 +23,35 @@ pub(crate) struct Input<'a> {
 }
 
 impl<'a> Input<'a> {
-    /// Length of the log, bytes.
+    /// The file at `path`.
+    pub fn of(path: &'a Path) -> Self {
+        Self { path, bytes: None }
+    }
+
+    /// Upper limit of the length of the log, bytes.
     pub fn length(&self) -> Result<u64, LogError> {
-        match self.bytes {
-            Some(bytes) => Ok(bytes.len() as u64),
-            None => Ok(std::fs::metadata(self.path).map_err(LogError::io(self.path))?.len()),
+        let Some(bytes) = self.bytes else {
+            let length = std::fs::metadata(self.path).map_err(LogError::io(self.path))?.len();
+            return Ok(if self.is_packed()? { length.saturating_mul(MOST_PACKED) } else { length });
+        };
+        Ok(bytes.len() as u64)
+    }
+
+    /// Whether the log is a file compressed by Zstandard, which is unpacked while it is read.
+    pub fn is_packed(&self) -> Result<bool, LogError> {
+        let mut magic = [0; ZSTANDARD.len()];
+        if !cfg!(feature = "ros2") || self.bytes.is_some() {
+            return Ok(false);
         }
+        let mut file = File::open(self.path).map_err(LogError::io(self.path))?;
+        Ok(file.read_exact(&mut magic).is_ok() && magic == ZSTANDARD)
     }
 
     /// A window at the start of the log.
     pub fn window(&self) -> Result<Window<'a>, LogError> {
         let source = match self.bytes {
             Some(bytes) => Source::Memory(Cursor::new(bytes)),
+            None if self.is_packed()? => unpacked(self.path).map_err(LogError::io(self.path))?,
             None => Source::File(File::open(self.path).map_err(LogError::io(self.path))?),
         };
         let (bytes, start, offset, is_at_end) = (Vec::new(), 0, 0, false);
@@ -38,17 +59,40 @@ impl<'a> Input<'a> {
     }
 }
 
-#[derive(Debug)]
 enum Source<'a> {
     File(File),
     Memory(Cursor<&'a [u8]>),
+    /// A file that is unpacked while it is read, and its path.
+    Packed(Box<dyn io::Read>, PathBuf),
+}
+
+impl std::fmt::Debug for Source<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::File(_) => "File",
+            Self::Memory(_) => "Memory",
+            Self::Packed(..) => "Packed",
+        })
+    }
+}
+
+#[cfg(feature = "ros2")]
+fn unpacked<'a>(path: &Path) -> io::Result<Source<'a>> {
+    let decoder = ruzstd::decoding::StreamingDecoder::new(File::open(path)?)
+        .map_err(|error| io::Error::new(ErrorKind::InvalidData, error.to_string()))?;
+    Ok(Source::Packed(Box::new(decoder), path.to_path_buf()))
+}
+
+#[cfg(not(feature = "ros2"))]
+fn unpacked<'a>(path: &Path) -> io::Result<Source<'a>> {
+    Ok(Source::File(File::open(path)?))
 }
 
 impl Source<'_> {
     /// Upper limit of the number of bytes left.
     fn left(&self) -> usize {
         match self {
-            Self::File(_) => usize::MAX,
+            Self::File(_) | Self::Packed(..) => usize::MAX,
             Self::Memory(memory) => {
                 memory.get_ref().len().saturating_sub(memory.position() as usize)
             }
@@ -87,6 +131,7 @@ impl Window<'_> {
             let read = match &mut self.source {
                 Source::File(file) => file.read(&mut self.bytes[kept..]),
                 Source::Memory(memory) => memory.read(&mut self.bytes[kept..]),
+                Source::Packed(file, _) => file.read(&mut self.bytes[kept..]),
             };
             let count = *read.as_ref().unwrap_or(&0);
             self.bytes.truncate(kept + count);
@@ -122,6 +167,17 @@ impl Window<'_> {
         match &mut self.source {
             Source::File(file) => file.seek(SeekFrom::Start(offset))?,
             Source::Memory(memory) => memory.seek(SeekFrom::Start(offset))?,
+            Source::Packed(file, path) => {
+                // The file's own position is at the end of the window.
+                let passed = self.offset + (self.bytes.len() - self.start) as u64;
+                if offset < passed {
+                    self.source = unpacked(&path.clone())?;
+                    (self.offset, self.start) = (0, 0);
+                    self.bytes.clear();
+                    return self.seek(offset);
+                }
+                io::copy(&mut file.take(offset - passed), &mut io::sink())?
+            }
         };
         self.bytes.clear();
         (self.start, self.offset, self.is_at_end) = (0, offset, false);

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::clock::Rows;
+use crate::clock_steps::ClockSteps;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::remarks::Remarks;
@@ -23,10 +24,11 @@ const FASTEST_HZ: f64 = 5000.0;
 
 pub(crate) fn read_ranges(
     dir: &Path,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<RangeReading>, LogError> {
     let columns = ["range_m", "sigma_m", "quality"];
-    read(dir, RANGE_FILE, columns, warnings, |time, range_m, [sigma_m, quality]| {
+    read(dir, RANGE_FILE, columns, steps, warnings, |time, range_m, [sigma_m, quality]| {
         let sound = (0.0..=FURTHEST).contains(&range_m)
             && sigma_m.is_none_or(|sigma_m| sigma_m > 0.0)
             && quality.is_none_or(|quality| (0.0..=1.0).contains(&quality));
@@ -36,10 +38,11 @@ pub(crate) fn read_ranges(
 
 pub(crate) fn read_headings(
     dir: &Path,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<AntennaHeading>, LogError> {
     let columns = ["heading_deg", "sigma_deg", "length_m"];
-    read(dir, HEADING_FILE, columns, warnings, |time, heading_deg, [sigma_deg, length_m]| {
+    read(dir, HEADING_FILE, columns, steps, warnings, |time, heading_deg, [sigma_deg, length_m]| {
         let sound = heading_deg.abs() <= 720.0
             && sigma_deg.is_none_or(|sigma_deg| sigma_deg > 0.0)
             && length_m.is_none_or(|length_m| length_m > 0.0 && length_m <= FURTHEST);
@@ -51,9 +54,10 @@ pub(crate) fn read_headings(
 
 pub(crate) fn read_rotor(
     dir: &Path,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, f64)>, LogError> {
-    read(dir, ROTOR_FILE, ["rotor_hz"], warnings, |time, rotor_hz, []| {
+    read(dir, ROTOR_FILE, ["rotor_hz"], steps, warnings, |time, rotor_hz, []| {
         (0.0..=FASTEST_HZ).contains(&rotor_hz).then_some((time, rotor_hz))
     })
 }
@@ -64,6 +68,7 @@ fn read<T: Timed, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,
     names: [&str; N],
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
     value: impl Fn(Time, f64, [Option<f64>; M]) -> Option<T>,
 ) -> Result<Vec<T>, LogError> {
@@ -88,30 +93,30 @@ fn read<T: Timed, const N: usize, const M: usize>(
             None => remarks.count("left out: a value is out of range", row.line),
         }
     }
-    let (rows, _) = rows.in_time_order(Timed::time, table.path(), &mut remarks)?;
+    let (rows, _) = rows.in_time_order(Timed::time, table.path(), steps, &mut remarks)?;
     warnings.extend(remarks.into_warnings());
     Ok(rows)
 }
 
 trait Timed {
-    fn time(&self) -> Time;
+    fn time(&mut self) -> &mut Time;
 }
 
 impl Timed for RangeReading {
-    fn time(&self) -> Time {
-        self.time
+    fn time(&mut self) -> &mut Time {
+        &mut self.time
     }
 }
 
 impl Timed for AntennaHeading {
-    fn time(&self) -> Time {
-        self.time
+    fn time(&mut self) -> &mut Time {
+        &mut self.time
     }
 }
 
 impl Timed for (Time, f64) {
-    fn time(&self) -> Time {
-        self.0
+    fn time(&mut self) -> &mut Time {
+        &mut self.0
     }
 }
 

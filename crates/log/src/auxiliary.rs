@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::clock::Rows;
+use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::imu::{MAGNETIC, field_fault};
 use crate::remarks::Remarks;
@@ -39,6 +40,7 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> Option<f64> {
 
 pub(crate) fn read_baro(
     dir: &Path,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, f64)>, LogError> {
     let Some(mut table) = Table::open(dir, BARO_FILE)? else { return Ok(Vec::new()) };
@@ -47,7 +49,7 @@ pub(crate) fn read_baro(
         (None, Some(pressure)) => (pressure, true),
         (None, None) => return Err(table.columns_missing("altitude_m or pressure_pa")),
     };
-    read_timed(table, BARO_FILE, column, warnings, |[value]| match is_pressure {
+    read_timed(table, BARO_FILE, column, steps, warnings, |[value]| match is_pressure {
         true => pressure_altitude_m(value).ok_or_else(|| pressure_fault(value)),
         false if value.abs() <= 1e5 => Ok(value),
         false => Err(OUT_OF_RANGE),
@@ -56,11 +58,12 @@ pub(crate) fn read_baro(
 
 pub(crate) fn read_magnetometer(
     dir: &Path,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, Vector<Body>)>, LogError> {
     let Some(mut table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
     let columns = table.require(MAGNETIC)?;
-    read_timed(table, MAG_FILE, columns, warnings, |field| {
+    read_timed(table, MAG_FILE, columns, steps, warnings, |field| {
         field_fault(field).map_or_else(|| Ok(field.into()), Err)
     })
 }
@@ -84,6 +87,7 @@ fn read_timed<T, const N: usize>(
     mut table: Table,
     file: &'static str,
     columns: [usize; N],
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
     value: impl Fn([f64; N]) -> Result<T, &'static str>,
 ) -> Result<Vec<(Time, T)>, LogError> {
@@ -102,7 +106,7 @@ fn read_timed<T, const N: usize>(
             Err(why) => remarks.count(why, row.line),
         }
     }
-    let (rows, _) = rows.in_time_order(|row| row.0, table.path(), &mut remarks)?;
+    let (rows, _) = rows.in_time_order(|row| &mut row.0, table.path(), steps, &mut remarks)?;
     warnings.extend(remarks.into_warnings());
     Ok(rows)
 }

@@ -19,6 +19,9 @@ pub trait Join: Copy + PartialEq {
     /// Time of the sample.
     fn time(&self) -> Time;
 
+    /// Access to the time of the sample.
+    fn time_mut(&mut self) -> &mut Time;
+
     /// `self`, merged from `rows` rows, with one more.
     #[must_use]
     fn joined(self, rows: u32, next: &Self) -> Self;
@@ -84,6 +87,10 @@ impl Join for ImuSample {
         self.time
     }
 
+    fn time_mut(&mut self) -> &mut Time {
+        &mut self.time
+    }
+
     fn joined(self, rows: u32, next: &Self) -> Self {
         let share = 1.0 / f64::from(rows + 1);
         let motion = match (self.motion, next.motion) {
@@ -122,6 +129,10 @@ fn either(one: ClippedAxes, other: ClippedAxes) -> ClippedAxes {
 impl Join for (Time, [f64; 3]) {
     fn time(&self) -> Time {
         self.0
+    }
+
+    fn time_mut(&mut self) -> &mut Time {
+        &mut self.0
     }
 
     fn joined(mut self, rows: u32, next: &Self) -> Self {

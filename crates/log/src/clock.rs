@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::batch::REPEATED;
+use crate::clock_steps::{ClockSteps, Shifts};
 use crate::distribution::Distribution;
 use crate::error::LogError;
 use crate::remarks::Remarks;
-use crate::statistics::quantile;
 use hovernav::time::Time;
 
 /// Rows of a file in the order found, each with its line, or its byte offset in a binary file.
@@ -45,7 +45,9 @@ impl<T> Rows<T> {
         self.lines.into_iter().zip(self.rows)
     }
 
-    /// The rows with strictly increasing times, and their lines, with as few rows as possible left out.
+    /// The rows with strictly increasing times, and their lines, with as few rows as possible left out. `time` gives
+    /// access to the time of a row. Where the clock steps back, the rows after the step get later times: see
+    /// [`ClockSteps`].
     ///
     /// A single time far ahead costs that row, not all that follow. A few rows more than an hour from all others are
     /// left out too.
@@ -55,11 +57,17 @@ impl<T> Rows<T> {
     /// the time before do not count. Such a file has a second recording, or is shuffled.
     pub fn in_time_order(
         mut self,
-        time: impl Fn(&T) -> Time,
+        time: impl Fn(&mut T) -> &mut Time,
         path: &Path,
+        steps: &mut ClockSteps,
         remarks: &mut Remarks,
     ) -> Result<(Vec<T>, Vec<u64>), LogError> {
-        let times: Vec<Time> = self.rows.iter().map(&time).collect();
+        let mut times: Vec<Time> = self.rows.iter_mut().map(|row| *time(row)).collect();
+        let shifts = steps.shifts(&times, &self.lines, remarks);
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            times[index] = shifts.apply(index, times[index]);
+            *time(row) = times[index];
+        }
         let keep = kept(&times, &self.lines, path, remarks)?;
         let mut kept = keep.iter();
         self.rows.retain(|_| kept.next() == Some(&true));
@@ -191,18 +199,33 @@ impl FirstLook {
     }
 }
 
-/// Indices of the rows to leave out, rising, from the `times` and `lines` of all rows.
+/// Order of the rows of a file: which are left out, and shifts of their times.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Order {
+    /// Indices of the rows that are left out so that time runs forward, rising. Those with the time of the row before
+    /// may be missing here.
+    pub left_out: Vec<usize>,
+    pub shifts: Shifts,
+}
+
+/// The order of rows from the `times` and `lines` of all rows.
 ///
 /// # Errors
 /// As [`Rows::in_time_order`].
 pub(crate) fn looked_again(
-    times: &[Time],
+    mut times: Vec<Time>,
     lines: &[u64],
     path: &Path,
+    steps: &mut ClockSteps,
     remarks: &mut Remarks,
-) -> Result<Vec<usize>, LogError> {
-    let keep = kept(times, lines, path, remarks)?;
-    Ok((0..keep.len()).filter(|&index| !keep[index]).collect())
+) -> Result<Order, LogError> {
+    let shifts = steps.shifts(&times, lines, remarks);
+    for (index, time) in times.iter_mut().enumerate() {
+        *time = shifts.apply(index, *time);
+    }
+    let keep = kept(&times, lines, path, remarks)?;
+    let left_out = (0..keep.len()).filter(|&index| !keep[index]).collect();
+    Ok(Order { left_out, shifts })
 }
 
 /// Marks a longest strictly increasing subsequence, by patience sorting in O(n log n).
@@ -287,13 +310,6 @@ impl Gaps {
     }
 }
 
-/// Median interval between successive `times`, s; `None` with fewer than two.
-#[must_use]
-pub fn median_interval_s(times: &[Time]) -> Option<f64> {
-    let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    quantile(&mut intervals, 0.5)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,7 +358,9 @@ mod tests {
             let left_out = look.left_out(&mut first);
             prop_assert_eq!(left_out.is_none(), goes_back);
             if let Some(left_out) = left_out {
-                let expected = looked_again(&times, &lines, path, &mut whole).unwrap();
+                let steps = &mut ClockSteps::default();
+                let expected =
+                    looked_again(times.clone(), &lines, path, steps, &mut whole).unwrap().left_out;
                 let found: Vec<usize> = (0..times.len())
                     .filter(|index| !fresh[*index] || left_out.contains(index))
                     .collect();

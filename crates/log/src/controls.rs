@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::clock::Order;
+use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::ordered::{self, Gathered, TimedRows};
 use crate::remarks::Remarks;
@@ -21,7 +23,8 @@ const LONGEST_STROKE: f64 = 2.0;
 #[derive(Clone, Debug)]
 pub struct ControlFile {
     dir: PathBuf,
-    left_out: Vec<usize>,
+    order: Order,
+    steps: ClockSteps,
     count: usize,
 }
 
@@ -39,12 +42,13 @@ pub(crate) struct Controls {
 pub(crate) fn read(
     dir: &Path,
     most: usize,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Controls, LogError> {
     let Some(first) = ControlRows::open(dir)? else { return Ok(Controls::default()) };
     let (path, has_injected) = (first.path().to_path_buf(), first.injected.is_some());
     drop(first);
-    let Gathered { made: (mut controls, count), left_out, rows } = ordered::gather(
+    let Gathered { made: (mut controls, count), order, rows } = ordered::gather(
         || again(dir),
         || (Controls::default(), 0_usize),
         |(controls, count), _, Row { time, sticks, injected }| {
@@ -56,9 +60,10 @@ pub(crate) fn read(
                 *controls = Controls::default();
             }
         },
+        steps,
     )?;
     if count > most {
-        controls.file = Some(ControlFile { dir: dir.into(), left_out, count });
+        controls.file = Some(ControlFile { dir: dir.into(), order, steps: steps.clone(), count });
     }
     warnings.extend(rows.remarks.into_warnings());
     // A few damaged rows are left out; more of them mean another unit.
@@ -76,13 +81,13 @@ pub(crate) fn read(
 impl ControlFile {
     /// All rows, in memory.
     pub(crate) fn whole(&self) -> Result<Controls, LogError> {
-        read(&self.dir, usize::MAX, &mut Vec::new())
+        read(&self.dir, usize::MAX, &mut self.steps.clone(), &mut Vec::new())
     }
 
     /// Passes every row to `each`: its time, and the sticks as in [`Dataset::controls`](crate::Dataset::controls).
     pub(crate) fn each(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
         let mut given = 0;
-        ordered::go_over(again(&self.dir)?, &self.left_out, |_, Row { time, sticks, .. }| {
+        ordered::go_over(again(&self.dir)?, &self.order, |_, Row { time, sticks, .. }| {
             given += 1;
             // Rows that a logger has appended since are ignored.
             if given <= self.count {
@@ -162,8 +167,8 @@ impl TimedRows for ControlRows {
         Ok(None)
     }
 
-    fn time(row: &Row) -> Time {
-        row.time
+    fn time(row: &mut Row) -> &mut Time {
+        &mut row.time
     }
 
     fn path(&self) -> &Path {

@@ -129,8 +129,8 @@ impl TimedRows for ImuRows {
         Ok(Some(batch.row()))
     }
 
-    fn time(sample: &ImuSample) -> Time {
-        sample.time
+    fn time(sample: &mut ImuSample) -> &mut Time {
+        &mut sample.time
     }
 
     fn path(&self) -> &Path {

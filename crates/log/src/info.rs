@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use crate::clock::{Gap, gaps, median_interval_s};
+use crate::clock::{Gap, gaps};
 use crate::dataset::Dataset;
+use crate::statistics::median_interval_s;
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use crate::clock::{gaps, median_interval_s};
+use crate::clock::gaps;
 use crate::info::{Info, rates, sensors, vibration};
+use crate::statistics::median_interval_s;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 

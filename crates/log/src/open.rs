@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::clock_steps::ClockSteps;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::imu::{self, ImuRows};
@@ -93,17 +94,19 @@ impl Dataset {
     fn open_directory(dir: &Path, most: usize) -> Result<Self, LogError> {
         let (mut manifest, mut warnings) = Self::manifest_of(dir)?;
         let reading = manifest.imu.take_reading();
-        let (imu, imu_file) = match sample_file::open(dir, reading, most, &mut warnings)? {
+        let mut steps = ClockSteps::default();
+        let imu = sample_file::open(dir, reading, most, &mut steps, &mut warnings)?;
+        let (imu, imu_file) = match imu {
             Opened::InMemory(samples) => (samples, None),
             Opened::InFile(file) => (Vec::new(), Some(file)),
         };
-        let fixes = gps::read(dir, manifest.gps.latency_s, &mut warnings)?;
-        let baro = auxiliary::read_baro(dir, &mut warnings)?;
-        let magnetometer = auxiliary::read_magnetometer(dir, &mut warnings)?;
-        let headings = aids::read_headings(dir, &mut warnings)?;
-        let ranges = aids::read_ranges(dir, &mut warnings)?;
-        let rotor = aids::read_rotor(dir, &mut warnings)?;
-        let controls = controls::read(dir, most, &mut warnings)?;
+        let fixes = gps::read(dir, manifest.gps.latency_s, &mut steps, &mut warnings)?;
+        let baro = auxiliary::read_baro(dir, &mut steps, &mut warnings)?;
+        let magnetometer = auxiliary::read_magnetometer(dir, &mut steps, &mut warnings)?;
+        let headings = aids::read_headings(dir, &mut steps, &mut warnings)?;
+        let ranges = aids::read_ranges(dir, &mut steps, &mut warnings)?;
+        let rotor = aids::read_rotor(dir, &mut steps, &mut warnings)?;
+        let controls = controls::read(dir, most, &mut steps, &mut warnings)?;
         Ok(Self {
             manifest,
             imu,

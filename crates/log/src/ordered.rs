@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::clock::{FirstLook, looked_again};
+use crate::clock::{FirstLook, Order, looked_again};
+use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::remarks::Remarks;
 use hovernav::time::Time;
@@ -16,7 +17,7 @@ pub(crate) trait TimedRows: Sized {
     fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError>;
 
     /// The time of a row.
-    fn time(row: &Self::Row) -> Time;
+    fn time(row: &mut Self::Row) -> &mut Time;
 
     /// The file.
     fn path(&self) -> &Path;
@@ -29,9 +30,8 @@ pub(crate) trait TimedRows: Sized {
 pub(crate) struct Gathered<R, G> {
     /// Result from the rows that stay.
     pub made: G,
-    /// Indices of the rows that are left out so that time runs forward, rising. Those with the time of the row before
-    /// may be missing here.
-    pub left_out: Vec<usize>,
+    /// Order of the rows.
+    pub order: Order,
     /// The file, read to its end, with remarks on its clock.
     pub rows: R,
 }
@@ -43,44 +43,52 @@ pub(crate) fn gather<R: TimedRows, G>(
     open: impl Fn() -> Result<R, LogError>,
     begin: impl Fn() -> G,
     push: impl Fn(&mut G, u64, R::Row),
+    steps: &mut ClockSteps,
 ) -> Result<Gathered<R, G>, LogError> {
     let mut rows = open()?;
     let (mut look, mut made) = (FirstLook::default(), begin());
-    while let Some((line, row)) = rows.next()? {
-        if look.push(line, R::time(&row)) {
+    while let Some((line, mut row)) = rows.next()? {
+        if look.push(line, *R::time(&mut row)) {
             push(&mut made, line, row);
         }
     }
-    let left_out = match look.left_out(rows.remarks()) {
-        Some(left_out) => left_out,
-        None => disordered(open()?, rows.remarks())?,
+    let order = match look.left_out(rows.remarks()) {
+        Some(left_out) if !steps.has_breaks() => {
+            steps.none();
+            Order { left_out, ..Order::default() }
+        }
+        _ => disordered(open()?, steps, rows.remarks())?,
     };
-    if !left_out.is_empty() {
+    if order != Order::default() {
         made = begin();
-        go_over(open()?, &left_out, |line, row| push(&mut made, line, row))?;
+        go_over(open()?, &order, |line, row| push(&mut made, line, row))?;
     }
-    Ok(Gathered { made, left_out, rows })
+    Ok(Gathered { made, order, rows })
 }
 
-/// Indices of the `rows` to leave out where time goes back, from the times of all rows.
-fn disordered<R: TimedRows>(mut rows: R, remarks: &mut Remarks) -> Result<Vec<usize>, LogError> {
+/// The order of `rows` where time goes back, from the times of all rows.
+fn disordered<R: TimedRows>(
+    mut rows: R,
+    steps: &mut ClockSteps,
+    remarks: &mut Remarks,
+) -> Result<Order, LogError> {
     let (mut times, mut lines) = (Vec::new(), Vec::new());
-    while let Some((line, row)) = rows.next()? {
-        times.push(R::time(&row));
+    while let Some((line, mut row)) = rows.next()? {
+        times.push(*R::time(&mut row));
         lines.push(line);
     }
-    looked_again(&times, &lines, rows.path(), remarks)
+    looked_again(times, &lines, rows.path(), steps, remarks)
 }
 
-/// Passes every row that is not `left_out` to `each`, with its line.
+/// Passes every row that stays in `order` to `each`, with its line.
 pub(crate) fn go_over<R: TimedRows>(
     mut rows: R,
-    left_out: &[usize],
+    order: &Order,
     mut each: impl FnMut(u64, R::Row),
 ) -> Result<(), LogError> {
     let mut passing = Passing::default();
-    while let Some((line, row)) = rows.next()? {
-        if passing.stays(R::time(&row), left_out) {
+    while let Some((line, mut row)) = rows.next()? {
+        if passing.stays(R::time(&mut row), order) {
             each(line, row);
         }
     }
@@ -98,13 +106,14 @@ pub(crate) struct Passing {
 }
 
 impl Passing {
-    /// Whether the next row, at this time, stays; the rows `left_out` do not.
-    pub fn stays(&mut self, time: Time, left_out: &[usize]) -> bool {
-        let index = self.read;
+    /// Whether the next row, at this time, stays in `order`, which may shift the time.
+    pub fn stays(&mut self, time: &mut Time, order: &Order) -> bool {
+        let (index, left_out) = (self.read, &order.left_out);
         self.read += 1;
-        if self.last.replace(time) == Some(time) {
+        if self.last.replace(*time) == Some(*time) {
             return false;
         }
+        *time = order.shifts.apply(index, *time);
         while left_out.get(self.passed).is_some_and(|&left_out| left_out < index) {
             self.passed += 1;
         }

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
-use crate::gps::{FASTEST_MPS, POSITION, VELOCITY, no_place};
+use crate::fix_gate::{FASTEST_MPS, no_place};
+use crate::gps::{POSITION, VELOCITY};
 use crate::imu::ATTITUDE;
 use crate::manifest::Manifest;
 use crate::ordered::{self, Gathered, TimedRows};
@@ -106,6 +108,7 @@ impl Reference {
             || ReferenceRows::open(dir)?.ok_or_else(|| LogError::changed(path.clone())),
             || Quantities::at(moments),
             |quantities, _, (time, values)| quantities.push(time, values),
+            &mut ClockSteps::default(),
         )?;
         let Quantities { position, velocity, attitude, body_velocity, count } = made;
         if count == 0 {
@@ -220,8 +223,8 @@ impl TimedRows for ReferenceRows {
         Ok(None)
     }
 
-    fn time(row: &Self::Row) -> Time {
-        row.0
+    fn time((time, _): &mut Self::Row) -> &mut Time {
+        time
     }
 
     fn path(&self) -> &Path {
@@ -253,7 +256,7 @@ pub(crate) fn ensure_motion(
     // An unknown coordinate passes this check.
     let known = |value: f64| if value.is_nan() { 0.0 } else { value };
     if Geodetic::from_degrees(known(*lat), known(*lon), known(*height)).is_none() {
-        return Err(no_place([known(*lat), known(*lon)]));
+        return Err(no_place([known(*lat), known(*lon), known(*height)]));
     }
     let mut within = |quantity: [&mut f64; 3], most: f64, what| {
         if quantity.iter().any(|value| value.abs() > most) {

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::axes::Reading;
+use crate::clock::Order;
+use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::imu::{Faults, ImuRows};
 use crate::ordered::{self, Gathered, Passing, TimedRows as _};
@@ -25,8 +27,7 @@ pub struct SampleFile {
 struct Shared {
     dir: PathBuf,
     reading: Reading,
-    /// Indices of the samples' rows that are left out, rising, without those at the time of the row before.
-    left_out: Vec<usize>,
+    order: Order,
     overview: Overview,
     /// First error of a later pass.
     failure: Mutex<Option<LogError>>,
@@ -43,12 +44,14 @@ pub(crate) fn open(
     dir: &Path,
     reading: Reading,
     most: usize,
+    steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Opened, LogError> {
-    let Gathered { made, left_out, rows } = ordered::gather(
+    let Gathered { made, order, rows } = ordered::gather(
         || ImuRows::open(dir, reading),
         || FirstReading::new(dir, most),
         |made, line, sample| made.push(line, &sample),
+        steps,
     )?;
     let FirstReading { samples, faults, overview, .. } = made;
     let (path, mut remarks) = (rows.path().to_path_buf(), rows.remarks);
@@ -61,7 +64,7 @@ pub(crate) fn open(
     }
     faults.remark(&overview.gaps, &mut remarks);
     warnings.extend(remarks.into_warnings());
-    let shared = Shared { dir: dir.into(), reading, left_out, overview, failure: Mutex::default() };
+    let shared = Shared { dir: dir.into(), reading, order, overview, failure: Mutex::default() };
     Ok(match samples {
         Some(samples) => Opened::InMemory(samples),
         None => Opened::InFile(SampleFile { shared: Arc::new(shared), turned: Vec::new() }),
@@ -156,9 +159,9 @@ impl<'a> FromFile<'a> {
             self.rows = Some(rows);
         }
         let Some(rows) = &mut self.rows else { return Ok(None) };
-        while let Some((line, sample)) = rows.next()? {
+        while let Some((line, mut sample)) = rows.next()? {
             self.place = Some(rows.place());
-            if self.passing.stays(sample.time, &self.shared.left_out) {
+            if self.passing.stays(&mut sample.time, &self.shared.order) {
                 self.given += 1;
                 return Ok(Some((line, sample)));
             }

@@ -1,5 +1,7 @@
 //! Quantiles and thinning of series, shared by all tools.
 
+use hovernav::time::Time;
+
 /// Quantile `fraction` of `values`, interpolated linearly between the two nearest values (Hyndman and Fan's type 7);
 /// `None` without values. `fraction` is limited to 0 to 1. Changes the order of `values`; NaN sorts above any number.
 ///
@@ -20,6 +22,13 @@ pub fn quantile(values: &mut [f64], fraction: f64) -> Option<f64> {
     let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
     let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
     Some(low + (high - low) * (position - below as f64))
+}
+
+/// Median interval between successive `times`, s; `None` with fewer than two.
+#[must_use]
+pub fn median_interval_s(times: &[Time]) -> Option<f64> {
+    let mut intervals: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    quantile(&mut intervals, 0.5)
 }
 
 /// Indices of the samples to draw, rising, at most `limit` of them. These are the first, the last, and the smallest and

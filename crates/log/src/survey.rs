@@ -5,13 +5,13 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::clock::{gaps, median_interval_s};
+use crate::clock::gaps;
 use crate::dataset::Dataset;
 use crate::finding::{Finding, FindingKind, sentences};
 use crate::info::{self, paragraph};
 use crate::kept::Keep;
 use crate::rates::{Rates, rates};
-use crate::statistics::quantile;
+use crate::statistics::{median_interval_s, quantile};
 use crate::vibration_lines::{VibrationLine, vibration_lines};
 use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;

@@ -6,6 +6,7 @@ use std::io;
 use super::item::Item;
 use super::schema::Schema;
 use crate::damages::Damages;
+use crate::recognise::without_mark;
 use crate::window::Window;
 
 /// Longest line that is read, bytes.
@@ -13,16 +14,25 @@ const LONGEST: usize = 1 << 14;
 /// Largest number of message types: their number is one byte.
 const KINDS: usize = 256;
 
+const READ_COMMAS: &str = "found decimal commas, as in 0,5, from here on; read as decimal points";
+const LOST_COMMAS: &str = "found more fields than the message has from here on; ignored: decimal commas? Export the log \
+                           with decimal points";
+
 /// Passes each item of the log in `window` to `take` and returns the damage.
 pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io::Result<Damages> {
     let mut schemas: HashMap<String, Schema> = HashMap::new();
     let mut numbers: HashMap<String, String> = HashMap::new();
     let mut multipliers: HashMap<u8, f64> = HashMap::new();
     let mut damages = Damages::default();
+    // Line of the first decimal comma, and whether a blank after each separator distinguishes the two.
+    let mut commas = None;
     let mut line = 0;
     loop {
         let bytes = window.peek(LONGEST)?;
         if bytes.is_empty() {
+            if let Some((line, is_read)) = commas {
+                damages.add(line, if is_read { READ_COMMAS } else { LOST_COMMAS });
+            }
             return Ok(damages);
         }
         line += 1;
@@ -37,7 +47,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             }
             None => (bytes.len(), false),
         };
-        let Ok(text) = std::str::from_utf8(&bytes[..length]) else {
+        let Ok(text) = std::str::from_utf8(without_mark(&bytes[..length])) else {
             damages.add(line, "found a line that is not text; ignored");
             window.consume(length);
             continue;
@@ -69,6 +79,20 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             }
             (name, fields) => match schemas.get(name) {
                 None => damages.add(line, "found a message that no FMT describes; ignored"),
+                // Decimal commas make more fields, but no blank follows them.
+                Some(schema) if fields.len() > schema.width() => {
+                    let parts: Vec<String> = text
+                        .split(", ")
+                        .skip(1)
+                        .map(|part| part.trim().replace(',', "."))
+                        .collect();
+                    let is_whole = parts.len() == schema.width();
+                    commas.get_or_insert((line, is_whole));
+                    if is_whole {
+                        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+                        give(schema, &parts, line, take);
+                    }
+                }
                 Some(schema) => give(schema, fields, line, take),
             },
         }

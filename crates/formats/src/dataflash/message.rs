@@ -1,5 +1,7 @@
 //! The messages that are read, and the fields of each with their units.
 
+use crate::choice::{is_alive, is_fix};
+
 /// A message of ArduPilot, or of PX4 logs in the same format from before 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Message {
@@ -95,6 +97,23 @@ impl Message {
         })
     }
 
+    /// Whether `row` has a measurement that may be used, by the autopilot's own health flags and by its values.
+    pub fn is_good(self, row: &[f64]) -> bool {
+        // NaN in logs without flags.
+        let is_healthy = |flags: &[f64]| !flags.contains(&0.0);
+        match self {
+            Self::Imu => is_healthy(&row[14..16]) && is_alive([row[5], row[6], row[7]]),
+            Self::Imt => is_alive([row[5], row[6], row[7]]),
+            Self::Gps => {
+                let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
+                is_fix(or(row[3], row[4]), [row[5], or(row[6], row[7])])
+            }
+            Self::Baro => is_healthy(&row[3..5]) && row[2].is_finite(),
+            Self::Magnetometer => is_healthy(&row[5..6]) && is_alive([row[2], row[3], row[4]]),
+            _ => true,
+        }
+    }
+
     /// The fields that are read, in the order that [`super::rows`] expects. Each has a factor to seconds, metres or
     /// gauss, for logs that do not state one.
     ///
@@ -116,6 +135,8 @@ impl Message {
                 ("MagX", ONE),
                 ("MagY", ONE),
                 ("MagZ", ONE),
+                ("GH", ONE),
+                ("AH", ONE),
             ],
             Self::Imt => &[
                 ("TimeUS", MICRO),
@@ -161,7 +182,9 @@ impl Message {
                 ("VV", ONE),
                 ("YAcc", ONE),
             ],
-            Self::Baro => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Alt", ONE)],
+            Self::Baro => {
+                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Alt", ONE), ("Health", ONE), ("H", ONE)]
+            }
             Self::Rangefinder => &[
                 ("TimeUS", MICRO),
                 ("TimeMS", MILLI),
@@ -177,6 +200,7 @@ impl Message {
                 ("MagX", MILLI),
                 ("MagY", MILLI),
                 ("MagZ", MILLI),
+                ("Health", ONE),
             ],
             Self::RcIn => &[
                 ("TimeUS", MICRO),

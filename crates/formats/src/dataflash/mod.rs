@@ -13,7 +13,7 @@ mod schema;
 use std::collections::{BTreeMap, HashMap};
 
 use crate::assembly::Assembly;
-use crate::choice::Counts;
+use crate::choice::{Counts, Tally};
 use crate::damages::Damages;
 use crate::format::Format;
 use crate::integrals::{integrate, remark_points};
@@ -21,6 +21,7 @@ use crate::latency::USUAL_LATENCY_S;
 use crate::log::{Log, Options};
 use crate::window::Input;
 use hovernav::frames::Vector;
+use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
 use item::Item;
 use message::Message;
@@ -29,7 +30,7 @@ use rows::Rows;
 /// Contents of a log.
 #[derive(Debug, Default)]
 struct Survey {
-    counts: BTreeMap<(Message, usize), usize>,
+    counts: BTreeMap<(Message, usize), Tally>,
     parameters: HashMap<String, f64>,
     /// The text with the autopilot's name and version, else the first text.
     text: String,
@@ -85,7 +86,7 @@ impl Survey {
     fn take(&mut self, item: Item<'_>) {
         match item {
             Item::Row { message, instance, ref row, .. } => {
-                *self.counts.entry((message, instance)).or_default() += 1;
+                self.counts.entry((message, instance)).or_default().count(message.is_good(row));
                 let clock_s = Rows::default().clock_s(message, row);
                 if self.start_s.is_none() && clock_s > 0.0 {
                     self.start_s = Some(clock_s);
@@ -114,7 +115,7 @@ impl Survey {
 
     /// The sensors to read; an error message where the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
-        let mut chosen = |sensor: &str, messages: &[Message], wanted: Option<usize>| {
+        let mut chosen = |sensor: &str, messages: &[Message], wanted: (&str, Option<usize>)| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
                 let found = self.counts.iter().filter(move |((found, _), _)| *found == message);
                 found.map(move |(&(_, instance), &count)| ((message, instance), count))
@@ -128,11 +129,12 @@ impl Survey {
             }
             Ok::<_, String>(taken)
         };
-        let imu = chosen("inertial unit", &[Message::Imt, Message::Imu], options.imu)?;
-        let gps = chosen("GPS", &[Message::Gps], options.gps)?;
-        let baro = chosen("barometer", &[Message::Baro], options.baro)?;
-        let magnetometer = chosen("magnetometer", &[Message::Magnetometer], options.magnetometer)?;
-        let rangefinder = chosen("rangefinder", &[Message::Rangefinder], None)?;
+        let imu = chosen("inertial unit", &[Message::Imt, Message::Imu], ("--imu", options.imu))?;
+        let gps = chosen("GPS", &[Message::Gps], ("--gps", options.gps))?;
+        let baro = chosen("barometer", &[Message::Baro], ("--baro", options.baro))?;
+        let magnetometer =
+            chosen("magnetometer", &[Message::Magnetometer], ("--mag", options.magnetometer))?;
+        let rangefinder = chosen("rangefinder", &[Message::Rangefinder], ("", None))?;
         let trim = |channel: usize| {
             let name = format!("RC{channel}_TRIM");
             self.parameter(&[&name])
@@ -208,10 +210,7 @@ impl Survey {
             manifest.rangefinder.lever_arm_m = arm([&place, &place]);
         }
         manifest.gps.latency_s = rows.latency_s;
-        manifest.date = rows
-            .gps_time
-            .and_then(|(week, in_week_s)| crate::utc::date(crate::utc::of_gps(week, in_week_s)))
-            .and_then(|date| date.parse().ok());
+        manifest.date = rows.utc_at_zero_ns.and_then(moment);
         manifest
     }
 }

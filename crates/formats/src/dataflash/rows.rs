@@ -5,14 +5,16 @@ use super::message::Message;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
 use crate::onboard::{OnboardInnovation, OnboardMoment};
+use crate::utc::of_gps_week as utc_ns;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
 use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
+use hovernav_log::{Dimensions, StatedFix};
 
 /// The chosen sensors, and the state kept between rows.
 #[derive(Debug, Default)]
@@ -33,21 +35,18 @@ pub(super) struct Rows {
     pub trims_us: [f64; 4],
     /// Share of the time that the increments integrate over.
     pub integrals: Integrals,
-    /// GPS week and seconds of the week, from the first fix that has them.
-    pub gps_time: Option<(f64, f64)>,
+    /// UTC of the start of the log, from the first fix with GPS week and time, ns since 1970.
+    pub utc_at_zero_ns: Option<i64>,
     /// Number of fixes; their heights are above mean sea level.
     pub fixes: usize,
     /// Time of messages without a time field, s.
     pub current_s: f64,
     /// The previous fix, until its accuracies arrive: place, clock, s, and fix.
-    pub pending: Option<(u64, f64, Fix)>,
+    pub pending: Option<(u64, f64, StatedFix)>,
     /// The two-antenna heading of the pending fix.
     pub pending_heading: Option<AntennaHeading>,
 }
 
-/// Smallest fix types of a fix without and with a measured height.
-const TWO_DIMENSIONS: f64 = 2.0;
-const THREE_DIMENSIONS: f64 = 3.0;
 /// Half the travel of a channel, µs.
 const HALF_TRAVEL_US: f64 = 500.0;
 
@@ -66,14 +65,18 @@ impl Rows {
             }
             Message::Gps if self.gps == Some(instance) => {
                 self.flush(to);
-                self.gps(row, clock_s, time, place, to);
+                self.gps(row, clock_s, time, place);
             }
             Message::GpsAccuracy if self.gps == Some(instance) => self.accuracy(row, clock_s),
-            Message::Baro if self.baro == Some(instance) => to.baro(place, time, row[2]),
+            Message::Baro if self.baro == Some(instance) && message.is_good(row) => {
+                to.baro(place, time, row[2]);
+            }
             Message::Rangefinder if self.rangefinder == Some(instance) => {
                 distance(row, time, place, to);
             }
-            Message::Magnetometer if self.magnetometer == Some(instance) => {
+            Message::Magnetometer
+                if self.magnetometer == Some(instance) && message.is_good(row) =>
+            {
                 to.magnetometer(place, time, [row[2], row[3], row[4]]);
             }
             Message::RcIn => {
@@ -135,7 +138,7 @@ impl Rows {
         to.imu(place, ImuSample::new(time, motion));
     }
 
-    fn gps(&mut self, row: &[f64], clock_s: f64, time: Time, place: u64, to: &mut Assembly) {
+    fn gps(&mut self, row: &[f64], clock_s: f64, time: Time, place: u64) {
         let &[_, _, _, status, fix_type, lat, lng, lon, height_m, ref rest @ ..] = row else {
             return;
         };
@@ -144,30 +147,20 @@ impl Rows {
             return;
         };
         let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
-        if or(status, fix_type) < TWO_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix");
-        }
         let time = time.offset_by(-self.latency_s);
-        let Some(position) = Geodetic::from_degrees(lat, or(lng, lon), height_m) else {
-            return to.fix_left_out(place, "left out: not a position on Earth");
-        };
-        let course_rad = course.to_radians();
-        let north = or(vn, speed * course_rad.cos());
-        let east = or(ve, speed * course_rad.sin());
-        let down = or(vz, vd);
-        if self.gps_time.is_none() && week > 0.0 && in_week_s >= 0.0 {
-            self.gps_time = Some((week, in_week_s));
+        let dimensions = Dimensions::of_type(or(status, fix_type));
+        if dimensions != Dimensions::None && week > 0.0 && in_week_s >= 0.0 {
+            self.utc_at_zero_ns
+                .get_or_insert(utc_ns(week, in_week_s).saturating_sub(time.nanoseconds()));
         }
-        self.fixes += 1;
-        let sigma_m = [eph, eph, epv];
-        let fix = Fix {
-            two_dimensional: or(status, fix_type) < THREE_DIMENSIONS,
-            position_sigma_m: sigma_m.iter().all(|sigma| sigma.is_finite()).then(|| sigma_m.into()),
-            horizontal_velocity_mps: (north.is_finite() && east.is_finite())
-                .then_some([north, east]),
-            down_velocity_mps: down.is_finite().then_some(down),
-            satellites: (satellites >= 0.0).then_some(satellites as u8),
-            ..Fix::at(time, position)
+        let stated = StatedFix::at(Some(time), [lat, or(lng, lon), height_m]);
+        let [north, east, down] = stated.moving(speed, course.to_radians()).velocity_mps;
+        let fix = StatedFix {
+            dimensions,
+            position_sigma_m: [eph, eph, epv],
+            velocity_mps: [or(vn, north), or(ve, east), or(or(vz, vd), down)],
+            satellites,
+            ..stated
         };
         self.pending = Some((place, clock_s, fix));
         // Zero is an unknown yaw; north is 360.
@@ -183,13 +176,13 @@ impl Rows {
             return;
         }
         if horizontal.is_finite() && vertical.is_finite() {
-            fix.position_sigma_m = Some(Vector::new(horizontal, horizontal, vertical));
+            fix.position_sigma_m = [horizontal, horizontal, vertical];
         }
         if speed.is_finite() {
-            fix.velocity_sigma_mps = Some(Vector::new(speed, speed, speed));
+            fix.velocity_sigma_mps = [speed; 3];
         }
         if has_vertical == 0.0 {
-            fix.down_velocity_mps = None;
+            fix.velocity_mps[2] = f64::NAN;
         }
         if let Some(heading) = &mut self.pending_heading {
             heading.sigma_rad = (yaw > 0.0).then(|| yaw.to_radians());
@@ -199,7 +192,7 @@ impl Rows {
     /// Adds the pending fix to `to`.
     pub fn flush(&mut self, to: &mut Assembly) {
         if let Some((place, _, fix)) = self.pending.take() {
-            to.fix(place, fix);
+            self.fixes += usize::from(to.fix(place, fix));
             if let Some(heading) = self.pending_heading.take() {
                 to.heading(place, heading);
             }
@@ -240,6 +233,12 @@ fn distance(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
 }
 
 fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
+    if row[14..16].contains(&0.0) {
+        return to.imu_left_out(
+            place,
+            "left out: the log marks the gyro or the accelerometer as unhealthy (GH, AH)",
+        );
+    }
     let &[_, _, p, q, r, x, y, z, p_px4, q_px4, r_px4, mx, my, mz, ..] = row else { return };
     let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
     let motion = Motion::Rates {

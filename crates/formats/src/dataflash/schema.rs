@@ -92,6 +92,11 @@ impl Schema {
         schema
     }
 
+    /// Number of fields of a message.
+    pub fn width(&self) -> usize {
+        self.labels.len()
+    }
+
     /// Sets the units and multipliers of the fields, one character each.
     pub fn set_multipliers(&mut self, units: &str, ids: &str, known: &HashMap<u8, f64>) {
         let counts = units.bytes().take(self.labels.len()).position(|unit| unit == b'#');

@@ -5,8 +5,11 @@ use std::path::Path;
 
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
+use super::numbered;
 use super::travel::Told;
 use super::unnamed;
+use crate::format::Format;
+use crate::recognise::{format_of, head_of};
 use crate::text::{
     AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, HeightAbove, MagneticUnit, RateUnit,
     StickColumns, StickUnit, TableMapping, Triad,
@@ -22,6 +25,8 @@ pub(crate) struct Understood {
     pub unused: Vec<String>,
     /// Guesses that the user should check, one sentence each.
     pub doubts: Vec<String>,
+    /// Whether the accelerometer does not measure gravity, as the linear acceleration of a phone.
+    pub is_without_gravity: bool,
 }
 
 /// The meanings of the columns; a look-up returns the first column of a quantity.
@@ -58,12 +63,26 @@ impl Known {
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
 pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogError> {
+    if is_capture(path) {
+        return Ok(Understood {
+            mapping: TableMapping { file: file.to_path_buf(), capture: true, ..Default::default() },
+            told: Told::default(),
+            unused: Vec::new(),
+            doubts: Vec::new(),
+            is_without_gravity: false,
+        });
+    }
     let look = Look::at(path)?;
-    let below = |index: usize| look.layout.below_names.get(index).map_or("", String::as_str);
+    let below = |index: usize| {
+        let below = look.layout.below_names.get(index).map_or("", String::as_str);
+        if below.is_empty() { &look.cell_units[index] } else { below }
+    };
     let named = look.layout.header_line > 0;
     let count = look.columns.len();
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names = numbered::lettered(&look.layout.names, &name);
     let meanings = match named {
-        true => (0..count).map(|i| meaning(&look.layout.names[i], below(i))).collect(),
+        true => (0..count).map(|i| meaning(&names[i], below(i))).collect(),
         false => unnamed::meanings(&look),
     };
     let known = Known { meanings };
@@ -75,12 +94,11 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ..TableMapping::default()
     };
     let mut doubts = repeated(&look.layout.names);
-    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut doubts);
     table.accel = reader.accel(&mut doubts);
     table.mag = reader.mag(&mut doubts);
-    table.attitude = reader.attitude();
+    table.attitude = reader.attitude(&mut doubts);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
     let told = gps.as_ref().map_or_else(Told::default, |(_, told)| *told);
     table.gps = gps.map(|(columns, _)| columns);
@@ -97,7 +115,13 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    Ok(Understood { mapping: table, told, unused, doubts })
+    let is_without_gravity = doubts.iter().any(|doubt| doubt.starts_with("accel: found a median"));
+    Ok(Understood { mapping: table, told, unused, doubts, is_without_gravity })
+}
+
+/// Whether a file is a capture of a receiver, whose fixes need no mapping.
+fn is_capture(path: &Path) -> bool {
+    path.is_file() && head_of(path).is_ok_and(|head| format_of(&head) == Some(Format::Raw))
 }
 
 /// One sentence for each name that several columns have.
@@ -230,7 +254,16 @@ impl Reader<'_> {
         Some(self.triad(columns, unit, true))
     }
 
-    fn attitude(&mut self) -> Option<AttitudeColumns> {
+    /// Whether columns have the same values on every row, as drivers write that measure nothing.
+    fn are_constant(&self, columns: &[usize]) -> bool {
+        let is_constant = |&column: &usize| {
+            let mut values = self.look.known(column);
+            values.next().is_none_or(|first| values.all(|value| value == first))
+        };
+        columns.iter().all(is_constant)
+    }
+
+    fn attitude(&mut self, doubts: &mut Vec<String>) -> Option<AttitudeColumns> {
         let role = |column: usize| match self.known.is_estimated(column) {
             true => AttitudeRole::Onboard,
             false => AttitudeRole::Unit,
@@ -249,6 +282,10 @@ impl Reader<'_> {
             return Some(AttitudeColumns { columns, unit, signs, role, ..Default::default() });
         }
         let columns = self.known.all([0, 1, 2, 3].map(Quantity::Quaternion))?;
+        if self.are_constant(&columns) {
+            doubts.push(format!("attitude of {}: the same on every row: ignored", self.file));
+            return None;
+        }
         let role = role(columns[0]);
         let quaternion = columns.map(|column| self.name(column)).to_vec();
         Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })

@@ -54,8 +54,15 @@ impl Reader<'_> {
         let told = self.velocity(&mut gps, written, doubts);
         let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
         self.sigmas(&mut gps, is_in_mm, doubts);
-        gps.fix_type = self.optional(Quantity::FixType);
-        gps.satellites = self.optional(Quantity::Satellites);
+        for (name, quantity) in
+            [(&mut gps.fix_type, Quantity::FixType), (&mut gps.satellites, Quantity::Satellites)]
+        {
+            // Some receivers write `11(11)` or `3D`.
+            let column = self.known.column(quantity);
+            *name = column
+                .filter(|&column| self.look.known(column).next().is_some())
+                .map_or_else(String::new, |column| self.name(column));
+        }
         Some((gps, told))
     }
 

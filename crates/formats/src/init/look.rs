@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of, is_text, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
-use hovernav_log::LogError;
 use hovernav_log::statistics::quantile;
+use hovernav_log::{LogError, is_unknown};
 
 /// Number of rows that are examined.
 const ROWS: usize = 20_000;
@@ -23,6 +23,8 @@ pub(crate) struct Look {
     letters: Vec<Vec<u8>>,
     /// Whether every non-empty field of a column is a date.
     pub are_dates: Vec<bool>,
+    /// The unit after the first number of each column; empty for numbers without a unit.
+    pub cell_units: Vec<String>,
     /// Whether a column contains numbers with a superfluous leading zero, such as 0807.038.
     pub are_padded: Vec<bool>,
 }
@@ -38,6 +40,7 @@ impl Look {
             letters: vec![Vec::new(); count],
             are_dates: vec![true; count],
             are_padded: vec![false; count],
+            cell_units: vec![String::new(); count],
             layout,
         };
         let mut lines = Lines::open(path)?;
@@ -49,6 +52,7 @@ impl Look {
                 look.take(&line, look.layout.delimiter);
             }
         }
+        look.columns.iter_mut().for_each(|column| forget_unknown(column));
         Ok(look)
     }
 
@@ -67,6 +71,12 @@ impl Look {
                 Some(time.seconds())
             };
             column.push(number.or_else(clock).unwrap_or(f64::NAN));
+            if self.cell_units[index].is_empty()
+                && let Some((_, unit)) =
+                    std::str::from_utf8(field).ok().and_then(decimal::with_unit)
+            {
+                self.cell_units[index] = unit.to_owned();
+            }
             self.are_dates[index] &= decimal::midnight(field).is_some();
             self.are_padded[index] |= matches!(field, [b'0', b'0'..=b'9', ..]);
             if let [letter] = field
@@ -124,12 +134,13 @@ impl Look {
         median(steps.collect())
     }
 
-    /// Whether a column increases like a time: on half of the rows or more, with decreases on fewer than 5 %.
+    /// Whether a column increases like a time: on half of the rows or more, with decreases on fewer than 5 %, apart
+    /// from one where a counter may start again.
     pub fn rises(&self, column: usize) -> bool {
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
         let rises = values.windows(2).filter(|pair| pair[1] > pair[0]).count();
-        values.len() > 1 && 20 * falls < values.len() && 2 * rises >= values.len()
+        values.len() > 1 && 20 * falls.saturating_sub(1) < values.len() && 2 * rises >= values.len()
     }
 
     /// Whether a column increases like a time that repeats on several rows, or whose rows are slightly out of
@@ -203,6 +214,21 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     };
     let reason = format!("found {found}, expected text in columns");
     Err(LogError::Unusable { path: path.to_path_buf(), reason })
+}
+
+/// Replaces a column's values for unknown ones by NaN: these repeat, and are far from all others.
+fn forget_unknown(column: &mut [f64]) {
+    /// Ratio of such a value to the largest other one.
+    const FAR: f64 = 2.0;
+    let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
+    let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));
+    let means_unknown = |value: f64| is_unknown(value) && value.abs() > FAR * largest;
+    if column.iter().filter(|value| value.is_finite() && means_unknown(**value)).count() > 1 {
+        column
+            .iter_mut()
+            .filter(|value| means_unknown(**value))
+            .for_each(|value| *value = f64::NAN);
+    }
 }
 
 /// For each value, the highest value before it.

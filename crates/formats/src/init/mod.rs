@@ -5,6 +5,7 @@ mod columns;
 mod gps;
 mod look;
 mod names;
+mod numbered;
 mod place;
 mod report;
 mod sigma_names;
@@ -43,16 +44,28 @@ impl Proposal {
     /// # Errors
     /// [`LogError`] where a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
-        let mut understood = Vec::new();
-        for path in files {
-            understood.push(columns::understand(path, path)?);
+        let files = expanded(files)?;
+        let (mut understood, mut doubts) = (Vec::new(), Vec::new());
+        for path in &files {
+            match columns::understand(path, path) {
+                Ok(one) => understood.push(one),
+                // A directory of a logger also contains its settings.
+                Err(error) if files.len() > 1 => doubts.push(format!("ignored: {error}")),
+                Err(error) => return Err(error),
+            }
         }
-        let mut doubts: Vec<String> = Vec::new();
+        understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut doubts);
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
         });
+        if understood.iter().all(|one| one.mapping.capture) {
+            let reason =
+                "found a capture of raw bytes, which needs no mapping, expected text in columns";
+            let path = files.first().cloned().unwrap_or_default();
+            return Err(LogError::Unusable { path, reason: reason.to_owned() });
+        }
         if !has_any {
             let reason =
                 "found no gyro, no accelerometer and no latitude, longitude and height among the \
@@ -118,6 +131,33 @@ impl std::fmt::Display for Proposal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         report::write(f, &self.tables, &self.findings, &self.doubts)
     }
+}
+
+/// `files`, with the text files in each directory instead of the directory.
+fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
+    const ENDINGS: [&str; 5] = ["csv", "txt", "tsv", "dat", "pos"];
+    let mut expanded = Vec::new();
+    for path in files {
+        if !path.is_dir() {
+            expanded.push(path.clone());
+            continue;
+        }
+        let entries = std::fs::read_dir(path).map_err(LogError::io(path))?;
+        let is_text = |file: &PathBuf| {
+            let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
+            file.is_file() && ENDINGS.iter().any(|known| ending == *known)
+        };
+        let mut found: Vec<PathBuf> =
+            entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_text).collect();
+        found.sort();
+        if found.is_empty() {
+            let reason =
+                format!("found no text file, expected one that ends in {}", ENDINGS.join(", "));
+            return Err(LogError::Unusable { path: path.clone(), reason });
+        }
+        expanded.extend(found);
+    }
+    Ok(expanded)
 }
 
 fn read(mapping: &Mapping) -> Result<Dataset, LogError> {

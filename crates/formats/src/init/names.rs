@@ -61,15 +61,28 @@ pub(crate) struct Meaning {
 /// name is not recognised.
 pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     let (plain, bracket) = bracketed(name);
-    let mut words = words(plain);
-    let bracket_unit = unit(&bracket).or_else(|| unit(below.trim_matches(['[', ']', '(', ')'])));
+    let parts: Vec<&str> = plain.split(['/', '.', ':']).filter(|part| !part.is_empty()).collect();
+    // The last parts of a path are a name of their own: `/gps/fix/latitude`, `GNSS1::PosLla::latitude`.
+    (0..parts.len().max(1)).find_map(|from| {
+        let part = parts.get(from..).map_or(plain.to_owned(), |parts| parts.join(" "));
+        of_words(words(&part), &bracket, below, from > 0)
+    })
+}
+
+/// The meaning of the words of a name, of which `is_part` may be the last part only; a single letter is no such part.
+fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -> Option<Meaning> {
+    let below = below.trim_matches(['[', ']', '(', ')', '#', ' ']);
+    let bracket_unit = unit(bracket)
+        .or_else(|| unit(below))
+        .or_else(|| unit(below.split_whitespace().next().unwrap_or_default()));
     let trailing_unit = bracket_unit.is_none().then(|| trailing_unit(&mut words)).flatten();
     let is = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
-    if is(&["ref", "reference", "truth", "true", "gt", "groundtruth"]) {
+    if is(&["ref", "reference", "truth", "true", "gt", "groundtruth", "ecef"]) {
         return None;
     }
     let estimated = is(&["est", "estimated", "ekf", "ekf2", "filter", "filtered", "fused", "kf"]);
-    const NOISE: [&str; 22] = [
+    const NOISE: [&str; 23] = [
+        "field",
         "imu",
         "imu0",
         "imu1",
@@ -96,6 +109,9 @@ pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     let kept: Vec<&str> =
         words.iter().map(String::as_str).filter(|word| !NOISE.contains(word)).collect();
     let joined = if kept.is_empty() { words.concat() } else { kept.concat() };
+    if is_part && joined.len() < 2 {
+        return None;
+    }
     let quantity =
         sigma_names::per_axis(&joined).or_else(|| scalar(&joined)).or_else(|| axis(&joined))?;
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
@@ -103,6 +119,7 @@ pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
 
 /// The name without its bracketed part, and the text in the brackets.
 fn bracketed(name: &str) -> (&str, String) {
+    // The text in brackets is a unit.
     let Some(open) = name.find(['[', '(', '{']) else { return (name, String::new()) };
     let inside = name[open..].trim_matches(['[', ']', '(', ')', '{', '}', ' ']);
     (&name[..open], inside.to_owned())
@@ -219,21 +236,19 @@ fn scalar(name: &str) -> Option<Quantity> {
         "pedal" => Q::Stick(3),
         "lat" | "latitude" => Q::Latitude,
         "lon" | "lng" | "long" | "longitude" => Q::Longitude,
-        "vn" | "veln" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth" | "velocityn" => {
-            Q::Velocity(0)
-        }
-        "ve" | "vele" | "veast" | "veleast" | "eastvelocity" | "velocityeast" | "velocitye" => {
-            Q::Velocity(1)
-        }
-        "vd" | "veld" | "vdown" | "veldown" | "downvelocity" | "velocitydown" | "velocityd" => {
-            Q::Velocity(2)
-        }
+        "vn" | "veln" | "velnedn" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth"
+        | "velocityn" => Q::Velocity(0),
+        "ve" | "vele" | "velnede" | "veast" | "veleast" | "eastvelocity" | "velocityeast"
+        | "velocitye" => Q::Velocity(1),
+        "vd" | "veld" | "velnedd" | "vdown" | "veldown" | "downvelocity" | "velocitydown"
+        | "velocityd" => Q::Velocity(2),
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
         | "verticalspeed" => Q::Up,
-        "speed" | "gspeed" | "groundspeed" | "sog" | "spd" | "vel" | "velocity" => Q::Speed,
-        "course" | "cog" | "track" | "crs" | "headmot" | "courseoverground" | "bearing" => {
-            Q::Course
+        "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
+            Q::Speed
         }
+        "course" | "cog" | "track" | "trk" | "direction" | "crs" | "headmot"
+        | "courseoverground" | "bearing" => Q::Course,
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
@@ -241,7 +256,10 @@ fn scalar(name: &str) -> Option<Quantity> {
         "fix" | "fixtype" | "fixstatus" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
         _ if has(&["accuracy"]) => return None,
-        _ if name.starts_with("time") => Q::Time,
+        _ if name.starts_with("time") || name.ends_with("time") || name.ends_with("timestamp") => {
+            Q::Time
+        }
+        _ if name.ends_with("date") => Q::Date,
         _ if has(&["nsat", "numsat", "satellites"]) || name == "sats" => Q::Satellites,
         _ if has(&["baro", "press"]) && has(&["alt", "height", "hgt"]) => Q::BaroHeight,
         _ if has(&["baro", "press"]) => Q::Pressure,
@@ -276,7 +294,8 @@ fn axis(name: &str) -> Option<Quantity> {
         let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
         let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
         Some(
-            if has(&["dtheta", "deltatheta", "deltaangle", "delang", "dangle", "dang"])
+            if has(&["dtheta", "deltatheta", "deltaangle"])
+                || ["delang", "dang"].iter().any(|part| stem.starts_with(part))
                 || stem == "dth"
             {
                 Quantity::AngleIncrement(axis)
@@ -377,7 +396,27 @@ mod tests {
             let found = found.map(|meaning| (meaning.quantity, meaning.unit));
             assert_eq!(found, Some((quantity, unit)), "{name}");
         }
+        for (name, quantity) in [
+            ("field.angular_velocity.x", Q::Gyro(0)),
+            ("field.linear_acceleration.z", Q::Accel(2)),
+            ("field.header.stamp", Q::Time),
+            ("field.latitude", Q::Latitude),
+            ("/gps/fix/longitude", Q::Longitude),
+            ("/mavros/imu/data/angular_velocity/y", Q::Gyro(1)),
+            ("GNSS1::PosLla::altitude [m]", Q::Height(None)),
+            ("GNSS1::VelNed::N [m/s]", Q::Velocity(0)),
+            ("IMU::UncompAccel::X [m/s^2]", Q::Accel(0)),
+            ("IMU_ATTI:accel:X", Q::Accel(0)),
+            ("IMU_ATTI:Longitude", Q::Longitude),
+            ("local_time", Q::Time),
+            ("Lcl Date", Q::Date),
+            ("GndSpd", Q::Speed),
+        ] {
+            assert_eq!(meaning(name, "").map(|found| found.quantity), Some(quantity), "{name}");
+        }
         for name in [
+            "Att::YawPitchRoll::P [deg]",
+            "INS::LinearAccelEcef::X [m/s^2]",
             "",
             "temperature",
             "foo",

@@ -12,6 +12,10 @@ const UNUSED_SHOWN: usize = 12;
 
 /// The paragraph about one file.
 pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) -> String {
+    if table.capture {
+        let (file, fixes) = (table.file.display(), dataset.fixes.len());
+        return format!("{file}: capture of a receiver\n  gps       {fixes} fixes, in UTC");
+    }
     let mut lines = Vec::new();
     let mut line = |what: &str, columns: &str, rest: String| {
         lines.push(format!("  {what:<9} {columns:<34} {rest}"));
@@ -141,12 +145,12 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
         return;
     }
     if are_apart(dataset) {
-        doubts.push(
+        doubts.push(format!(
             "the fixes and the inertial samples do not overlap in time: check unit and scale under \
              each [table.time], or set its offset_s. GPS time counts from 1980 and is 18 s ahead \
-             of UTC"
-                .into(),
-        );
+             of UTC. If both began at the same moment, offset_s = {:.3} for the inertial samples",
+            fixes[0] - imu[0]
+        ));
     }
     let rate_hz = (imu.len() - 1) as f64 / (imu[imu.len() - 1] - imu[0]);
     let rates = SampleRates::of(&dataset.imu[0].motion);

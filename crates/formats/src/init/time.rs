@@ -2,7 +2,8 @@
 
 use super::columns::Reader;
 use super::names::Quantity;
-use crate::text::{TimeColumn, TimeScale, TimeUnit, WEEK_S};
+use crate::text::{TimeColumn, TimeScale, TimeUnit};
+use crate::utc::WEEK_S;
 
 impl Reader<'_> {
     /// The time column; `None` where no column increases like a time.
@@ -36,6 +37,19 @@ impl Reader<'_> {
         }
         if !rises {
             self.say_how_it_rises(column, doubts);
+        }
+        let lower = name.to_lowercase();
+        if unit.is_of_day() && (lower.contains("local") || lower.contains("lcl")) {
+            doubts.push(format!(
+                "time {name} is local and names no zone: read as UTC; set offset_s under [table.time], \
+                 -3600 per hour east of Greenwich"
+            ));
+        }
+        if unit.is_of_day() && (lower == "gpst" || lower.contains("gps")) {
+            doubts.push(format!(
+                "time {name} is GPS time as a date: read as UTC; set offset_s = -18.0 under \
+                 [table.time] for dates since 2017, if another file is in UTC"
+            ));
         }
         Some(TimeColumn {
             column: name,

@@ -14,6 +14,17 @@ use super::names::{Meaning, Quantity};
 pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
+    if let Some(first) = kitti(look) {
+        if first > 0 {
+            meanings[0] = Some(Meaning { quantity: Quantity::Time, unit: None, estimated: false });
+        }
+        for (column, quantity, unit) in KITTI {
+            // Attitude, position and velocity are those of the unit's own filter.
+            let estimated = matches!(quantity, Quantity::Attitude(_));
+            meanings[first + column] = Some(Meaning { quantity, unit: Some(unit), estimated });
+        }
+        return meanings;
+    }
     let mut give = |column: usize, quantity: Quantity| {
         meanings[column] = Some(Meaning { quantity, unit: None, estimated: false });
     };
@@ -77,6 +88,43 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
         }
     }
     meanings
+}
+
+/// Columns of the KITTI data set that are used, with their units. The vehicle axes are forward, left and up; the
+/// columns after each triple are the same quantity along other axes.
+///
+/// # Source
+/// A. Geiger, P. Lenz, C. Stiller, R. Urtasun (2013), Vision meets robotics: the KITTI dataset, *International Journal of
+/// Robotics Research* 32 (11), and its file `dataformat.txt`.
+const KITTI: [(usize, Quantity, &str); 15] = [
+    (0, Quantity::Latitude, "deg"),
+    (1, Quantity::Longitude, "deg"),
+    (2, Quantity::Height(None), "m"),
+    (3, Quantity::Attitude(0), "rad"),
+    (4, Quantity::Attitude(1), "rad"),
+    (5, Quantity::Attitude(2), "rad"),
+    (6, Quantity::Velocity(0), "m/s"),
+    (7, Quantity::Velocity(1), "m/s"),
+    (10, Quantity::Up, "m/s"),
+    (11, Quantity::Accel(0), "m/s2"),
+    (12, Quantity::Accel(1), "m/s2"),
+    (13, Quantity::Accel(2), "m/s2"),
+    (17, Quantity::Gyro(0), "rad/s"),
+    (18, Quantity::Gyro(1), "rad/s"),
+    (19, Quantity::Gyro(2), "rad/s"),
+];
+
+/// The first column of a row of the KITTI data set: 30 values, of which the last five are whole numbers and two
+/// triples have the size of gravity; without a time, or after one.
+fn kitti(look: &Look) -> Option<usize> {
+    const COLUMNS: usize = 30;
+    let first = look.columns.len().checked_sub(COLUMNS).filter(|first| *first <= 1)?;
+    let is_gravity = |at: usize| {
+        let at = first + at;
+        (8.5..11.0).contains(&look.median_norm([at, at + 1, at + 2]))
+    };
+    let are_states = (first + 25..first + COLUMNS).all(|column| look.is_whole(column));
+    (are_states && is_place(look, first) && is_gravity(11) && is_gravity(14)).then_some(first)
 }
 
 /// Whether a column changes, and as slowly as a latitude does. In a file with an IMU, other columns may

@@ -120,6 +120,11 @@ impl Lines {
     fn table(&mut self, table: &TableMapping) {
         self.line("\n[[table]]");
         self.key("file", quoted(&table.file.to_string_lossy()));
+        if table.capture {
+            self.remarked("capture", true, "NMEA 0183, UBX or TSIP of a receiver, in UTC");
+            self.part("time");
+            return self.line("# offset_s = 0.0  # added to the times of this file");
+        }
         let delimiter = quoted(table.delimiter.name());
         self.remarked("delimiter", delimiter, "comma, semicolon, tab or spaces");
         if table.decimal_comma {

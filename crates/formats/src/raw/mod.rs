@@ -1,6 +1,7 @@
 //! Reads raw bytes of a DMU or a receiver with the decoders of the flight software.
 
 mod dmu;
+mod frames;
 mod receiver;
 
 use crate::format::Format;
@@ -28,16 +29,14 @@ pub(crate) fn is_raw(head: &[u8]) -> bool {
 }
 
 fn speaker(bytes: &[u8]) -> Option<Speaker> {
-    let counts = |protocol: Protocol| {
-        let mut receiver = Receiver::new(protocol);
-        let mut rest = bytes;
-        while receiver.read(&mut rest, Time::ZERO).is_some() {}
-        receiver.counts()
-    };
-    let (ubx, nmea, tsip) = (counts(Protocol::Ubx), counts(Protocol::Nmea), counts(Protocol::Tsip));
-    if ubx.read + ubx.unknown > 0 || nmea.read + nmea.unknown > 0 {
+    // The frames of TSIP have no checksums and cannot be recognised alone.
+    if (0..bytes.len()).any(|at| frames::at(&bytes[at..]).is_some()) {
         return Some(Speaker::Receiver);
     }
+    let mut receiver = Receiver::new(Protocol::Tsip);
+    let mut rest = bytes;
+    while receiver.read(&mut rest, Time::ZERO).is_some() {}
+    let tsip = receiver.counts();
     let packets = |mode: Mode| {
         let mut decoder = Decoder::new(mode);
         let mut rest = bytes;

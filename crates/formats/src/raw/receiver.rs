@@ -4,84 +4,204 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::for_each_piece;
+use super::frames::{self, Kind};
+use super::{begin, for_each_piece};
 use crate::assembly::Assembly;
 use crate::format::Format;
 use crate::log::Log;
 use crate::utc;
 use crate::window::Input;
+use hovernav::frames::{Ned, Vector};
 use hovernav::gps::quality::{Limits, QualityCheck};
 use hovernav::gps::tsip::{self, Framer, Report};
 use hovernav::gps::{
-    AntennaHeading, Fix, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading,
+    AntennaHeading, Dimension, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading,
     ReceiverTime, WEEK_FLOOR,
 };
 use hovernav::time::Time;
 use hovernav_log::utc::moment;
-use hovernav_log::{LogError, Manifest};
+use hovernav_log::{Dimensions, LogError, Manifest, StatedFix};
 
 /// The fixes and headings of one protocol in the stream.
 struct Heard {
-    protocol: Protocol,
+    name: &'static str,
     receiver: Receiver,
     fixes: Vec<(u64, ReceiverFix)>,
     headings: Vec<(u64, ReceiverHeading)>,
 }
 
+impl Heard {
+    fn of(name: &'static str, receiver: Receiver) -> Self {
+        Self { name, receiver, fixes: Vec::new(), headings: Vec::new() }
+    }
+
+    fn take(&mut self, mut bytes: &[u8], offset: u64) {
+        let length = bytes.len();
+        loop {
+            let fix = self.receiver.read(&mut bytes, Time::ZERO);
+            let place = offset + (length - bytes.len()) as u64;
+            let heading = self.receiver.take_antenna_heading();
+            self.headings.extend(heading.map(|heading| (place, heading)));
+            let Some(fix) = fix else { break };
+            self.fixes.push((place, fix));
+        }
+    }
+
+    fn finish(&mut self) {
+        let place = self.fixes.last().map_or(0, |last| last.0);
+        self.fixes.extend(self.receiver.flush().map(|fix| (place, fix)));
+    }
+}
+
+/// Frames of a stream that no decoder reads.
+#[derive(Default)]
+struct Unread {
+    /// Frames with a wrong checksum, or cut off.
+    damaged: usize,
+    rtcm: usize,
+    /// Receiver's raw measurements in UBX, classes RXM and TRK.
+    raw_measurements: usize,
+    ubx: usize,
+}
+
 pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
     let mut assembly = Assembly::new(true);
     let floor = week_floor(input, &mut assembly)?;
-    let mut heard = [Protocol::Ubx, Protocol::Nmea, Protocol::Tsip].map(|protocol| Heard {
-        protocol,
-        receiver: match protocol {
-            Protocol::Tsip => Receiver::Tsip(tsip::Decoder::with_week_floor(floor)),
-            other => Receiver::new(other),
-        },
-        fixes: Vec::new(),
-        headings: Vec::new(),
-    });
-    for_each_piece(input, |bytes, offset| {
-        for Heard { receiver, fixes, headings, .. } in &mut heard {
-            let mut rest = bytes;
-            loop {
-                let fix = receiver.read(&mut rest, Time::ZERO);
-                let place = offset + (bytes.len() - rest.len()) as u64;
-                headings.extend(receiver.take_antenna_heading().map(|heading| (place, heading)));
-                let Some(fix) = fix else { break };
-                fixes.push((place, fix));
-            }
+    let tsip = Receiver::Tsip(tsip::Decoder::with_week_floor(floor));
+    // The richest protocol first: it is used where several report one epoch.
+    let mut heard = [
+        Heard::of("UBX", Receiver::new(Protocol::Ubx)),
+        Heard::of("TSIP", tsip),
+        Heard::of("NMEA 0183", Receiver::new(Protocol::Nmea)),
+    ];
+    let unread = listen(input, &mut heard)?;
+    heard.iter_mut().for_each(Heard::finish);
+    remark_protocols(&heard, &unread, &mut assembly);
+    let headings = heard.iter().flat_map(|heard| heard.headings.clone()).collect::<Vec<_>>();
+    let [ubx, tsip, nmea] = heard;
+    let fixes = merged(merged(ubx.fixes, tsip.fixes), nmea.fixes);
+    if fixes.is_empty() {
+        let reason = if unread.raw_measurements > 0 {
+            "found UBX with raw measurements only: no position solution in it. Log NAV-PVT as well, or solve the \
+             measurements with RTKLIB and read its .pos file with `hovernav init`"
+        } else if unread.rtcm > 0 {
+            "found RTCM without positions: these are corrections or measurements. Log the receiver's NMEA or UBX \
+             as well, or solve the measurements with RTKLIB"
+        } else {
+            ""
+        };
+        if !reason.is_empty() {
+            return Err(LogError::Unusable {
+                path: input.path.to_path_buf(),
+                reason: reason.into(),
+            });
         }
-    })?;
-    for Heard { receiver, fixes, .. } in &mut heard {
-        let place = fixes.last().map_or(0, |last| last.0);
-        fixes.extend(receiver.flush().map(|fix| (place, fix)));
     }
-    // A receiver may send two protocols. The one with more fixes is used; if equal, the one with more messages.
-    let [ubx, nmea, tsip] = heard;
-    let best = [ubx, nmea, tsip]
-        .into_iter()
-        .max_by_key(|heard| {
-            let counts = heard.receiver.counts();
-            let whole = match heard.protocol {
-                // TSIP has no checksum: other bytes may look like unknown packets.
-                Protocol::Tsip => counts.read,
-                _ => counts.read + counts.unknown,
-            };
-            (heard.fixes.len(), whole)
-        })
-        .ok_or_else(|| LogError::bytes(input.path, 0, "found no packet".into()))?;
-    let name = match best.protocol {
-        Protocol::Tsip => "TSIP",
-        Protocol::Nmea => "NMEA 0183",
-        Protocol::Ubx => "UBX",
-    };
-    let MessageCounts { read, unknown, damaged, impossible, no_fix } = best.receiver.counts();
-    assembly.note(format!(
-        "receiver with {name}: {read} messages read, {unknown} not needed, {damaged} damaged, \
-         {impossible} with impossible values, {no_fix} epochs without a fix"
-    ));
-    let manifest = gather(&best.fixes, &best.headings, &mut assembly);
+    let manifest = gather(&fixes, &headings, &mut assembly);
     assembly.finish(input.path, Format::Raw, manifest, "")
+}
+
+/// Passes each frame to the decoder of its protocol, and other bytes to that of TSIP, which has no checksums.
+fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> {
+    let mut unread = Unread::default();
+    let mut window = begin(input)?;
+    let [ubx, tsip, nmea] = heard;
+    loop {
+        let offset = window.offset();
+        let bytes = window.peek(frames::LONGEST).map_err(LogError::io(input.path))?;
+        if bytes.is_empty() {
+            return Ok(unread);
+        }
+        let length = match frames::at(bytes) {
+            Some((kind, length)) => {
+                match kind {
+                    Kind::Ubx { class } => {
+                        unread.ubx += 1;
+                        unread.raw_measurements += usize::from(matches!(class, 0x02 | 0x03));
+                        ubx.take(&bytes[..length], offset);
+                    }
+                    Kind::Nmea => nmea.take(&bytes[..length], offset),
+                    Kind::Rtcm => unread.rtcm += 1,
+                }
+                length
+            }
+            None => {
+                unread.damaged += usize::from(frames::may_begin(bytes));
+                let next = (1..bytes.len()).find(|&at| matches!(bytes[at], 0xB5 | b'$' | 0xD3));
+                let length = next.unwrap_or(bytes.len()).min(bytes.len());
+                tsip.take(&bytes[..length], offset);
+                length
+            }
+        };
+        window.consume(length);
+    }
+}
+
+fn remark_protocols(heard: &[Heard; 3], unread: &Unread, assembly: &mut Assembly) {
+    let [ubx, tsip, nmea] = heard;
+    // TSIP has no checksum: other bytes may look like its packets.
+    let is_tsip = ubx.fixes.is_empty() && nmea.fixes.is_empty();
+    for Heard { name, receiver, .. } in
+        [Some(ubx), is_tsip.then_some(tsip), Some(nmea)].into_iter().flatten()
+    {
+        let MessageCounts { read, unknown, damaged, impossible, no_fix } = receiver.counts();
+        let others = if *name == "UBX" {
+            unread.ubx as u64 - u64::from(read).min(unread.ubx as u64)
+        } else {
+            0
+        };
+        if read + unknown == 0 && others == 0 {
+            continue;
+        }
+        // The checksums of the other protocols have been checked: their content is of no use here.
+        let (unneeded, damaged) = match *name {
+            "TSIP" => (u64::from(unknown), u64::from(damaged)),
+            _ => (u64::from(unknown) + u64::from(damaged) + others, unread.damaged as u64),
+        };
+        assembly.note(format!(
+            "receiver with {name}: {read} messages read, {unneeded} not needed, {damaged} damaged, \
+             {impossible} with impossible values, {no_fix} epochs without a fix"
+        ));
+    }
+    if unread.rtcm > 0 {
+        assembly.note(format!("RTCM: {} messages, not needed", unread.rtcm));
+    }
+}
+
+/// UTC of a fix, ns since 1970. Leap seconds that the receiver does not state are those of the date.
+fn unix_ns(fix: &ReceiverFix) -> Option<i64> {
+    let time = fix.time?;
+    time.unix_ns().or_else(|| match time {
+        ReceiverTime::Gps { week, time_of_week_ns, .. } => {
+            Some(utc::of_gps_week(f64::from(week?), time_of_week_ns as f64 * 1e-9))
+        }
+        ReceiverTime::Utc { .. } => None,
+    })
+}
+
+/// The fixes of both protocols in the order of the stream; of the `poorer` ones only those of epochs that the
+/// `richer` ones lack.
+fn merged(
+    richer: Vec<(u64, ReceiverFix)>,
+    poorer: Vec<(u64, ReceiverFix)>,
+) -> Vec<(u64, ReceiverFix)> {
+    /// Largest difference of the times of one epoch, ns.
+    const EPOCH_NS: i64 = 50_000_000;
+    if richer.is_empty() || poorer.is_empty() {
+        return if richer.is_empty() { poorer } else { richer };
+    }
+    let mut times: Vec<i64> = richer.iter().filter_map(|(_, fix)| unix_ns(fix)).collect();
+    times.sort_unstable();
+    let is_new = |fix: &ReceiverFix| {
+        unix_ns(fix).filter(|_| !times.is_empty()).is_some_and(|time| {
+            let after = times.partition_point(|known| *known < time - EPOCH_NS);
+            times.get(after).is_none_or(|known| *known > time + EPOCH_NS)
+        })
+    };
+    let mut all = richer;
+    all.extend(poorer.into_iter().filter(|(_, fix)| is_new(fix)));
+    all.sort_by_key(|(place, _)| *place);
+    all
 }
 
 /// Adds the fixes to the assembly, with times since the first fix.
@@ -91,7 +211,7 @@ fn gather(
     assembly: &mut Assembly,
 ) -> Manifest {
     let mut manifest = Manifest::default();
-    let first_utc = fixes.iter().find_map(|(_, fix)| fix.time?.unix_ns());
+    let first_utc = fixes.iter().find_map(|(_, fix)| unix_ns(fix));
     if let Some(unix_ns) = first_utc {
         let utc_s = unix_ns as f64 * 1e-9;
         let day = utc::date(utc_s);
@@ -108,12 +228,15 @@ fn gather(
     }
     let mut quality = QualityCheck::new(Limits::default());
     let mut poor: Option<(usize, String)> = None;
-    let (mut seconds, mut before) = (0.0, None::<ReceiverTime>);
-    let (mut without_time, mut above_sea, mut without_height) = (0usize, 0usize, 0usize);
-    let mut last_height_m = 0.0;
+    let (mut seconds, mut before, mut last_utc_ns) = (0.0, None::<ReceiverTime>, None::<i64>);
+    let (mut without_time, mut above_sea) = (0usize, 0usize);
     let mut epochs = HashMap::new();
     for (index, (place, fix)) in fixes.iter().enumerate() {
         let step_s = fix.time.zip(before).and_then(|(now, before)| now.since(&before));
+        // Between two protocols, and so two time scales.
+        let by_utc = || Some((unix_ns(fix)? - last_utc_ns?) as f64 * 1e-9);
+        let step_s = step_s.or_else(by_utc);
+        last_utc_ns = unix_ns(fix).or(last_utc_ns);
         without_time += usize::from(fix.time.is_none());
         seconds += match step_s {
             Some(step_s) => step_s,
@@ -131,28 +254,32 @@ fn gather(
             // Epochs are whole milliseconds; the time of a fix may differ by some nanoseconds.
             epochs.insert((time_of_week_ns + 500_000) / 1_000_000, time);
         }
-        // A fix without a height keeps the last height and is marked as two-dimensional.
-        let flat = fix.height_m.is_none() && fix.altitude_msl_m.is_none();
-        let mut fix = fix.with_geoid_separation(0.0);
-        fix.height_m = fix.height_m.or(Some(last_height_m));
-        if let Some(fix) = fix.at(time) {
-            last_height_m = fix.position.height_m;
-            let two_dimensional = fix.two_dimensional || flat;
-            assembly.fix(*place, Fix { two_dimensional, ..fix });
-        }
-        without_height += usize::from(flat);
+        let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
+        let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+        let position = [
+            fix.latitude_rad.to_degrees(),
+            fix.longitude_rad.to_degrees(),
+            fix.height_m.or(fix.altitude_msl_m).unwrap_or(f64::NAN),
+        ];
+        let stated = StatedFix {
+            dimensions: match fix.dimension {
+                Some(Dimension::TwoD) => Dimensions::Two,
+                Some(Dimension::ThreeD) | None => Dimensions::Three,
+            },
+            position_sigma_m: vector(fix.position_sigma_m),
+            velocity_mps: [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)],
+            ground_speed_mps: fix.ground_speed_mps.unwrap_or(f64::NAN),
+            velocity_sigma_mps: vector(fix.velocity_sigma_mps),
+            satellites: fix.satellites.map_or(f64::NAN, f64::from),
+            ..StatedFix::at(Some(time), position)
+        };
+        assembly.fix(*place, stated);
     }
     for (place, ReceiverHeading { time_of_week_ms, heading }) in headings {
         // A heading without a fix has no time on this clock.
         if let Some(&time) = epochs.get(&u64::from(*time_of_week_ms)) {
             assembly.heading(*place, AntennaHeading { time, ..*heading });
         }
-    }
-    if without_height > 0 {
-        assembly.say(format!(
-            "{without_height} fixes without a height: used for the horizontal \
-                              position only"
-        ));
     }
     if without_time > 0 {
         assembly.say(format!("{without_time} fixes without a time: assumed to be one per second"));

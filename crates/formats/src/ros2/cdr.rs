@@ -51,6 +51,18 @@ impl<'a> Cdr<'a> {
         self.take().map(u16::from_le_bytes)
     }
 
+    pub fn i16(&mut self) -> Option<i16> {
+        self.take().map(i16::from_le_bytes)
+    }
+
+    /// Passes over a sequence of four-byte numbers.
+    pub fn skip_numbers(&mut self) -> Option<()> {
+        let length = (self.u32()? as usize).checked_mul(4)?;
+        self.body.get(self.at..)?.get(..length)?;
+        self.at += length;
+        Some(())
+    }
+
     pub fn i32(&mut self) -> Option<i32> {
         self.take().map(i32::from_le_bytes)
     }

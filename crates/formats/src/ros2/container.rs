@@ -18,16 +18,36 @@ const LONGEST_MESSAGE: u64 = 4096;
 const CRC: crc::Crc<u32, crc::Table<16>> =
     crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Passes every record of the file to `take`, with the byte offset of the record or of its chunk. A record or chunk
-/// with damaged content is skipped; reading ends at an impossible length.
+/// A channel of one of the files of a log.
+pub(super) type ChannelId = (usize, u16);
+
+/// Passes every record of the files to `take`, with the index of its file and with the byte offset of the record or of
+/// its chunk, counted through all files. A record or chunk with damaged content is skipped; reading of a file ends at
+/// an impossible length.
 ///
 /// # Errors
 /// [`LogError::Io`].
 pub(super) fn for_each_record(
-    input: Input<'_>,
-    mut take: impl FnMut(Record<'_>, u64),
+    inputs: &[Input<'_>],
+    mut take: impl FnMut(usize, Record<'_>, u64),
 ) -> Result<Damages, LogError> {
-    let mut damages = Damages::default();
+    let (mut damages, mut base) = (Damages::default(), 0);
+    for (index, input) in inputs.iter().enumerate() {
+        let end = of_file(*input, base, &mut damages, &mut |record, offset| {
+            take(index, record, offset);
+        })?;
+        base += end;
+    }
+    Ok(damages)
+}
+
+/// Passes every record of a file to `take`, its offset after `base` bytes of other files. Returns where reading ended.
+fn of_file(
+    input: Input<'_>,
+    base: u64,
+    damages: &mut Damages,
+    take: &mut dyn FnMut(Record<'_>, u64),
+) -> Result<u64, LogError> {
     let total = input.length()?;
     let mut window = input.window()?;
     window.peek(mcap::MAGIC.len()).map_err(LogError::io(input.path))?;
@@ -35,30 +55,30 @@ pub(super) fn for_each_record(
     loop {
         let offset = window.offset();
         let mut end = |reason: String| {
-            damages.add(offset, format!("{reason}; only the data before it is used"));
+            damages.add(base + offset, format!("{reason}; only the data before it is used"));
         };
         let head = window.peek(FRAME).map_err(LogError::io(input.path))?;
         let Some((opcode, length)) = frame(head) else {
             end("the file ends without the footer of an MCAP file".into());
-            return Ok(damages);
+            return Ok(offset);
         };
         // An impossible length is mostly longer than any file.
         if opcode == 0 || length > i64::MAX as u64 {
             end(format!("found an impossible record of kind {opcode} and {length} bytes"));
-            return Ok(damages);
+            return Ok(offset);
         }
         if opcode == op::FOOTER {
-            return Ok(damages);
+            return Ok(offset);
         }
         if offset + FRAME as u64 + length > total {
             end(format!("the file ends within a record of {length} bytes"));
-            return Ok(damages);
+            return Ok(offset);
         }
         if !is_of_use(opcode) || length > LARGEST as u64 {
             if is_of_use(opcode) {
                 let reason =
                     format!("found a record of {length} bytes, expected at most {LARGEST}");
-                damages.add(offset, format!("{reason}; ignored"));
+                damages.add(base + offset, format!("{reason}; ignored"));
             }
             window.skip(FRAME as u64 + length).map_err(LogError::io(input.path))?;
             continue;
@@ -67,8 +87,8 @@ pub(super) fn for_each_record(
         let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
         // Shorter only if the file is truncated while it is read.
         let body = bytes.get(FRAME..FRAME + length).unwrap_or_default();
-        if let Err(reason) = of_record(opcode, body, &mut |record| take(record, offset)) {
-            damages.add(offset, format!("{reason}; ignored"));
+        if let Err(reason) = of_record(opcode, body, &mut |record| take(record, base + offset)) {
+            damages.add(base + offset, format!("{reason}; ignored"));
         }
         window.consume(FRAME + length);
     }

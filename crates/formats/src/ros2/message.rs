@@ -5,12 +5,15 @@
 //! 103 and REP 145.
 
 use super::cdr::Cdr;
+use crate::choice::is_alive;
 
 /// The type of a topic's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Imu,
     Fix,
+    /// A fix with its velocity, of `gps_msgs`.
+    GpsFix,
     Velocity,
     /// Velocity with its covariance.
     VelocityCovariance,
@@ -26,6 +29,7 @@ impl Kind {
         Some(match schema {
             "sensor_msgs/msg/Imu" | "sensor_msgs/Imu" => Self::Imu,
             "sensor_msgs/msg/NavSatFix" | "sensor_msgs/NavSatFix" => Self::Fix,
+            "gps_msgs/msg/GPSFix" | "gps_msgs/GPSFix" | "gps_common/GPSFix" => Self::GpsFix,
             "geometry_msgs/msg/TwistStamped" | "geometry_msgs/TwistStamped" => Self::Velocity,
             "geometry_msgs/msg/TwistWithCovarianceStamped"
             | "geometry_msgs/TwistWithCovarianceStamped" => Self::VelocityCovariance,
@@ -87,9 +91,38 @@ pub(super) struct NavSatFix {
     pub height_m: f64,
     /// One-sigma north, east, down, m.
     pub sigma_m: Option<[f64; 3]>,
+    /// Speed over ground, m/s, course, °, and climb, m/s, where the message has them.
+    pub motion: Option<[f64; 3]>,
 }
 
-pub(super) fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
+/// `gps_msgs/GPSFix`.
+fn gps_fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
+    header(cdr)?;
+    let _used = cdr.u16()?;
+    cdr.skip_numbers()?;
+    let _visible = cdr.u16()?;
+    (0..4).try_for_each(|_| cdr.skip_numbers())?;
+    let status = cdr.i16()?;
+    let _sources = [cdr.u16()?, cdr.u16()?, cdr.u16()?];
+    let [latitude_deg, longitude_deg, height_m] = cdr.f64s()?;
+    let [track_deg, speed_mps, climb_mps] = cdr.f64s()?;
+    // Attitude, time and dilutions of precision; then errors, and the covariance of the position.
+    let _: [f64; 9] = cdr.f64s()?;
+    let _: [f64; 10] = cdr.f64s()?;
+    let covariance: [f64; 9] = cdr.f64s()?;
+    let sigma_m = [covariance[4], covariance[0], covariance[8]].map(f64::sqrt);
+    let is_known = cdr.u8()? != 0 && sigma_m.iter().all(|sigma| *sigma > 0.0);
+    Some(NavSatFix {
+        has_fix: status >= 0,
+        latitude_deg,
+        longitude_deg,
+        height_m,
+        sigma_m: is_known.then_some(sigma_m),
+        motion: Some([speed_mps, track_deg, climb_mps]),
+    })
+}
+
+fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     let status = cdr.i8()?;
     cdr.u16()?;
     let [latitude_deg, longitude_deg, height_m] = cdr.f64s()?;
@@ -104,6 +137,7 @@ pub(super) fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
         longitude_deg,
         height_m,
         sigma_m: (is_known && is_positive).then_some(sigma_m),
+        motion: None,
     })
 }
 
@@ -144,4 +178,20 @@ pub(super) fn range(cdr: &mut Cdr<'_>) -> Option<(f64, f64)> {
     let (least_m, most_m, range_m) = (cdr.f32()?, cdr.f32()?, cdr.f32()?);
     let valid = range_m >= least_m && range_m <= most_m;
     Some((f64::from(range_m), f64::from(u8::from(valid))))
+}
+
+/// Whether a message of `kind`, after its header, has a measurement that may be used.
+pub(super) fn is_good(kind: Kind, cdr: &mut Cdr<'_>) -> bool {
+    match kind {
+        Kind::Imu => imu(cdr).is_some_and(|imu| is_alive(imu.force_mps2)),
+        Kind::Fix | Kind::GpsFix => fix_of(kind, cdr)
+            .is_some_and(|fix| fix.has_fix && [fix.latitude_deg, fix.longitude_deg] != [0.0; 2]),
+        Kind::Field => cdr.f64s().is_some_and(is_alive),
+        _ => true,
+    }
+}
+
+/// The fix of a message of either type.
+pub(super) fn fix_of(kind: Kind, cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
+    if kind == Kind::GpsFix { gps_fix(cdr) } else { fix(cdr) }
 }

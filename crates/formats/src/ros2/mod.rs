@@ -7,6 +7,8 @@ mod topic;
 mod topics;
 mod velocity;
 
+use std::path::Path;
+
 use mcap::records::Record;
 
 use crate::assembly::Assembly;
@@ -17,14 +19,12 @@ use crate::onboard::OnboardMoment;
 use crate::window::Input;
 use cdr::Cdr;
 use container::{for_each_record, unpacked_message};
-use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
-use hovernav::frames::{Body, Ned, Vector};
-use hovernav::gps::Fix;
+use hovernav::frames::{Body, Vector};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::utc::moment;
-use hovernav_log::{LogError, Manifest, pressure_altitude_m};
+use hovernav_log::{Dimensions, LogError, Manifest, StatedFix, pressure_altitude_m};
 use message::{Header, Kind};
 use topics::Topics;
 
@@ -32,19 +32,22 @@ const GAUSS_PER_TESLA: f64 = 1e4;
 /// Largest time between a fix and its velocity, s.
 const SAME_EPOCH_S: f64 = 0.1;
 
-/// Reads an MCAP file of ROS 2.
+/// Reads the MCAP files of a ROS 2 log, whose name in messages is `path`, as one recording.
 ///
 /// # Errors
 /// [`LogError`] where the file cannot be read or contains no usable topic.
-pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError> {
+pub(crate) fn read(path: &Path, inputs: &[Input<'_>], options: &Options) -> Result<Log, LogError> {
     let mut assembly = Assembly::new(true);
-    let topics = Topics::of(input, options, &mut assembly)?;
+    let topics = Topics::of(path, inputs, options, &mut assembly)?;
     let mut gathered = Gathered { assembly, ..Gathered::new() };
     // Limits memory: even compressed, each message takes at least one byte of the file.
-    let mut room = input.length()?;
-    for_each_record(input, |record, offset| {
+    let mut room = 0_u64;
+    for input in inputs {
+        room = room.saturating_add(input.length()?);
+    }
+    for_each_record(inputs, |file, record, offset| {
         if let Record::Message { header, data } = record
-            && let Some(kind) = topics.kind(header.channel_id)
+            && let Some(kind) = topics.kind((file, header.channel_id))
         {
             let Some(left) = room.checked_sub(1) else {
                 gathered.left_out += 1;
@@ -57,20 +60,22 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
             gathered.unreadable += usize::from(is_read.is_none());
         }
     })?;
-    gathered.finish(input)
+    gathered.finish(path)
 }
 
 /// The values read so far.
 struct Gathered {
     assembly: Assembly,
     origin_ns: Option<i64>,
-    fixes: Vec<(u64, Fix)>,
+    fixes: Vec<(u64, Time, StatedFix)>,
     velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
     unreadable: usize,
     /// Number of messages in excess of the bytes of the file.
     left_out: usize,
     are_down: bool,
     has_imu: bool,
+    /// Whether any orientation is not the identity, which drivers without an orientation send.
+    has_turned: bool,
 }
 
 impl Gathered {
@@ -84,6 +89,7 @@ impl Gathered {
             left_out: 0,
             are_down: false,
             has_imu: false,
+            has_turned: false,
         }
     }
 
@@ -103,7 +109,7 @@ impl Gathered {
         let time = Time::from_nanoseconds(at_ns.saturating_sub(origin_ns));
         match kind {
             Kind::Imu => self.imu(&header, message::imu(cdr)?, time, place),
-            Kind::Fix => self.fix(&message::fix(cdr)?, time, place),
+            Kind::Fix | Kind::GpsFix => self.fix(&message::fix_of(kind, cdr)?, time, place),
             Kind::Velocity | Kind::VelocityCovariance => {
                 let (velocity, sigma) = message::velocity(cdr, kind == Kind::VelocityCovariance)?;
                 self.velocities.push((time, velocity, sigma));
@@ -142,6 +148,7 @@ impl Gathered {
     fn imu(&mut self, header: &Header<'_>, imu: message::Imu, time: Time, place: u64) {
         self.has_imu = true;
         self.are_down |= header.is_down();
+        self.has_turned |= imu.orientation.is_some_and(|found| found != [1.0, 0.0, 0.0, 0.0]);
         let attitude = imu.orientation.and_then(|quaternion| match header.is_down() {
             true => axes::attitude_frd_ned(quaternion),
             false => axes::attitude_flu_enu(quaternion),
@@ -156,34 +163,30 @@ impl Gathered {
     }
 
     fn fix(&mut self, fix: &message::NavSatFix, time: Time, place: u64) {
-        if !fix.has_fix {
-            return self.assembly.fix_left_out(place, "left out: no fix");
+        let position = [fix.latitude_deg, fix.longitude_deg, fix.height_m];
+        let dimensions = if fix.has_fix { Dimensions::Three } else { Dimensions::None };
+        let position_sigma_m = fix.sigma_m.unwrap_or([f64::NAN; 3]);
+        let mut stated = StatedFix::at(Some(time), position);
+        if let Some([speed_mps, course_deg, climb_mps]) = fix.motion {
+            stated.velocity_mps[2] = -climb_mps;
+            stated = stated.moving(speed_mps, course_deg.to_radians());
         }
-        let degrees = (fix.latitude_deg, fix.longitude_deg);
-        match Geodetic::from_degrees(degrees.0, degrees.1, fix.height_m) {
-            Some(position) => {
-                let position_sigma_m = fix.sigma_m.map(Vector::<Ned>::from);
-                self.fixes.push((place, Fix { position_sigma_m, ..Fix::at(time, position) }));
-            }
-            None => self.assembly.fix_left_out(place, "left out: not a position on Earth"),
-        }
+        self.fixes.push((place, time, StatedFix { dimensions, position_sigma_m, ..stated }));
     }
 
     /// The log, after velocities are assigned to their fixes.
-    fn finish(mut self, input: Input<'_>) -> Result<Log, LogError> {
+    fn finish(mut self, path: &Path) -> Result<Log, LogError> {
         self.velocities.sort_by_key(|velocity| velocity.0);
-        for (place, mut fix) in std::mem::take(&mut self.fixes) {
-            let after = self.velocities.partition_point(|velocity| velocity.0 < fix.time);
+        for (place, time, mut fix) in std::mem::take(&mut self.fixes) {
+            let after = self.velocities.partition_point(|velocity| velocity.0 < time);
             let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
             let near = near.filter_map(|index| self.velocities.get(index));
-            let near = near.map(|velocity| ((velocity.0 - fix.time).abs(), velocity));
-            if let Some((away_s, (_, [north, east, down], sigma))) =
-                near.min_by(|a, b| a.0.total_cmp(&b.0))
+            let near = near.map(|velocity| ((velocity.0 - time).abs(), velocity));
+            if let Some((away_s, (_, velocity, sigma))) = near.min_by(|a, b| a.0.total_cmp(&b.0))
                 && away_s <= SAME_EPOCH_S
             {
-                fix.horizontal_velocity_mps = Some([*north, *east]);
-                fix.down_velocity_mps = Some(*down);
-                fix.velocity_sigma_mps = sigma.map(Vector::from);
+                fix.velocity_mps = *velocity;
+                fix.velocity_sigma_mps = sigma.unwrap_or([f64::NAN; 3]);
             }
             self.assembly.fix(place, fix);
         }
@@ -211,7 +214,11 @@ impl Gathered {
         let date = self.origin_ns.and_then(moment);
         let time = format!("s since {utc_s:.6} s on the log's clock");
         let manifest = Manifest { date, time, ..Manifest::default() };
-        self.assembly.finish(input.path, Format::Ros2, manifest, "odometry")
+        let mut log = self.assembly.finish(path, Format::Ros2, manifest, "odometry")?;
+        if !self.has_turned {
+            log.dataset.imu.iter_mut().for_each(|sample| sample.attitude = None);
+        }
+        Ok(log)
     }
 }
 

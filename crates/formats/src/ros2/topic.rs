@@ -2,12 +2,14 @@
 
 use mcap::records::MessageHeader;
 
+use super::container::ChannelId;
 use super::message::{Header, Kind};
 
 /// A channel with messages that are read.
 #[derive(Debug)]
 pub(super) struct Topic {
-    pub channel: u16,
+    /// Its channels: one in each file of the log.
+    pub channels: Vec<ChannelId>,
     pub name: String,
     /// The frame of its first message.
     pub frame: String,
@@ -19,17 +21,35 @@ pub(super) struct Topic {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
     pub messages: usize,
+    /// Messages with a measurement that may be used.
+    pub good: usize,
     pub stamped: usize,
     /// Smallest delay from the stamp of a message to its log time, ns.
     pub least_delay_ns: i64,
 }
 
+impl Topic {
+    /// Whether this is the topic with the channels of `other`.
+    pub fn is(&self, other: &Self) -> bool {
+        self.channels == other.channels
+    }
+}
+
 impl Stamps {
-    pub const NONE: Self = Self { messages: 0, stamped: 0, least_delay_ns: i64::MAX };
+    /// Adds the messages of another file.
+    pub fn add(&mut self, other: Self) {
+        self.messages += other.messages;
+        self.good += other.good;
+        self.stamped += other.stamped;
+        self.least_delay_ns = self.least_delay_ns.min(other.least_delay_ns);
+    }
+
+    pub const NONE: Self = Self { messages: 0, good: 0, stamped: 0, least_delay_ns: i64::MAX };
 
     /// Counts a message with its log time in `sent` and its stamp in `header`.
-    pub fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>) {
+    pub fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>, is_good: bool) {
         self.messages += 1;
+        self.good += usize::from(is_good);
         let stamp_ns = header.map(|header| header.stamp_ns);
         if let Some(stamp_ns) = stamp_ns.filter(|stamp_ns| *stamp_ns != 0) {
             self.stamped += 1;

@@ -1,16 +1,17 @@
 //! Lists the topics of a log and chooses those that are read.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use mcap::records::{Channel, Record};
 
 use super::cdr::Cdr;
-use super::container::{for_each_record, unpacked_message};
-use super::message::{Kind, header};
+use super::container::{ChannelId, for_each_record, unpacked_message};
+use super::message::{Kind, header, is_good};
 use super::topic::{Stamps, Topic};
 use super::velocity;
 use crate::assembly::Assembly;
-use crate::choice::Counts;
+use crate::choice::{Counts, Tally};
 use crate::damages::Damages;
 use crate::log::Options;
 use crate::window::Input;
@@ -29,17 +30,18 @@ pub(super) struct Topics {
 
 impl Topics {
     /// The kind of the messages of `channel`, if they are read.
-    pub fn kind(&self, channel: u16) -> Option<Kind> {
-        self.chosen.iter().find(|topic| topic.channel == channel).map(|topic| topic.kind)
+    pub fn kind(&self, channel: ChannelId) -> Option<Kind> {
+        self.chosen.iter().find(|topic| topic.channels.contains(&channel)).map(|topic| topic.kind)
     }
 
     /// Surveys the log, chooses topics, and notes the others.
     pub fn of(
-        input: Input<'_>,
+        path: &Path,
+        inputs: &[Input<'_>],
         options: &Options,
         assembly: &mut Assembly,
     ) -> Result<Self, LogError> {
-        let (found, others, damages) = survey(input)?;
+        let (found, others, damages) = survey(inputs)?;
         for (offset, reason) in damages.iter() {
             assembly.say(format!("damaged at byte {offset}: {reason}"));
         }
@@ -49,27 +51,31 @@ impl Topics {
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             assembly.note(format!("unused topics: {}{more}", names.join(", ")));
         }
-        let unusable = |reason| LogError::Unusable { path: input.path.to_path_buf(), reason };
+        let unusable = |reason| LogError::Unusable { path: path.to_path_buf(), reason };
         let mut chosen = Vec::new();
         for (kind, wanted) in [
-            (Kind::Imu, options.imu),
-            (Kind::Fix, options.gps),
-            (Kind::Field, options.magnetometer),
-            (Kind::Pressure, options.baro),
-            (Kind::Odometry, None),
-            (Kind::Range, None),
+            (Kind::Imu, ("--imu", options.imu)),
+            (Kind::Fix, ("--gps", options.gps)),
+            (Kind::Field, ("--mag", options.magnetometer)),
+            (Kind::Pressure, ("--baro", options.baro)),
+            (Kind::Odometry, ("", None)),
+            (Kind::Range, ("", None)),
         ] {
-            let of_kind: Vec<&Topic> = found.iter().filter(|topic| topic.kind == kind).collect();
-            let counts = Counts::new(of_kind.iter().map(|t| t.stamps.messages).enumerate());
+            let is_such = |topic: &&Topic| {
+                topic.kind == kind || kind == Kind::Fix && topic.kind == Kind::GpsFix
+            };
+            let of_kind: Vec<&Topic> = found.iter().filter(is_such).collect();
+            let tally = |t: &&Topic| Tally { messages: t.stamps.messages, good: t.stamps.good };
+            let counts = Counts::new(of_kind.iter().map(tally).enumerate());
             let (index, sentence) = counts
                 .choose(wanted, |index| index, |index| of_kind[index].name.clone())
                 .map_err(unusable)?;
             sentence.into_iter().for_each(|sentence| assembly.note(sentence));
-            chosen.extend(index.map(|index| of_kind[index].channel));
+            chosen.extend(index.map(|index| of_kind[index].name.clone()));
         }
         chosen.extend(velocity_of(&found, &chosen, options, assembly).map_err(unusable)?);
         let chosen: Vec<Topic> =
-            found.into_iter().filter(|topic| chosen.contains(&topic.channel)).collect();
+            found.into_iter().filter(|topic| chosen.contains(&topic.name)).collect();
         let by_stamp = stamps_agree(&chosen);
         if !by_stamp && !chosen.is_empty() {
             assembly.say(
@@ -81,24 +87,23 @@ impl Topics {
     }
 }
 
-/// The channel of the receiver's velocity, which belongs to the `chosen` fixes. Notes the reason and the other
+/// The topic of the receiver's velocity, which belongs to the `chosen` fixes. Notes the reason and the other
 /// velocity topics.
 ///
 /// # Errors
 /// A sentence where no topic has the requested name.
 fn velocity_of(
     found: &[Topic],
-    chosen: &[u16],
+    chosen: &[String],
     options: &Options,
     assembly: &mut Assembly,
-) -> Result<Option<u16>, String> {
+) -> Result<Option<String>, String> {
     let is_velocity =
         |topic: &&Topic| matches!(topic.kind, Kind::Velocity | Kind::VelocityCovariance);
     let velocities: Vec<&Topic> = found.iter().filter(is_velocity).collect();
     let in_words = |topic: &&Topic| format!("{} ({} messages)", topic.name, topic.stamps.messages);
     let listed = |topics: &[&Topic]| topics.iter().map(in_words).collect::<Vec<_>>().join(", ");
-    let fixes =
-        found.iter().find(|topic| topic.kind == Kind::Fix && chosen.contains(&topic.channel));
+    let fixes = found.iter().find(|topic| topic.kind == Kind::Fix && chosen.contains(&topic.name));
     let wanted = options.velocity.as_deref();
     let taken = match (wanted, fixes) {
         (Some("none"), _) | (None, None) => None,
@@ -121,7 +126,7 @@ fn velocity_of(
     }
     let others: Vec<&Topic> = velocities
         .into_iter()
-        .filter(|topic| taken.is_none_or(|(taken, _)| taken.channel != topic.channel))
+        .filter(|topic| taken.is_none_or(|(taken, _)| !taken.is(topic)))
         .collect();
     if !others.is_empty() {
         let others = listed(&others);
@@ -129,7 +134,7 @@ fn velocity_of(
             "not used as the receiver's velocity: {others}; --velocity TOPIC selects one"
         ));
     }
-    Ok(taken.map(|(topic, _)| topic.channel))
+    Ok(taken.map(|(topic, _)| topic.name.clone()))
 }
 
 /// Whether all topics are stamped, by clocks that agree within 0.5 s.
@@ -143,44 +148,56 @@ fn stamps_agree(topics: &[Topic]) -> bool {
 }
 
 /// The topics whose messages are read, the names of the others, and damage.
-fn survey(input: Input<'_>) -> Result<(Vec<Topic>, Vec<String>, Damages), LogError> {
-    let mut kinds: BTreeMap<u16, Kind> = BTreeMap::new();
+fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, Vec<String>, Damages), LogError> {
+    let mut kinds: BTreeMap<ChannelId, Kind> = BTreeMap::new();
     // Per channel: schema, name, and whether its messages can be read.
-    let mut channels: BTreeMap<u16, (u16, String, bool)> = BTreeMap::new();
+    let mut channels: BTreeMap<ChannelId, (u16, String, bool)> = BTreeMap::new();
     // Per channel: time stamps, and the frame of the first message.
-    let mut stamps: BTreeMap<u16, (Stamps, String)> = BTreeMap::new();
+    let mut stamps: BTreeMap<ChannelId, (Stamps, String)> = BTreeMap::new();
     // Channels are repeated at the end of the file, in case the first description is damaged.
-    let damages = for_each_record(input, |record, _| match record {
+    let damages = for_each_record(inputs, |file, record, _| match record {
         Record::Schema { header, .. } => {
             if let Some(kind) = Kind::of(&header.name) {
-                kinds.entry(header.id).or_insert(kind);
+                kinds.entry((file, header.id)).or_insert(kind);
             }
         }
         Record::Channel(Channel { id, schema_id, topic, message_encoding, .. })
             if topic.len() <= LONGEST_NAME =>
         {
             let is_cdr = message_encoding == "cdr";
-            channels.entry(id).or_insert((schema_id, topic, is_cdr));
+            channels.entry((file, id)).or_insert((schema_id, topic, is_cdr));
         }
         Record::Message { header: sent, data } => {
             let data = unpacked_message(&data);
-            let header = Cdr::new(&data).and_then(|mut cdr| header(&mut cdr));
-            let (stamps, _) = stamps.entry(sent.channel_id).or_insert_with(|| {
+            let mut cdr = Cdr::new(&data);
+            let header = cdr.as_mut().and_then(header);
+            let channel = (file, sent.channel_id);
+            let kind = channels.get(&channel).and_then(|(schema, ..)| kinds.get(&(file, *schema)));
+            let is_good = kind.zip(cdr.as_mut()).is_none_or(|(kind, cdr)| is_good(*kind, cdr));
+            let (stamps, _) = stamps.entry(channel).or_insert_with(|| {
                 let frame = header.map_or(&b""[..], |header| header.frame);
                 let frame = &frame[..frame.len().min(LONGEST_NAME)];
                 (Stamps::NONE, String::from_utf8_lossy(frame).into_owned())
             });
-            stamps.count(&sent, header.as_ref());
+            stamps.count(&sent, header.as_ref(), is_good);
         }
         _ => {}
     })?;
-    let (mut topics, mut others) = (Vec::new(), Vec::new());
+    let (mut topics, mut others) = (Vec::<Topic>::new(), Vec::new());
     for (channel, (schema, name, is_cdr)) in channels {
-        match (kinds.get(&schema).filter(|_| is_cdr), stamps.remove(&channel)) {
+        let kind = kinds.get(&(channel.0, schema)).filter(|_| is_cdr);
+        match (kind, stamps.remove(&channel)) {
             (Some(&kind), Some((stamps, frame))) => {
-                topics.push(Topic { channel, name, frame, kind, stamps });
+                let same = |topic: &&mut Topic| topic.name == name && topic.kind == kind;
+                if let Some(topic) = topics.iter_mut().find(same) {
+                    topic.channels.push(channel);
+                    topic.stamps.add(stamps);
+                } else {
+                    topics.push(Topic { channels: vec![channel], name, frame, kind, stamps });
+                }
             }
             (Some(_), None) => {}
+            (None, _) if others.contains(&name) => {}
             (None, _) => others.push(name),
         }
     }

@@ -7,9 +7,15 @@ use super::mapping::{Mapping, TableMapping};
 use super::table::TableColumns;
 use super::together::{self, Gathered};
 use crate::onboard::{Onboard, OnboardMoment};
+#[cfg(feature = "raw")]
+use crate::{log::Options, window::Input};
 use hovernav::frames::Rotation;
+#[cfg(feature = "raw")]
+use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
-use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
+#[cfg(feature = "raw")]
+use hovernav_log::StatedFix;
+use hovernav_log::{ClockSteps, Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// Largest number of rows in a file: 2.8 h at 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
@@ -46,11 +52,13 @@ pub(crate) fn trajectory(
         read_table(directory, table, manifest, &mut gathered, &mut warnings)?;
     }
     let mut remarks = Remarks::new("trajectory");
-    let path = directory;
-    let (fixes, _) = gathered.fixes.in_time_order(|fix| fix.time, path, &mut remarks)?;
-    let (attitudes, _) = gathered.attitudes.in_time_order(|row| row.0, path, &mut remarks)?;
-    let (onboard, _) = gathered.onboard.in_time_order(|moment| moment.time, path, &mut remarks)?;
-    let (imu, _) = gathered.imu.in_time_order(|sample| sample.time, path, &mut remarks)?;
+    let (path, steps) = (directory, &mut ClockSteps::default());
+    let fixes = gathered.fixes.finish(path, steps, &mut remarks)?;
+    let (attitudes, _) =
+        gathered.attitudes.in_time_order(|row| &mut row.0, path, steps, &mut remarks)?;
+    let (onboard, _) =
+        gathered.onboard.in_time_order(|row| &mut row.time, path, steps, &mut remarks)?;
+    let (imu, _) = gathered.imu.in_time_order(|row| &mut row.time, path, steps, &mut remarks)?;
     let of_unit = imu.iter().filter_map(|sample| Some((sample.time, sample.attitude?)));
     let attitudes = attitudes.into_iter().chain(of_unit);
     let attitudes = attitudes.map(|(time, angles)| (time, Rotation::from_euler(angles)));
@@ -71,6 +79,9 @@ fn read_table(
     gathered: &mut Gathered,
     warnings: &mut Vec<String>,
 ) -> Result<(), LogError> {
+    if table.capture {
+        return read_capture(&directory.join(&table.file), table, manifest, gathered, warnings);
+    }
     let mut source = Source::open(directory, table)?;
     let path = source.path().to_path_buf();
     let mut columns = TableColumns::of(&source, table, manifest.gps.latency_s)?;
@@ -101,6 +112,42 @@ fn read_table(
     }
     warnings.extend(remarks.into_warnings());
     Ok(())
+}
+
+/// Reads the fixes of a receiver's capture, at their UTC since 1970.
+#[cfg(feature = "raw")]
+fn read_capture(
+    path: &Path,
+    table: &TableMapping,
+    manifest: &Manifest,
+    gathered: &mut Gathered,
+    warnings: &mut Vec<String>,
+) -> Result<(), LogError> {
+    let log = crate::raw::read(Input::of(path), &Options::default())?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut remarks = Remarks::new(name.clone());
+    let zero_s = log.dataset.manifest.utc_at_zero_ns().unwrap_or_default() as f64 * 1e-9;
+    let later_s = zero_s + table.time.offset_s - manifest.gps.latency_s;
+    for fix in &log.dataset.fixes {
+        let fix = Fix { time: fix.time.offset_by(later_s), ..*fix };
+        gathered.fixes.push(0, StatedFix::of(&fix), &mut remarks);
+    }
+    let named = |sentence: &String| format!("{name}: {sentence}");
+    warnings.extend(log.dataset.warnings.iter().map(named));
+    gathered.notes.extend(log.dataset.notes.iter().map(named));
+    Ok(())
+}
+
+#[cfg(not(feature = "raw"))]
+fn read_capture(
+    path: &Path,
+    _: &TableMapping,
+    _: &Manifest,
+    _: &mut Gathered,
+    _: &mut Vec<String>,
+) -> Result<(), LogError> {
+    let format = "capture of raw bytes".to_owned();
+    Err(LogError::LeftOut { path: path.to_path_buf(), format, feature: "raw" })
 }
 
 fn read_row(
@@ -148,8 +195,8 @@ fn read_row(
         };
         gathered.onboard.push(line, moment);
     }
-    if let Some(fix) = columns.fix(time, fields, remarks)? {
-        gathered.fixes.push(line, fix);
+    if let Some(fix) = columns.fix(time, fields)? {
+        gathered.fixes.push(line, fix, remarks);
     }
     if let Some(height_m) = columns.height(fields, remarks)? {
         gathered.baro.push(line, (time, height_m));

@@ -47,9 +47,7 @@ impl Source {
                 return Err(LogError::Unusable { path, reason });
             };
             if is_header {
-                let mut fields = Vec::new();
-                table.delimiter.split(super::layout::without_comment(line), &mut fields);
-                names = fields.iter().map(|f| String::from_utf8_lossy(f).into_owned()).collect();
+                names = super::layout::header_names(line, table.delimiter);
             }
         }
         Ok(Self { lines, table: table.clone(), names, rows: 0 })
@@ -147,15 +145,21 @@ impl Fields<'_> {
         }
     }
 
+    /// The numbers in `columns`; NaN for empty or missing fields.
+    pub fn numbers<const N: usize>(&self, columns: [usize; N]) -> Result<[f64; N], LogError> {
+        let mut numbers = [0.0; N];
+        for (number, column) in numbers.iter_mut().zip(columns) {
+            *number = self.number(column)?;
+        }
+        Ok(numbers)
+    }
+
     /// The numbers in `columns`, if all are finite.
     pub fn known_all<const N: usize>(
         &self,
         columns: [usize; N],
     ) -> Result<Option<[f64; N]>, LogError> {
-        let mut numbers = [0.0; N];
-        for (number, column) in numbers.iter_mut().zip(columns) {
-            *number = self.number(column)?;
-        }
+        let numbers = self.numbers(columns)?;
         Ok(numbers.iter().all(|number| number.is_finite()).then_some(numbers))
     }
 

@@ -3,14 +3,17 @@
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
-/// The number in `field`, with a decimal comma if `comma`. NaN for an empty field or an unknown value, `None` for
-/// other text.
+/// The number in `field`, with a decimal comma if `comma`; a unit after it is ignored. NaN for an empty field or an
+/// unknown value, `None` for other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
+    const UNKNOWN: [&[u8]; 6] = [b"null", b"none", b"na", b"n/a", b"#n/a", b"nil"];
     let field = field.trim_ascii();
-    if field.is_empty() || matches!(field, b"-" | b"null" | b"NULL" | b"None" | b"NA" | b"N/A") {
+    let is_unknown = |word: &&[u8]| field.eq_ignore_ascii_case(word);
+    if field.iter().all(|byte| *byte == b'-') || UNKNOWN.iter().any(is_unknown) {
         return Some(f64::NAN);
     }
     let text = std::str::from_utf8(field).ok()?;
+    let text = with_unit(text).map_or(text, |(number, _)| number);
     if !comma {
         return text.parse().ok();
     }
@@ -18,6 +21,13 @@ pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
         return None;
     }
     text.replacen(',', ".", 1).parse().ok()
+}
+
+/// A number and the unit after it: `374.812 m`.
+pub(crate) fn with_unit(text: &str) -> Option<(&str, &str)> {
+    let (number, unit) = text.trim().split_once(' ')?;
+    let is_unit = unit.chars().next().is_some_and(|first| first.is_alphabetic() || first == '°');
+    (is_unit && number.ends_with(|last: char| last.is_ascii_digit())).then_some((number, unit))
 }
 
 /// The unit of a column of times.

@@ -3,11 +3,8 @@
 use super::columns::{Fields, Source};
 use super::mapping::GpsColumns;
 use super::units::HeightAbove;
-use hovernav::earth::Geodetic;
-use hovernav::frames::{Ned, Vector};
-use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::{LogError, Remarks, no_place, plausible_fix};
+use hovernav_log::{Dimensions, LogError, StatedFix, is_unknown};
 
 /// The column indices of a receiver.
 pub(crate) struct GpsPlaces {
@@ -26,8 +23,8 @@ pub(crate) struct GpsPlaces {
     sigma_vertical_speed: Option<usize>,
     fix_type: Option<usize>,
     satellites: Option<usize>,
-    /// Values of the previous fix.
-    last: Option<[f64; 6]>,
+    /// Bits of the values of the previous fix.
+    last: Option<[u64; 6]>,
 }
 
 impl GpsPlaces {
@@ -74,32 +71,19 @@ impl GpsPlaces {
         })
     }
 
-    /// The fix in a row that arrived at `time`; `None` where the row has no fix, or repeats the previous one.
-    pub fn fix(
-        &mut self,
-        time: Time,
-        fields: &Fields<'_>,
-        remarks: &mut Remarks,
-    ) -> Result<Option<Fix>, LogError> {
+    /// The fix in a row that arrived at `time`, as the file states it; `None` where the row has no position, or
+    /// repeats the previous one.
+    pub fn fix(&mut self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         let mapping = &self.mapping;
-        let Some([latitude, longitude, height]) = fields.known_all(self.place)? else {
-            return Ok(None);
-        };
-        let Some([latitude, longitude]) = self.signed(fields, [latitude, longitude])? else {
-            return Ok(None);
-        };
-        let horizontal = match self.horizontal {
-            Some(columns) => fields.known_all(columns)?,
-            None => None,
-        };
-        let vertical = fields.known(self.vertical)?;
-        let fix_type = fields.known(self.fix_type)?;
-        if fix_type == Some(0.0) || [latitude, longitude] == [0.0; 2] {
-            remarks.count("left out: no fix", fields.line);
-            return Ok(None);
-        }
-        let [first, second] = horizontal.unwrap_or([f64::MAX; 2]);
-        let values = [latitude, longitude, height, first, second, vertical.unwrap_or(f64::MAX)];
+        let [latitude, longitude, height] = self.place;
+        let Some(place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
+        let Some([latitude, longitude]) = self.signed(fields, place)? else { return Ok(None) };
+        let height = unknown_as_nan(fields.number(height)?);
+        let horizontal =
+            self.horizontal.map_or(Ok([f64::NAN; 2]), |columns| fields.numbers(columns))?;
+        let vertical = fields.known(self.vertical)?.unwrap_or(f64::NAN);
+        let values = [latitude, longitude, height, horizontal[0], horizontal[1], vertical];
+        let values = values.map(f64::to_bits);
         if mapping.held && self.last == Some(values) {
             return Ok(None);
         }
@@ -109,40 +93,34 @@ impl GpsPlaces {
             HeightAbove::Sea => mapping.geoid_separation_m,
         };
         let height_m = height * mapping.height_unit.factor() + above;
-        let [latitude_deg, longitude_deg] =
-            [latitude, longitude].map(|angle| mapping.unit.degrees(angle));
-        let Some(position) = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m) else {
-            remarks.count(no_place([latitude_deg, longitude_deg]), fields.line);
-            return Ok(None);
+        let [latitude_deg, longitude_deg] = match is_unknown(latitude) || is_unknown(longitude) {
+            true => [latitude, longitude],
+            false => [latitude, longitude].map(|angle| mapping.unit.degrees(angle)),
         };
         let to_mps = mapping.speed_unit.factor();
-        let horizontal_velocity_mps = horizontal.map(|[first, second]| {
-            if mapping.north.is_empty() {
-                let (sine, cosine) = (second * mapping.course_unit.factor()).sin_cos();
-                [first * cosine * to_mps, first * sine * to_mps]
-            } else {
-                [first * to_mps, second * to_mps]
-            }
-        });
         let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
-        let [sigma_m, sigma_mps] = self.sigmas(fields)?;
-        let satellites = fields.known(self.satellites)?;
-        let satellites = satellites.filter(|count| (0.0..=255.0).contains(count));
-        let fix = Fix {
-            time: time.offset_by(-self.latency_s),
-            position,
-            position_sigma_m: sigma_m,
-            horizontal_velocity_mps,
-            down_velocity_mps: vertical.map(|vertical| vertical * down),
-            velocity_sigma_mps: sigma_mps,
-            satellites: satellites.map(|count| count as u8),
-            two_dimensional: false,
+        let [first, second] = horizontal.map(unknown_as_nan);
+        let [position_sigma_m, velocity_sigma_mps] = self.sigmas(fields)?;
+        let fix_type = fields.known(self.fix_type)?;
+        let stated = StatedFix {
+            dimensions: fix_type.map_or(Dimensions::Three, Dimensions::Type),
+            position_sigma_m,
+            velocity_mps: [first * to_mps, second * to_mps, vertical * down],
+            velocity_sigma_mps,
+            satellites: fields.known(self.satellites)?.unwrap_or(f64::NAN),
+            ..StatedFix::at(
+                Some(time.offset_by(-self.latency_s)),
+                [latitude_deg, longitude_deg, height_m],
+            )
         };
-        Ok(Some(plausible_fix(fix, fields.line, remarks)))
+        Ok(Some(match mapping.north.is_empty() && !mapping.speed.is_empty() {
+            true => stated.moving(first * to_mps, second * mapping.course_unit.factor()),
+            false => stated,
+        }))
     }
 
     /// The one-sigmas of position, m, and velocity, m/s.
-    fn sigmas(&self, fields: &Fields<'_>) -> Result<[Option<Vector<Ned>>; 2], LogError> {
+    fn sigmas(&self, fields: &Fields<'_>) -> Result<[[f64; 3]; 2], LogError> {
         let mapping = &self.mapping;
         let known = |columns: Option<[usize; 3]>| match columns {
             Some(columns) => fields.known_all(columns),
@@ -158,7 +136,10 @@ impl GpsPlaces {
         };
         let to_mps = mapping.sigma_speed_unit.unwrap_or(mapping.speed_unit).factor();
         let to = [mapping.sigma_unit.factor(), to_mps];
-        Ok([0, 1].map(|k| [position, velocity][k].map(|sigma| Vector::from(sigma) * to[k])))
+        let scaled = |sigma: Option<[f64; 3]>, to: f64| {
+            sigma.map_or([f64::NAN; 3], |sigma| sigma.map(|sigma| sigma * to))
+        };
+        Ok([scaled(position, to[0]), scaled(velocity, to[1])])
     }
 
     /// Latitude and longitude with the signs given by their letters; `None` where a letter is missing.
@@ -173,4 +154,8 @@ impl GpsPlaces {
         }
         Ok(Some(signed))
     }
+}
+
+fn unknown_as_nan(value: f64) -> f64 {
+    if is_unknown(value) { f64::NAN } else { value }
 }

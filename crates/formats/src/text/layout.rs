@@ -183,29 +183,40 @@ impl Layout {
     }
 
     /// Looks for names above the rows: the first line with the same number of fields that is not a row. It may be a
-    /// comment.
+    /// comment if no other line has names.
     fn find_names(&mut self, above: &[Vec<u8>], width: usize) {
-        let mut fields = Vec::new();
-        for (index, line) in above.iter().enumerate() {
-            let text = if is_comment(line) { without_comment(line) } else { line };
-            self.delimiter.split(text, &mut fields);
+        let mut found: Vec<(u64, bool, Vec<String>)> = Vec::new();
+        for (number, line) in (1..).zip(above) {
+            let mut names = header_names(line, self.delimiter);
             // A trailing delimiter adds an empty name.
-            if fields.len() == width + 1 && fields.last().is_some_and(|last| last.is_empty()) {
-                fields.pop();
+            if names.len() == width + 1 && names.last().is_some_and(String::is_empty) {
+                names.pop();
             }
-            if fields.len() != width || fields.iter().all(|field| is_value(field, false)) {
-                continue;
-            }
-            let texts =
-                fields.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect();
-            if self.header_line == 0 {
-                self.header_line = index as u64 + 1;
-                self.names = texts;
-            } else {
-                self.below_names = texts;
+            let is_row = names.iter().all(|name| is_value(name.as_bytes(), false));
+            if names.len() == width && !is_row {
+                found.push((number, is_comment(line), names));
             }
         }
+        let first = found.iter().position(|(_, is_comment, _)| !is_comment).unwrap_or(0);
+        if first < found.len() {
+            (self.header_line, _, self.names) = found.remove(first);
+            self.below_names = found.pop().map(|(_, _, names)| names).unwrap_or_default();
+        }
     }
+}
+
+/// The names in a line, which may be a comment. RTKLIB has one name for a date and a time of day.
+pub(crate) fn header_names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
+    const OF_TWO: [&[u8]; 3] = [b"UTC", b"GPST", b"JST"];
+    let mut fields = Vec::new();
+    delimiter.split(without_comment(line), &mut fields);
+    let mut names: Vec<String> =
+        fields.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect();
+    let is_of_two = fields.first().is_some_and(|first| OF_TWO.contains(first));
+    if is_of_two && delimiter == Delimiter::Spaces && is_comment(line) {
+        names.insert(0, "date".into());
+    }
+    names
 }
 
 /// The most frequent value; the larger of two equally frequent ones.

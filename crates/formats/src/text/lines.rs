@@ -43,6 +43,10 @@ impl Lines {
         if read == 0 {
             return Ok(None);
         }
+        // Storage that was reserved but not written.
+        if self.line.iter().all(|byte| *byte == 0) {
+            return Ok(None);
+        }
         self.number += 1;
         if read as u64 == LONGEST_LINE && self.line.last() != Some(&b'\n') {
             let ends = if self.line.contains(&b'\r') { ", lines that end with LF" } else { "" };
@@ -52,7 +56,7 @@ impl Lines {
             );
             return Err(LogError::Unusable { path: self.path.clone(), reason });
         }
-        while matches!(self.line.last(), Some(b'\n' | b'\r')) {
+        while matches!(self.line.last(), Some(b'\n' | b'\r' | 0)) {
             self.line.pop();
         }
         if self.number == 1 && self.line.starts_with(b"\xef\xbb\xbf") {

@@ -31,6 +31,10 @@ pub struct Mapping {
 pub struct TableMapping {
     /// Path of the file, relative to the directory of the mapping.
     pub file: PathBuf,
+    /// Whether the file is a capture of a receiver, NMEA 0183, UBX or TSIP, instead of text in columns. Its times are
+    /// UTC since 1970; of the other keys only `offset_s` under `[table.time]` has an effect.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub capture: bool,
     /// Separator of the fields: `comma`, `semicolon`, `tab` or `spaces`.
     pub delimiter: Delimiter,
     /// Whether numbers have a decimal comma.

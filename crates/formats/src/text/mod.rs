@@ -26,7 +26,7 @@ pub(crate) use mapping::{
     AttitudeColumns, Axes, BaroColumn, GpsColumns, MAPPING_FILE, Mapping, StickColumns,
     TableMapping, TimeColumn, Triad,
 };
-pub(crate) use scale::{TimeScale, WEEK_S};
+pub(crate) use scale::TimeScale;
 pub(crate) use units::{
     AngleUnit, AttitudeRole, BaroUnit, CourseUnit, ForceUnit, HeightAbove, LengthUnit,
     MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,

@@ -4,14 +4,13 @@ use super::columns::{Fields, Source};
 use super::decimal::Midnights;
 use super::gps::GpsPlaces;
 use super::mapping::{AttitudeColumns, TableMapping, Triad};
-use super::scale::WEEK_S;
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
 use crate::axes;
+use crate::utc::WEEK_S;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
-use hovernav::gps::Fix;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
-use hovernav_log::{LogError, Remarks, field_fault, pressure_altitude_m};
+use hovernav_log::{LogError, Remarks, StatedFix, field_fault, is_unknown, pressure_altitude_m};
 
 /// Valid GPS weeks; an i64 of nanoseconds since 1970 cannot represent much later ones.
 const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
@@ -215,14 +214,10 @@ impl TableColumns {
         })
     }
 
-    pub fn fix(
-        &mut self,
-        time: Time,
-        fields: &Fields<'_>,
-        remarks: &mut Remarks,
-    ) -> Result<Option<Fix>, LogError> {
+    /// The fix in a row at `time`, as the file states it.
+    pub fn fix(&mut self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         match self.gps.as_mut() {
-            Some(gps) => gps.fix(time, fields, remarks),
+            Some(gps) => gps.fix(time, fields),
             None => Ok(None),
         }
     }
@@ -240,6 +235,13 @@ impl TableColumns {
             return Ok(None);
         }
         self.last_height = Some(value);
+        if is_unknown(value) {
+            remarks.count(
+                "left out: the barometric value is one for unknown ones, such as -9999",
+                fields.line,
+            );
+            return Ok(None);
+        }
         let value = value * BaroUnit::factor(baro.unit);
         let height_m = match baro.unit.is_pressure() {
             true => pressure_altitude_m(value),

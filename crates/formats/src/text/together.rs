@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use super::mapping::{MAPPING_FILE, Mapping, TableMapping};
 use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::frames::{Body, EulerAngles, Vector};
-use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Join, LogError, Manifest, Remarks, Rows, motion_fault};
+use hovernav_log::{
+    ClockSteps, Dataset, FixGate, Join, LogError, Manifest, Remarks, Rows, motion_fault,
+};
 
 /// The values read so far, per sensor in file order.
 #[derive(Default)]
@@ -20,11 +21,13 @@ pub(crate) struct Gathered {
     pub forces: Rows<(Time, [f64; 3])>,
     /// The IMU's attitude from a file without angular rates.
     pub attitudes: Rows<(Time, EulerAngles)>,
-    pub fixes: Rows<Fix>,
+    pub fixes: FixGate,
     pub baro: Rows<(Time, f64)>,
     pub magnetometer: Rows<(Time, Vector<Body>)>,
     pub controls: Rows<(Time, [f64; 4])>,
     pub onboard: Rows<OnboardMoment>,
+    /// Choices and assumptions while reading.
+    pub notes: Vec<String>,
 }
 
 /// The dataset of the values `gathered` from the files of `mapping`, which is in `directory`.
@@ -40,38 +43,48 @@ pub(crate) fn dataset(
         let file = table.map_or(Path::new(MAPPING_FILE), |table| &table.file);
         Ordering { path: directory.join(file), remarks: Remarks::new(sensor) }
     };
+    let steps = &mut ClockSteps::default();
     let gyro = |table: &TableMapping| table.gyro.is_some();
     let imu = of("imu", gyro);
-    let mut imu = imu.joined(gathered.imu, &mut warnings)?;
-    let rates = of("gyro", gyro).joined(gathered.rates, &mut warnings)?;
+    let mut imu = imu.joined(gathered.imu, steps, &mut warnings)?;
+    let rates = of("gyro", gyro).joined(gathered.rates, steps, &mut warnings)?;
     let accel = of("accel", |table| table.accel.is_some());
-    let forces = accel.joined(gathered.forces, &mut warnings)?;
+    let forces = accel.joined(gathered.forces, steps, &mut warnings)?;
     let attitude = |table: &TableMapping| table.attitude.is_some();
     let attitudes = of("attitude", attitude);
-    let attitudes = attitudes.ordered(gathered.attitudes, |row| row.0, &mut warnings)?;
+    let attitudes =
+        attitudes.ordered(gathered.attitudes, |row| &mut row.0, steps, &mut warnings)?;
     if imu.is_empty() {
         imu = joined(&rates, &forces, &mut warnings);
     }
     attach(&mut imu, &attitudes);
     let moments = of("onboard", attitude);
-    let moments = moments.ordered(gathered.onboard, |row| row.time, &mut warnings)?;
+    let moments = moments.ordered(gathered.onboard, |row| &mut row.time, steps, &mut warnings)?;
     let onboard = (!moments.is_empty()).then(|| Onboard {
         name: "attitude on board".into(),
         moments,
         innovations: Vec::new(),
     });
-    let fixes = of("gps", |table| table.gps.is_some());
+    let mut receiver = of("gps", |table| table.gps.is_some());
+    let fixes = gathered.fixes.finish(&receiver.path, steps, &mut receiver.remarks)?;
+    warnings.extend(receiver.remarks.into_warnings());
     let baro = of("baro", |table| table.baro.is_some());
     let magnetometer = of("mag", |table| table.mag.is_some());
     let controls = of("controls", |table| table.controls.is_some());
     let dataset = Dataset {
         imu,
-        fixes: fixes.ordered(gathered.fixes, |fix| fix.time, &mut warnings)?,
-        baro: baro.ordered(gathered.baro, |row| row.0, &mut warnings)?,
-        magnetometer: magnetometer.ordered(gathered.magnetometer, |row| row.0, &mut warnings)?,
-        controls: controls.ordered(gathered.controls, |row| row.0, &mut warnings)?,
+        fixes,
+        baro: baro.ordered(gathered.baro, |row| &mut row.0, steps, &mut warnings)?,
+        magnetometer: magnetometer.ordered(
+            gathered.magnetometer,
+            |row| &mut row.0,
+            steps,
+            &mut warnings,
+        )?,
+        controls: controls.ordered(gathered.controls, |row| &mut row.0, steps, &mut warnings)?,
         manifest,
         warnings,
+        notes: gathered.notes,
         ..Dataset::default()
     };
     Ok((dataset, onboard))
@@ -88,19 +101,21 @@ impl Ordering {
     fn joined<T: Join>(
         mut self,
         rows: Rows<T>,
+        steps: &mut ClockSteps,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<T>, LogError> {
         let rows = rows.together(&mut self.remarks);
-        self.ordered(rows, Join::time, warnings)
+        self.ordered(rows, Join::time_mut, steps, warnings)
     }
 
     fn ordered<T>(
         mut self,
         rows: Rows<T>,
-        time: impl Fn(&T) -> Time,
+        time: impl Fn(&mut T) -> &mut Time,
+        steps: &mut ClockSteps,
         warnings: &mut Vec<String>,
     ) -> Result<Vec<T>, LogError> {
-        let (rows, _) = rows.in_time_order(time, &self.path, &mut self.remarks)?;
+        let (rows, _) = rows.in_time_order(time, &self.path, steps, &mut self.remarks)?;
         warnings.extend(self.remarks.into_warnings());
         Ok(rows)
     }

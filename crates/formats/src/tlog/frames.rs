@@ -3,6 +3,7 @@
 use std::io;
 
 use super::message::Message;
+use crate::choice::{is_alive, is_fix};
 use crate::window::Window;
 
 /// A frame whose message is read.
@@ -15,6 +16,22 @@ pub(super) struct Frame {
     /// Arrival time on the clock of the logging computer, s since 1970.
     pub stamp_s: f64,
     pub row: [f64; Message::WIDTH],
+}
+
+impl Frame {
+    /// Whether the message has a measurement that may be used.
+    pub fn is_good(&self) -> bool {
+        let row = &self.row;
+        match self.message {
+            Message::GpsRaw | Message::Gps2Raw => is_fix(row[6], [row[1], row[2]]),
+            Message::HighresImu
+            | Message::RawImu
+            | Message::ScaledImu
+            | Message::ScaledImu2
+            | Message::ScaledImu3 => is_alive([row[4], row[5], row[6]]),
+            _ => true,
+        }
+    }
 }
 
 /// Damage in a log.

@@ -10,7 +10,7 @@ mod rows;
 use std::collections::BTreeMap;
 
 use crate::assembly::Assembly;
-use crate::choice::Counts;
+use crate::choice::{Counts, Tally};
 use crate::format::Format;
 use crate::integrals::remark_points;
 use crate::latency::USUAL_LATENCY_S;
@@ -25,7 +25,7 @@ use rows::Rows;
 /// Messages per sender, and the offset of the autopilot's clock from UTC.
 #[derive(Debug, Default)]
 struct Survey {
-    counts: BTreeMap<((u8, u8), Message), usize>,
+    counts: BTreeMap<((u8, u8), Message), Tally>,
     /// UTC of the zero of the autopilot's clock, s since 1970, from SYSTEM_TIME.
     boot_s: Option<f64>,
     first_stamp_s: Option<f64>,
@@ -99,7 +99,7 @@ impl Survey {
     fn take(&mut self, frame: &Frame) {
         let key = (frame.sender, frame.message);
         if self.counts.len() < MOST_SENDERS || self.counts.contains_key(&key) {
-            *self.counts.entry(key).or_default() += 1;
+            self.counts.entry(key).or_default().count(frame.is_good());
         }
         self.first_stamp_s.get_or_insert(frame.stamp_s);
         if frame.message == Message::SystemTime && frame.row[1] > 0.0 {
@@ -110,8 +110,8 @@ impl Survey {
     /// The sensors to read; an error message where the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut by_sender: BTreeMap<(u8, u8), usize> = BTreeMap::new();
-        for (&(sender, _), count) in &self.counts {
-            *by_sender.entry(sender).or_default() += count;
+        for (&(sender, _), tally) in &self.counts {
+            *by_sender.entry(sender).or_default() += tally.messages;
         }
         let most = by_sender.iter().max_by_key(|&(sender, count)| (*count, !sender.1));
         let sender = most.map_or((1, 1), |(&sender, _)| sender);
@@ -124,19 +124,20 @@ impl Survey {
                 by_sender.len() - 1
             ));
         }
-        let mut chosen = |sensor: &str, messages: &[(Message, usize)], wanted: Option<usize>| {
-            let counts = Counts::new(messages.iter().map(|&(message, instance)| {
-                let count = self.counts.get(&(sender, message)).copied().unwrap_or_default();
-                ((message, instance), count)
-            }));
-            let name = |(message, _): (Message, usize)| message.name().to_owned();
-            let taken = counts.choose(wanted, |(_, instance)| instance, name);
-            let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
-            if let Some(sentence) = sentence {
-                to.note(format!("{sensor}: {sentence}"));
-            }
-            Ok::<_, String>(taken.map(|(message, _)| message))
-        };
+        let mut chosen =
+            |sensor: &str, messages: &[(Message, usize)], wanted: (&str, Option<usize>)| {
+                let counts = Counts::new(messages.iter().map(|&(message, instance)| {
+                    let count = self.counts.get(&(sender, message)).copied().unwrap_or_default();
+                    ((message, instance), count)
+                }));
+                let name = |(message, _): (Message, usize)| message.name().to_owned();
+                let taken = counts.choose(wanted, |(_, instance)| instance, name);
+                let (taken, sentence) = taken.map_err(|reason| format!("{sensor}: {reason}"))?;
+                if let Some(sentence) = sentence {
+                    to.note(format!("{sensor}: {sentence}"));
+                }
+                Ok::<_, String>(taken.map(|(message, _)| message))
+            };
         let imu = [
             (Message::HighresImu, 0),
             (Message::ScaledImu, 0),
@@ -144,10 +145,11 @@ impl Survey {
             (Message::ScaledImu2, 1),
             (Message::ScaledImu3, 2),
         ];
-        let imu = chosen("inertial unit", &imu, options.imu)?;
-        let gps = chosen("GPS", &[(Message::GpsRaw, 0), (Message::Gps2Raw, 1)], options.gps)?;
+        let imu = chosen("inertial unit", &imu, ("--imu", options.imu))?;
+        let gps = [(Message::GpsRaw, 0), (Message::Gps2Raw, 1)];
+        let gps = chosen("GPS", &gps, ("--gps", options.gps))?;
         let rangefinder = [(Message::DistanceSensor, 0), (Message::Rangefinder, 1)];
-        let rangefinder = chosen("rangefinder", &rangefinder, None)?;
+        let rangefinder = chosen("rangefinder", &rangefinder, ("", None))?;
         if gps.is_some() {
             to.note(format!(
                 "GPS: the log does not state the latency of fixes; {USUAL_LATENCY_S} s is assumed, \

@@ -8,10 +8,10 @@ use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::pressure_altitude_m;
+use hovernav_log::{Dimensions, StatedFix, pressure_altitude_m};
 
 /// The chosen sensors, and the state kept between messages.
 #[derive(Debug, Default)]
@@ -36,9 +36,6 @@ pub(super) struct Rows {
 
 /// Clock value above which the clock counts from 1970, s: no autopilot runs for 30 years.
 const SINCE_1970_S: f64 = 1e9;
-/// Smallest fix types of a fix without and with a measured height.
-const TWO_DIMENSIONS: f64 = 2.0;
-const THREE_DIMENSIONS: f64 = 3.0;
 /// MAVLink's value for an unknown speed, 65535 cm/s.
 const UNKNOWN_SPEED_MPS: f64 = 655.35;
 
@@ -142,35 +139,28 @@ impl Rows {
             let time = time.offset_by(-self.latency_s);
             to.heading(place, AntennaHeading::new(time, yaw_deg.to_radians(), None));
         }
-        if fix_type < TWO_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix");
-        }
         // Fields that MAVLink 1 does not send are zero.
         let has_ellipsoid = ellipsoid_m != 0.0;
         let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };
-        let Some(position) = Geodetic::from_degrees(lat, lon, height_m) else {
-            return to.fix_left_out(place, "left out: not a position on Earth");
+        let known = |value: f64, is_known: bool| if is_known { value } else { f64::NAN };
+        let sigma = |sigma: [f64; 3]| sigma.map(|sigma| known(sigma, sigma > 0.0));
+        let stated = StatedFix {
+            dimensions: Dimensions::of_type(fix_type),
+            position_sigma_m: sigma([horizontal_m, horizontal_m, vertical_m]),
+            velocity_sigma_mps: sigma([speed_sigma; 3]),
+            satellites: known(satellites, satellites < 255.0),
+            ..StatedFix::at(Some(time.offset_by(-self.latency_s)), [lat, lon, height_m])
         };
+        let course_deg = known(course_deg, course_deg <= 360.0);
+        let speed_mps = known(speed_mps, speed_mps < UNKNOWN_SPEED_MPS);
+        if !to.fix(place, stated.moving(speed_mps, course_deg.to_radians())) {
+            return;
+        }
         if has_ellipsoid {
             self.undulation_m = ellipsoid_m - msl_m;
         } else {
             self.without_ellipsoid += 1;
         }
-        let course_rad = course_deg.to_radians();
-        let has_velocity = speed_mps < UNKNOWN_SPEED_MPS && course_deg <= 360.0;
-        let sigma = |sigma: [f64; 3]| sigma.iter().all(|&s| s > 0.0).then(|| sigma.into());
-        to.fix(
-            place,
-            Fix {
-                two_dimensional: fix_type < THREE_DIMENSIONS,
-                position_sigma_m: sigma([horizontal_m, horizontal_m, vertical_m]),
-                horizontal_velocity_mps: has_velocity
-                    .then(|| [speed_mps * course_rad.cos(), speed_mps * course_rad.sin()]),
-                velocity_sigma_mps: sigma([speed_sigma; 3]),
-                satellites: (satellites < 255.0).then_some(satellites as u8),
-                ..Fix::at(time.offset_by(-self.latency_s), position)
-            },
-        );
     }
 }
 

@@ -30,9 +30,9 @@ impl Choice {
         path: &Path,
     ) -> Result<(Self, Vec<String>), LogError> {
         let mut sentences = Vec::new();
-        let mut chosen = |sensor: &str, topics: &[Topic], wanted: Option<usize>| {
+        let mut chosen = |sensor: &str, topics: &[Topic], wanted: (&str, Option<usize>)| {
             let mut topics = topics.to_vec();
-            if wanted.is_some() {
+            if wanted.1.is_some() {
                 topics.reverse();
             }
             let counts = Counts::new(topics.into_iter().flat_map(|topic| {
@@ -52,13 +52,18 @@ impl Choice {
                 }
             }
         };
-        let imu =
-            chosen("inertial unit", &[Topic::SensorCombined, Topic::VehicleImu], options.imu)?;
-        let gps = chosen("GPS", &[Topic::VehicleGps, Topic::SensorGps], options.gps)?;
-        let baro = chosen("barometer", &[Topic::AirData, Topic::SensorBaro], options.baro)?;
+        let imu = chosen(
+            "inertial unit",
+            &[Topic::SensorCombined, Topic::VehicleImu],
+            ("--imu", options.imu),
+        )?;
+        let gps = chosen("GPS", &[Topic::VehicleGps, Topic::SensorGps], ("--gps", options.gps))?;
+        let baro =
+            chosen("barometer", &[Topic::AirData, Topic::SensorBaro], ("--baro", options.baro))?;
         // The topics of single magnetometers are not in body axes.
-        let magnetometer = chosen("magnetometer", &[Topic::Magnetometer], options.magnetometer)?;
-        let rangefinder = chosen("rangefinder", &[Topic::Distance], None)?;
+        let magnetometer =
+            chosen("magnetometer", &[Topic::Magnetometer], ("--mag", options.magnetometer))?;
+        let rangefinder = chosen("rangefinder", &[Topic::Distance], ("", None))?;
         Ok((Self { imu, gps, magnetometer, baro, rangefinder }, sentences))
     }
 }

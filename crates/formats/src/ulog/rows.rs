@@ -9,10 +9,10 @@ use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::frames::{Rotation, Vector};
 use hovernav::glam::DQuat;
-use hovernav::gps::{AntennaHeading, Fix};
+use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::pressure_altitude_m;
+use hovernav_log::{Dimensions, StatedFix, pressure_altitude_m};
 
 /// The state kept between rows.
 #[derive(Debug, Default)]
@@ -73,9 +73,6 @@ fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
 const UNKNOWN_RELATIVE_US: f64 = i32::MAX as f64;
 /// Smallest value that is in Pa; smaller ones are in hPa, as in older PX4 logs.
 const LEAST_PA: f64 = 2_000.0;
-/// Smallest fix types of a fix without and with a measured height.
-const TWO_DIMENSIONS: f64 = 2.0;
-const THREE_DIMENSIONS: f64 = 3.0;
 
 /// PX4's orientation of a downward sensor.
 const DOWNWARD: f64 = 25.0;
@@ -246,9 +243,6 @@ impl Rows {
             let time = time.offset_by(-self.latency_s);
             to.heading(place, AntennaHeading::new(time, heading_rad, Some(sigma_rad)));
         }
-        if fix_type < TWO_DIMENSIONS {
-            return to.fix_left_out(place, "left out: no fix");
-        }
         // Degrees and metres; before 2024, integers of 1e-7° and mm.
         let or = |new: f64, old: f64, unit: f64| if new.is_nan() { old * unit } else { new };
         let (latitude, longitude) = (or(latitude, lat, 1e-7), or(longitude, lon, 1e-7));
@@ -256,33 +250,27 @@ impl Rows {
         let has_ellipsoid = ellipsoid_m.is_finite() && (ellipsoid_m != 0.0 || msl_m == 0.0);
         let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };
         let time = self.time(t).map(|time| time.offset_by(-self.latency_s));
-        let place_on_earth = Geodetic::from_degrees(latitude, longitude, height_m);
-        let Some((time, position)) = time.zip(place_on_earth) else {
-            return to.fix_left_out(place, "left out: not a position on Earth");
+        let has_velocity = velocity_valid != 0.0;
+        let stated = StatedFix {
+            dimensions: Dimensions::of_type(fix_type),
+            position_sigma_m: [eph, eph, epv],
+            velocity_mps: if has_velocity { [vn, ve, vd] } else { [f64::NAN; 3] },
+            velocity_sigma_mps: [speed_sigma; 3],
+            satellites,
+            ..StatedFix::at(time, [latitude, longitude, height_m])
         };
+        if !to.fix(place, stated) {
+            return;
+        }
         if has_ellipsoid {
             self.undulation_m = ellipsoid_m - msl_m;
-        } else {
+        } else if height_m.is_finite() {
             self.without_ellipsoid += 1;
         }
-        if utc_us > 0.0 {
+        if let Some(time) = time.filter(|_| utc_us > 0.0) {
             let utc_ns = (1e3 * utc_us) as i64;
             self.utc_at_zero_ns.get_or_insert(utc_ns.saturating_sub(time.nanoseconds()));
         }
-        let has_velocity = velocity_valid != 0.0 && [vn, ve, vd].iter().all(|v| v.is_finite());
-        to.fix(
-            place,
-            Fix {
-                time,
-                position,
-                two_dimensional: fix_type < THREE_DIMENSIONS,
-                position_sigma_m: Some(Vector::new(eph, eph, epv)),
-                horizontal_velocity_mps: has_velocity.then_some([vn, ve]),
-                down_velocity_mps: has_velocity.then_some(vd),
-                velocity_sigma_mps: Some(Vector::new(speed_sigma, speed_sigma, speed_sigma)),
-                satellites: (satellites >= 0.0).then_some(satellites as u8),
-            },
-        );
     }
 
     fn distance(&self, row: &[f64], place: u64, to: &mut Assembly) {

@@ -6,12 +6,13 @@ use std::io;
 use super::definitions::{Cell, Definitions};
 use super::messages::Messages;
 use super::topics::Topic;
+use crate::choice::{Tally, is_alive, is_fix};
 
 /// Contents of a ULog file.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     /// Number of messages of each topic and instance that is read.
-    pub counts: BTreeMap<(Topic, u8), usize>,
+    pub counts: BTreeMap<(Topic, u8), Tally>,
     /// Last values of numeric parameters.
     pub parameters: HashMap<String, f64>,
     /// Information about the vehicle, such as `ver_hw`.
@@ -40,7 +41,8 @@ impl Survey {
                 b'D' => {
                     if let Some(subscription) = subscriptions.of(body) {
                         let (topic, instance) = (subscription.topic, subscription.instance);
-                        *survey.counts.entry((topic, instance)).or_default() += 1;
+                        let is_good = subscription.is_good(body);
+                        survey.counts.entry((topic, instance)).or_default().count(is_good);
                     }
                     true
                 }
@@ -100,6 +102,26 @@ pub(super) struct Subscription {
 }
 
 impl Subscription {
+    /// Whether the message `body` has a measurement that may be used.
+    fn is_good(&self, body: &[u8]) -> bool {
+        match self.topic {
+            Topic::VehicleGps | Topic::SensorGps => {
+                let row = self.row(body);
+                // Latitude and longitude have two names.
+                is_fix(row[16], [row[1], row[2]]) && [row[5], row[6]] != [0.0; 2]
+            }
+            Topic::VehicleImu => {
+                let row = self.row(body);
+                is_alive([row[6], row[7], row[8]])
+            }
+            Topic::Magnetometer => {
+                let row = self.row(body);
+                is_alive([row[2], row[3], row[4]])
+            }
+            _ => true,
+        }
+    }
+
     /// The topic's columns in `body`; NaN for missing ones.
     pub fn row(&self, body: &[u8]) -> [f64; Topic::WIDTH] {
         let mut row = [f64::NAN; Topic::WIDTH];

@@ -1,6 +1,8 @@
 //! Foreign logs and tables: correct numbers, damaged files, and no wrong recognition.
 
 mod aids;
+mod alike;
+mod cases;
 mod cross_check;
 mod damage;
 mod damage_foreign;

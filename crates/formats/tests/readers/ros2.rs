@@ -346,8 +346,16 @@ fn a_bag_is_opened_by_its_directory() {
     fs::write(place.path().join("flight_0.mcap"), recorded(true, true)).unwrap();
     let log = open(place.path(), &Options::default()).unwrap();
     assert_eq!((log.format, &*log.dataset.manifest.name), (Format::Ros2, "flight_0"));
+    // The files of a split bag are one recording, also where one is damaged or compressed.
     fs::write(place.path().join("flight_1.mcap"), "").unwrap();
-    assert!(refusal().contains("a ROS 2 bag of 2 files"), "{}", refusal());
+    let parts = open(place.path(), &Options::default()).unwrap().dataset;
+    assert_eq!(parts.imu, log.dataset.imu);
+    assert!(parts.warnings.iter().any(|warning| warning.contains("without the footer")));
+    let level = ruzstd::encoding::CompressionLevel::Fastest;
+    let packed = ruzstd::encoding::compress_to_vec(&recorded(true, true)[..], level);
+    fs::remove_file(place.path().join("flight_0.mcap")).unwrap();
+    fs::write(place.path().join("flight_0.mcap.zstd"), packed).unwrap();
+    assert_eq!(open(place.path(), &Options::default()).unwrap().dataset.imu, log.dataset.imu);
 }
 
 #[test]

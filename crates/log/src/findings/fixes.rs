@@ -4,8 +4,8 @@ use hovernav::gps::Fix;
 
 use super::spans::improbable_runs;
 use super::{Judged, when};
-use crate::clock::median_interval_s;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::statistics::median_interval_s;
 
 /// An outage is a span without fixes longer than this, s, and than three intervals.
 const OUTAGE_S: f64 = 3.5;

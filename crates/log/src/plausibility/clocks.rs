@@ -1,9 +1,9 @@
 //! Checks of the sensors' clocks and of the sample rate.
 
-use crate::clock::median_interval_s;
 use crate::dataset::Dataset;
 use crate::finding::{Sensor, SetupFinding};
 use crate::sampling::SampleRates;
+use crate::statistics::median_interval_s;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 
@@ -27,12 +27,37 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
         && let Some(sample) = dataset.samples().next()
     {
         let unit = unit_of_times(dataset);
-        rate(interval_s, &sample.motion, unit, dataset.manifest.imu.rate_hz, found);
+        match single_precision_s(dataset) {
+            Some(rounded_s) if rounded_s > 0.5 * interval_s => found.push(rounded(rounded_s)),
+            _ => rate(interval_s, &sample.motion, unit, dataset.manifest.imu.rate_hz, found),
+        }
     }
     let fixes = &dataset.fixes;
     let gps = || Some((fixes.first()?.time, fixes.last()?.time));
     if let (Some(imu), Some(gps)) = (dataset.sample_span(), gps()) {
         overlap(imu, gps, found);
+    }
+}
+
+/// Number of samples whose times show their rounding.
+const ROUNDED_SAMPLES: usize = 1000;
+
+/// Distance between neighbouring single-precision numbers at the size of the times, s, if all times are such numbers.
+fn single_precision_s(dataset: &Dataset) -> Option<f64> {
+    let mut times = dataset.samples().take(ROUNDED_SAMPLES).map(|sample| sample.time.seconds());
+    let first_s = times.next().filter(|first_s| *first_s > 1.0)?;
+    let are_single = times.all(|time_s| f64::from(time_s as f32) == time_s);
+    let single = first_s as f32;
+    are_single.then(|| f64::from(f32::from_bits(single.to_bits() + 1)) - f64::from(single))
+}
+
+fn rounded(to_s: f64) -> SetupFinding {
+    SetupFinding {
+        sensor: Sensor::InertialUnit,
+        is_certain: true,
+        found: format!("times rounded to {to_s} s: many samples have one time"),
+        cause: "t_s in single precision (float32), which holds seven digits".into(),
+        mend: "log the time in double precision, or in seconds since the log began".into(),
     }
 }
 

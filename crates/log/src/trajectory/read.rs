@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{LocalAxes, Trajectory, unknown};
 use crate::clock::Rows;
+use crate::clock_steps::ClockSteps;
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
 use crate::reference::{TOO_FAST, ensure_motion};
@@ -81,7 +82,8 @@ fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, Lo
             Err(why) => remarks.count(why, row.line),
         }
     }
-    Ok(rows.in_time_order(|solution| solution.time, table.path(), remarks)?.0)
+    let steps = &mut ClockSteps::default();
+    Ok(rows.in_time_order(|solution| &mut solution.time, table.path(), steps, remarks)?.0)
 }
 
 /// A row of `solution.csv` without its time.
@@ -188,5 +190,6 @@ fn of_lines(
         }
         rows.push(line_number, (solution, axes.vector([x, y, z])));
     }
-    Ok(rows.in_time_order(|(solution, _)| solution.time, path, remarks)?.0)
+    let steps = &mut ClockSteps::default();
+    Ok(rows.in_time_order(|(solution, _)| &mut solution.time, path, steps, remarks)?.0)
 }

@@ -1,0 +1,105 @@
+//! Names of axes as loggers write them: numbers, or one file a sensor.
+
+use std::collections::BTreeMap;
+
+/// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
+const OF_FILES: [(&str, Option<&str>); 7] = [
+    // Without gravity, or gravity alone: no specific force.
+    ("linear", None),
+    ("gravity", None),
+    ("gyro", Some("gyro")),
+    ("magnet", Some("mag")),
+    ("accel", Some("accel")),
+    ("rotationrate", Some("gyro")),
+    ("compass", Some("mag")),
+];
+
+/// The `names` of a file called `file`, with letters for numbers: `gyroADC[0]` and `gyro_1` are axis x, `x` in
+/// `Gyroscope.csv` is `gyro x`.
+pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
+    let mut by_stem: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    let split: Vec<Option<(String, usize)>> = names.iter().map(|name| indexed(name)).collect();
+    for (stem, index) in split.iter().flatten() {
+        by_stem.entry(stem.clone()).or_default().push(*index);
+    }
+    let letters = |stem: &str, index: usize| {
+        let found = by_stem.get(stem)?;
+        let count = found.len();
+        let first = *found.iter().min()?;
+        let all: &[&str] = match count {
+            3 => &["x", "y", "z"],
+            4 => &["w", "x", "y", "z"],
+            _ => return None,
+        };
+        let is_whole = first <= 1 && (first..first + count).all(|index| found.contains(&index));
+        all.get(index - first).filter(|_| is_whole)
+    };
+    let sensor = sensor_of(file);
+    let lettered = names.iter().zip(&split).map(|(name, split)| {
+        let bare = name.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
+        match (split, sensor) {
+            (Some((stem, index)), _) => match letters(stem, *index) {
+                Some(letter) => format!("{stem} {letter}"),
+                None => name.clone(),
+            },
+            (None, Some(sensor)) if matches!(&*bare, "x" | "y" | "z") => format!("{sensor} {name}"),
+            _ => without_numbers(name),
+        }
+    });
+    lettered.collect()
+}
+
+/// The sensor that a file is named after, if it is one of a phone.
+fn sensor_of(file: &str) -> Option<&'static str> {
+    let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    OF_FILES.iter().find(|(part, _)| name.contains(part)).and_then(|(_, sensor)| *sensor)
+}
+
+/// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`.
+fn indexed(name: &str) -> Option<(String, usize)> {
+    let (stem, index) = match name.trim().strip_suffix([']', ')']) {
+        Some(inside) => inside.rsplit_once(['[', '('])?,
+        None => name.trim().rsplit_once('_')?,
+    };
+    let index = index.trim().parse().ok().filter(|index| *index < 10)?;
+    (!stem.is_empty()).then(|| (stem.to_owned(), index))
+}
+
+/// A name without numbers in brackets, of which each sensor has one: `IMU_ATTI(0):accel:X`.
+fn without_numbers(name: &str) -> String {
+    let Some((before, rest)) = name.split_once('(') else { return name.to_owned() };
+    match rest.split_once(')') {
+        Some((inside, after)) if !after.is_empty() && inside.parse::<u8>().is_ok() => {
+            format!("{before}{after}")
+        }
+        _ => name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_axes_become_letters() {
+        for (names, file, expected) in [
+            (
+                ["gyroADC[0]", "gyroADC[1]", "gyroADC[2]"],
+                "log.csv",
+                ["gyroADC x", "gyroADC y", "gyroADC z"],
+            ),
+            (["acc_1", "acc_2", "acc_3"], "log.csv", ["acc x", "acc y", "acc z"]),
+            (["acc_1", "acc_2", "t_3"], "log.csv", ["acc_1", "acc_2", "t_3"]),
+            (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),
+            (["x", "y", "z"], "Linear Accelerometer.csv", ["x", "y", "z"]),
+            (
+                ["IMU_ATTI(0):accel:X", "time(s)", "a"],
+                "log.csv",
+                ["IMU_ATTI:accel:X", "time(s)", "a"],
+            ),
+        ] {
+            let names = names.map(str::to_owned);
+            assert_eq!(lettered(&names, file), expected, "{names:?}");
+        }
+    }
+}

@@ -1,0 +1,416 @@
+//! The same flight written in every format, with the same faults: each reader gives the same samples and fixes.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hovernav_formats::{Options, Proposal, open};
+use hovernav_log::Dataset;
+use tempfile::TempDir;
+
+/// A fix as the log states it.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    pub time_s: f64,
+    pub has_fix: bool,
+    pub lat_deg: f64,
+    pub lon_deg: f64,
+    pub height_m: f64,
+}
+
+/// Samples at rest at these times, and fixes, in the order of the file: a fix follows the sample before it.
+#[derive(Clone, Debug, Default)]
+pub struct Flight {
+    pub samples_s: Vec<f64>,
+    pub fixes: Vec<Row>,
+}
+
+impl Flight {
+    /// A flight of 20 s with 50 samples and one fix a second, at times from `start_s` on.
+    pub fn at_rest(start_s: f64) -> Self {
+        let samples_s = (0..1000).map(|k| start_s + 0.02 * f64::from(k)).collect();
+        let fixes = (0..20).map(|k| Row {
+            time_s: start_s + f64::from(k) + 0.01,
+            has_fix: true,
+            lat_deg: 47.0 + 1e-6 * f64::from(k),
+            lon_deg: 8.0,
+            height_m: 400.0 + 0.1 * f64::from(k),
+        });
+        Self { samples_s, fixes: fixes.collect() }
+    }
+
+    /// Samples and fixes in the order of the file.
+    fn each(&self, mut sample: impl FnMut(f64), mut fix: impl FnMut(&Row)) {
+        let every = self.samples_s.len() / self.fixes.len().max(1);
+        for (index, &time_s) in self.samples_s.iter().enumerate() {
+            sample(time_s);
+            if let Some(row) = self.fixes.get(index / every).filter(|_| index % every == 0) {
+                fix(row);
+            }
+        }
+    }
+}
+
+/// A log in one format.
+pub struct Written {
+    _folder: TempDir,
+    pub format: &'static str,
+    pub path: PathBuf,
+}
+
+impl Written {
+    pub fn read(&self) -> Dataset {
+        open(&self.path, &Options::default())
+            .unwrap_or_else(|error| panic!("{}: {error}", self.format))
+            .dataset
+    }
+}
+
+/// Formats of [`written`].
+pub const FORMATS: [&str; 6] = ["dataset", "text", "dataflash", "ulog", "tlog", "mcap"];
+
+/// `flight` in the format of this name.
+pub fn written(flight: &Flight, format: &'static str) -> Written {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(match format {
+        "dataset" | "text" => format.to_owned(),
+        other => format!("flight.{other}"),
+    });
+    match format {
+        "dataset" => dataset(flight, &path),
+        "text" => text(flight, folder.path(), &path),
+        "dataflash" => fs::write(&path, dataflash(flight)).unwrap(),
+        "ulog" => fs::write(&path, ulog(flight)).unwrap(),
+        "tlog" => fs::write(&path, tlog(flight)).unwrap(),
+        _ => fs::write(&path, mcap(flight)).unwrap(),
+    }
+    Written { _folder: folder, format, path }
+}
+
+fn dataset(flight: &Flight, path: &Path) {
+    let mut imu = String::from(
+        "t_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2\n",
+    );
+    let mut gps = String::from("t_s,lat_deg,lon_deg,height_m,fix_type\n");
+    flight.each(
+        |t| writeln!(imu, "{t:.6},0.001,0,0,0.01,0,-9.81").unwrap(),
+        |row| {
+            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
+            let fix_type = if *has_fix { 3 } else { 0 };
+            writeln!(gps, "{time_s:.6},{lat_deg},{lon_deg},{height_m},{fix_type}").unwrap();
+        },
+    );
+    fs::create_dir(path).unwrap();
+    fs::write(path.join("imu.csv"), imu).unwrap();
+    fs::write(path.join("gps.csv"), gps).unwrap();
+}
+
+fn text(flight: &Flight, folder: &Path, path: &Path) {
+    let mut imu = String::from("time_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,ax,ay,az\n");
+    let mut gps = String::from("time_s,lat_deg,lon_deg,height_m,fix_type\n");
+    flight.each(
+        |t| writeln!(imu, "{t:.6},0.001,0,0,0.01,0,-9.81").unwrap(),
+        |row| {
+            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
+            let fix_type = if *has_fix { 3 } else { 0 };
+            writeln!(gps, "{time_s:.6},{lat_deg},{lon_deg},{height_m},{fix_type}").unwrap();
+        },
+    );
+    let files = [folder.join("imu.csv"), folder.join("gps.csv")];
+    fs::write(&files[0], imu).unwrap();
+    fs::write(&files[1], gps).unwrap();
+    Proposal::of(&files).unwrap().write(path, true).unwrap();
+}
+
+fn dataflash(flight: &Flight) -> String {
+    let mut lines = String::from(
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
+         FMT, 129, 40, IMU, QBffffffBB, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH\n\
+         FMT, 130, 50, GPS, QBIHLLe, TimeUS,Status,GMS,GWk,Lat,Lng,Alt\n",
+    );
+    let text = std::cell::RefCell::new(&mut lines);
+    flight.each(
+        |t| {
+            let us = 1e6 * t;
+            writeln!(text.borrow_mut(), "IMU, {us:.0}, 0, 0.001, 0, 0, 0.01, 0, -9.81, 1, 1")
+                .unwrap();
+        },
+        |row| {
+            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
+            let (us, status) = (1e6 * time_s, if *has_fix { 3 } else { 1 });
+            writeln!(
+                text.borrow_mut(),
+                "GPS, {us:.0}, {status}, 0, 0, {lat_deg}, {lon_deg}, {height_m}"
+            )
+            .unwrap();
+        },
+    );
+    lines
+}
+
+/// A message of a ULog: size, type and body.
+fn message(kind: u8, content: &[u8]) -> Vec<u8> {
+    let size = u16::try_from(content.len()).unwrap().to_le_bytes();
+    [&size[..], &[kind], content].concat()
+}
+
+fn ulog(flight: &Flight) -> Vec<u8> {
+    let mut log = b"ULog\x01\x12\x35\x01".to_vec();
+    log.extend(0_u64.to_le_bytes());
+    for definition in [
+        "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
+        "vehicle_gps_position:uint64_t timestamp;double latitude_deg;double longitude_deg;\
+         double altitude_ellipsoid_m;double altitude_msl_m;uint8_t fix_type;",
+    ] {
+        log.extend(message(b'F', definition.as_bytes()));
+    }
+    log.extend(message(b'A', b"\x00\x00\x00sensor_combined"));
+    log.extend(message(b'A', b"\x00\x01\x00vehicle_gps_position"));
+    let bytes = std::cell::RefCell::new(&mut log);
+    flight.each(
+        |t| {
+            let mut row = vec![0, 0];
+            row.extend(((1e6 * t) as u64).to_le_bytes());
+            row.extend([0.001_f32, 0.0, 0.0, 0.01, 0.0, -9.81].map(f32::to_le_bytes).concat());
+            bytes.borrow_mut().extend(message(b'D', &row));
+        },
+        |fix| {
+            let mut row = vec![1, 0];
+            row.extend(((1e6 * fix.time_s) as u64).to_le_bytes());
+            let place = [fix.lat_deg, fix.lon_deg, fix.height_m, fix.height_m];
+            row.extend(place.map(f64::to_le_bytes).concat());
+            row.push(if fix.has_fix { 3 } else { 1 });
+            bytes.borrow_mut().extend(message(b'D', &row));
+        },
+    );
+    log
+}
+
+/// A MAVLink 2 frame after its time, µs.
+fn frame(time_us: u64, message: u32, seed: u8, payload: &[u8]) -> Vec<u8> {
+    let id = message.to_le_bytes();
+    let mut body = vec![payload.len() as u8, 0, 0, 0, 1, 1, id[0], id[1], id[2]];
+    body.extend(payload);
+    let mut crc = 0xFFFF_u16;
+    for &byte in body.iter().chain([&seed]) {
+        let mut tmp = byte ^ (crc as u8);
+        tmp ^= tmp << 4;
+        let tmp = u16::from(tmp);
+        crc = (crc >> 8) ^ (tmp << 8) ^ (tmp << 3) ^ (tmp >> 4);
+    }
+    let mut bytes = time_us.to_be_bytes().to_vec();
+    bytes.push(0xFD);
+    bytes.extend(body);
+    bytes.extend(crc.to_le_bytes());
+    bytes
+}
+
+fn tlog(flight: &Flight) -> Vec<u8> {
+    let log = std::cell::RefCell::new(Vec::new());
+    let stamp = |t: f64| 1_700_000_000_000_000 + (1e6 * t) as u64;
+    flight.each(
+        |t| {
+            let mut payload = ((1e3 * t).round() as u32).to_le_bytes().to_vec();
+            let values = [1_i16, 0, -1000, 1, 0, 0, 0, 0, 0];
+            payload.extend(values.map(i16::to_le_bytes).concat());
+            log.borrow_mut().extend(frame(stamp(t), 26, 170, &payload));
+        },
+        |row| {
+            let mut payload = vec![0; 52];
+            payload[..8].copy_from_slice(&((1e6 * row.time_s) as u64).to_le_bytes());
+            for (at, value) in
+                [(8, 1e7 * row.lat_deg), (12, 1e7 * row.lon_deg), (16, 1e3 * row.height_m)]
+            {
+                payload[at..at + 4].copy_from_slice(&(value as i32).to_le_bytes());
+            }
+            // Course and speed unknown.
+            payload[24..28].fill(0xFF);
+            payload[28..30].copy_from_slice(&[if row.has_fix { 3 } else { 1 }, 12]);
+            log.borrow_mut().extend(frame(stamp(row.time_s), 24, 24, &payload));
+        },
+    );
+    log.into_inner()
+}
+
+fn mcap(flight: &Flight) -> Vec<u8> {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    let mut writer =
+        mcap::WriteOptions::new().compression(None).create(file.reopen().unwrap()).unwrap();
+    let mut channel = |topic: &str, schema: &str| {
+        let schema = writer.add_schema(schema, "ros2msg", b"").unwrap();
+        writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap()
+    };
+    let imu = channel("/imu", "sensor_msgs/msg/Imu");
+    let fix = channel("/fix", "sensor_msgs/msg/NavSatFix");
+    let writer = std::cell::RefCell::new(writer);
+    let send = |channel_id: u16, t: f64, body: &[u8]| {
+        let ns = (1e9 * t) as u64;
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: ns,
+            publish_time: ns,
+        };
+        let mut data = vec![0, 1, 0, 0];
+        data.extend(((ns / 1_000_000_000) as u32).to_le_bytes());
+        data.extend(((ns % 1_000_000_000) as u32).to_le_bytes());
+        // A frame called "abc", so that the body is aligned to eight bytes.
+        data.extend([4, 0, 0, 0, b'a', b'b', b'c', 0]);
+        data.extend(body);
+        writer.borrow_mut().write_to_known_channel(&header, &data).unwrap();
+    };
+    let doubles =
+        |values: &[f64]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    flight.each(
+        |t| {
+            let mut values = vec![0.0; 4 + 9];
+            values[4] = -1.0;
+            values.extend([0.001, 0.0, 0.0]);
+            values.extend([0.0; 9]);
+            values.extend([0.01, 0.0, 9.81]);
+            values.extend([0.0; 9]);
+            send(imu, t, &doubles(&values));
+        },
+        |row| {
+            let mut body = vec![if row.has_fix { 0 } else { 0xFF }, 0, 1, 0, 0, 0, 0, 0];
+            body.extend(doubles(&[row.lat_deg, row.lon_deg, row.height_m]));
+            body.extend(doubles(&[0.0; 9]));
+            body.push(0);
+            send(fix, row.time_s, &body);
+        },
+    );
+    let mut writer = writer.into_inner();
+    writer.finish().unwrap();
+    drop(writer);
+    fs::read(file.path()).unwrap()
+}
+
+fn warns(dataset: &Dataset, words: &str) -> bool {
+    dataset.warnings.iter().any(|warning| warning.contains(words))
+}
+
+#[test]
+fn every_format_rejects_what_is_no_fix() {
+    let mut flight = Flight::at_rest(1.0);
+    for row in &mut flight.fixes[..3] {
+        (row.lat_deg, row.lon_deg) = (0.0, 0.0);
+    }
+    flight.fixes[4].has_fix = false;
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        assert_eq!(dataset.imu.len(), 1000, "{format}");
+        assert_eq!(dataset.fixes.len(), 16, "{format}: {:?}", dataset.warnings);
+        assert!(
+            warns(&dataset, "latitude and longitude are 0"),
+            "{format}: {:?}",
+            dataset.warnings
+        );
+        assert!(dataset.fixes.iter().all(|fix| !fix.two_dimensional), "{format}");
+    }
+}
+
+#[test]
+fn a_fix_without_a_height_is_horizontal_in_every_format_that_can_state_it() {
+    let mut flight = Flight::at_rest(1.0);
+    flight.fixes[5].height_m = f64::NAN;
+    flight.fixes[6].height_m = -9999.0;
+    // MAVLink's height is a whole number of mm.
+    for format in FORMATS.into_iter().filter(|format| *format != "tlog") {
+        let dataset = written(&flight, format).read();
+        let flat: Vec<usize> = (0..dataset.fixes.len())
+            .filter(|&index| dataset.fixes[index].two_dimensional)
+            .collect();
+        assert_eq!(
+            (dataset.fixes.len(), &flat[..]),
+            (20, &[5, 6][..]),
+            "{format}: {:?}",
+            dataset.warnings
+        );
+        assert!((dataset.fixes[5].position.height_m - 400.4).abs() < 0.02, "{format}");
+        assert!(warns(&dataset, "without a measured height"), "{format}: {:?}", dataset.warnings);
+    }
+}
+
+#[test]
+fn values_that_stand_for_unknown_ones_are_rejected_in_every_format() {
+    for (lat_deg, lon_deg) in [(-9999.0, -9999.0), (214.748_364_7, 214.748_364_7), (1e-7, -1e-7)] {
+        let mut flight = Flight::at_rest(1.0);
+        for row in &mut flight.fixes[8..11] {
+            (row.lat_deg, row.lon_deg) = (lat_deg, lon_deg);
+        }
+        for format in FORMATS {
+            let dataset = written(&flight, format).read();
+            assert_eq!(dataset.fixes.len(), 17, "{format} {lat_deg}: {:?}", dataset.warnings);
+            assert!(warns(&dataset, "3 rows"), "{format} {lat_deg}: {:?}", dataset.warnings);
+        }
+    }
+}
+
+#[test]
+fn a_fix_repeated_on_every_row_is_one_fix_in_every_format() {
+    let mut flight = Flight::at_rest(1.0);
+    let once = flight.fixes.clone();
+    flight.fixes = once
+        .iter()
+        .flat_map(|row| (0..50).map(|k| Row { time_s: row.time_s + 0.02 * f64::from(k), ..*row }))
+        .collect();
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        assert_eq!(dataset.fixes.len(), 20, "{format}: {:?}", dataset.warnings);
+    }
+}
+
+#[test]
+fn a_clock_that_steps_back_is_a_named_break_in_every_format() {
+    let mut flight = Flight::at_rest(100.0);
+    let back = |time_s: &mut f64| *time_s -= if *time_s > 110.0 { 7.0 } else { 0.0 };
+    flight.samples_s.iter_mut().for_each(back);
+    flight.fixes.iter_mut().for_each(|row| back(&mut row.time_s));
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        assert_eq!(
+            (dataset.imu.len(), dataset.fixes.len()),
+            (1000, 20),
+            "{format}: {:?}",
+            dataset.warnings
+        );
+        let intervals_s = dataset.imu.windows(2).map(|pair| pair[1].time - pair[0].time);
+        let longest_s = intervals_s.fold(0.0, f64::max);
+        assert!((longest_s - 5.0).abs() < 0.05, "{format}: {longest_s}");
+        assert!(warns(&dataset, "the clock goes back by 6.98"), "{format}: {:?}", dataset.warnings);
+        // The fixes follow the samples.
+        let apart_s = dataset.fixes[15].time - dataset.imu[750].time;
+        assert!(apart_s.abs() < 0.15, "{format}: {apart_s}");
+    }
+}
+
+#[test]
+fn counters_that_start_again_continue_in_every_format() {
+    for (start_s, period_s, name) in [
+        (4_285.0, 4_294.967_296, "2^32 µs"),
+        (55.0, 65.536, "2^16 ms"),
+        (604_790.0, 604_800.0, "a week"),
+        (86_390.0, 86_400.0, "a day"),
+    ] {
+        let mut flight = Flight::at_rest(start_s);
+        let wrapped =
+            |time_s: &mut f64| *time_s -= if *time_s >= period_s { period_s } else { 0.0 };
+        flight.samples_s.iter_mut().for_each(wrapped);
+        flight.fixes.iter_mut().for_each(|row| wrapped(&mut row.time_s));
+        for format in FORMATS {
+            let dataset = written(&flight, format).read();
+            let (imu, fixes) = (&dataset.imu, &dataset.fixes);
+            assert_eq!(
+                (imu.len(), fixes.len()),
+                (1000, 20),
+                "{format} {name}: {:?}",
+                dataset.warnings
+            );
+            let length_s = imu[999].time - imu[0].time;
+            assert!((length_s - 19.98).abs() < 0.01, "{format} {name}: {length_s}");
+            assert!((fixes[19].time - fixes[0].time - 19.0).abs() < 0.01, "{format} {name}");
+            assert!(warns(&dataset, name), "{format} {name}: {:?}", dataset.warnings);
+        }
+    }
+}
