@@ -6,7 +6,7 @@ use std::process::Command;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
 use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, Notice};
-use hovernav::event::{Event, RangeReading};
+use hovernav::event::{BaroReading, Event, MagneticReading, RangeReading};
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
@@ -71,9 +71,10 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
                 ..Fix::at(time, home.displaced(off_m))
             };
             estimator.push(&Event::Gps(fix), &mut *notify);
-            estimator.push(&Event::Baro { time, height_m: 520.0 }, &mut *notify);
+            estimator.push(&Event::Baro(BaroReading::new(time, 520.0)), &mut *notify);
             let field_gauss = body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.43);
-            estimator.push(&Event::Magnetometer { time, field_gauss }, &mut *notify);
+            estimator
+                .push(&Event::Magnetometer(MagneticReading::new(time, field_gauss)), &mut *notify);
             estimator.push(&Event::Range(RangeReading::new(time, 20.0)), &mut *notify);
             if had_found {
                 let heading = AntennaHeading::new(time, turn_radps * seconds, None);

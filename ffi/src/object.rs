@@ -2,9 +2,10 @@
 
 use core::mem::{align_of, size_of};
 
-use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
+use hovernav::autopilot::HoverAutopilot;
 use hovernav::ekf::{Estimator, Notice, SteplessSolution};
 use hovernav::event::Event;
+use hovernav::health::HealthMonitor;
 use hovernav::imu::Notch;
 use hovernav::sensors::Sensors;
 

@@ -9,6 +9,7 @@ mod attitude_watch;
 mod barometer;
 mod config;
 mod correction;
+mod datasheet;
 mod estimator;
 mod estimator_config;
 mod excess;
@@ -36,7 +37,7 @@ mod trace;
 mod unknown_heading;
 mod wheels;
 
-pub use crate::scalar;
+use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
     MagnetometerModel, RangeModel,

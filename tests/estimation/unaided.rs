@@ -21,5 +21,5 @@ pub fn flown_unaided<L: Layout<N>, const N: usize>(
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
     config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    (recording, Box::new(Estimator::new(config)))
+    (recording, Box::new(Estimator::with_layout(config)))
 }

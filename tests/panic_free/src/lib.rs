@@ -6,7 +6,8 @@
 
 use core::panic::PanicInfo;
 
-use hovernav::autopilot::{Health, HealthMonitor, HoverAutopilot, Inputs, Outputs, SetPoint};
+use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs, SetPoint};
+use hovernav::health::{Health, HealthMonitor};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
