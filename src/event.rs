@@ -6,6 +6,8 @@ use crate::imu::ImuSample;
 use crate::time::Time;
 
 /// A measurement of a sensor. Each variant holds the reading of one kind of sensor, with its time of validity.
+///
+/// A sensor of another kind implements [`Measurement`](crate::ekf::Measurement).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A sample of the inertial unit.

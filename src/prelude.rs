@@ -6,6 +6,8 @@
 //! | sensors | [`Event`]: [`ImuSample`], [`Fix`], [`BaroReading`], [`MagneticReading`], [`RangeReading`], [`AntennaHeading`] |
 //! | units | [`Time`], [`Geodetic`], [`Vector`] in [`Body`] or [`Ned`] axes, [`EulerAngles`] |
 //! | estimate | [`Estimator`], [`Notice`], [`Solution`], [`Health`] |
+//!
+//! A sensor without an [`Event`] implements [`Measurement`](crate::ekf::Measurement).
 
 pub use crate::earth::Geodetic;
 pub use crate::ekf::{Estimator, EstimatorConfig, GpsModel, ImuModel, Notice, Solution};

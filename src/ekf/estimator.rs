@@ -4,6 +4,7 @@ mod aids;
 mod lost_heading;
 mod lost_level;
 mod notice;
+mod own;
 mod start;
 mod waiting;
 

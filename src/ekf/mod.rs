@@ -50,7 +50,9 @@ pub use innovation::{Channel, Innovation, Verdict};
 pub use joint::JointCovariance;
 #[doc(hidden)]
 pub use learned::Learned;
-pub use measurement::{Aid, Report, Unusable};
+pub use measurement::{
+    Aid, Expected, Measurement, Report, Row, Rows, Unusable, WrongDerivative, check_derivatives,
+};
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
 pub use smoother::{Adjoint, Smoother};
