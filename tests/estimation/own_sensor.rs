@@ -1,5 +1,5 @@
-//! A user's own sensor: sensitivities of late and early readings, rejected and impossible readings, and the phases of
-//! the estimator.
+//! A user's own sensor: sensitivities of readings at any age, rejected and impossible readings, and the phases of the
+//! estimator.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::covariance::{Gain, Sensitivity};

@@ -99,7 +99,7 @@ pub fn check_derivatives(
                 [-step, step].map(|step| residuals(&expected.moved(block, axis, step)));
             for (index, row) in rows.iter().enumerate() {
                 let at = |rows: &Rows| rows.iter().nth(index).map_or(f64::NAN, |row| row.residual);
-                // The expected value is what is derived: it grows where the residual falls.
+                // Rows have derivatives of the expected value, which grows where the residual falls.
                 let numeric = (at(&below) - at(&above)) / (2.0 * step);
                 let stated = row.block(block).get(axis).copied().unwrap_or(f64::NAN);
                 let largest = row
