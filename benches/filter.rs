@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use hovernav::ekf::layout::{Base, Full, Layout};
-use hovernav::ekf::scalar::Scalar;
 use hovernav::frames::Rotation;
+use hovernav::scalar::Scalar;
 use nalgebra::{SMatrix, UnitQuaternion, Vector3};
 
 use fixtures::Hover;

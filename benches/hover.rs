@@ -35,7 +35,7 @@ fn loop_step<L: Layout<N>, const N: usize>(
     flight: &Flight,
 ) {
     let settings = config.settings().expect("the default sensors can be described");
-    let mut estimator = Estimator::<L, N>::new(settings);
+    let mut estimator = Estimator::<L, N>::with_layout(settings);
     let (dataset, _) = flight.dataset();
     let (before, after) = dataset.imu.split_at(dataset.imu.len() / 2);
     for event in dataset.events().take_while(|event| event.time() < after[0].time) {

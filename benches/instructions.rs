@@ -28,10 +28,10 @@ mod counted {
     use hovernav::ekf::Ekf;
     use hovernav::ekf::covariance::{Covariance, Sensitivity, Transition};
     use hovernav::ekf::layout::{Base, Full, Layout};
-    use hovernav::ekf::scalar::Scalar;
     use hovernav::frames::Rotation;
     use hovernav::gps::Fix;
     use hovernav::imu::ImuSample;
+    use hovernav::scalar::Scalar;
     use nalgebra::SMatrix;
 
     use super::fixtures::{self, Hover};

@@ -5,135 +5,125 @@
 //!
 //! `cargo run --release --example 02_own_sensors`
 
-use std::f64::consts::TAU;
+use hovernav::earth::STANDARD_GRAVITY_MPS2;
+use hovernav::prelude::*;
 
-use hovernav::earth::{Geodetic, Local, STANDARD_GRAVITY_MPS2};
-use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
-use hovernav::event::Event;
-use hovernav::frames::{Body, Vector};
-use hovernav::gps::Fix;
-use hovernav::imu::{ImuSample, Motion};
-use hovernav::time::Time;
-
-/// A sample of the inertial unit, in its own axes and units.
-struct UnitReading {
-    gyro_degps: [f64; 3],
-    accel_g: [f64; 3],
-    field_microtesla: [f64; 3],
+/// A reading of your sensors, in their own units and axes.
+enum Reading {
+    /// Axes forward, left, up: °/s, g, µT.
+    Unit { gyro_degps: [f64; 3], accel_g: [f64; 3], field_microtesla: [f64; 3] },
+    /// Latitude and longitude, °, height, m; speed, m/s, course, °, climb, m/s.
+    Receiver { position: [f64; 3], speed_mps: f64, course_deg: f64, climb_mps: f64 },
 }
 
-/// A fix of the receiver.
-struct ReceiverReading {
-    latitude_deg: f64,
-    longitude_deg: f64,
-    height_m: f64,
-    speed_mps: f64,
-    course_deg: f64,
-    climb_mps: f64,
+/// From the datasheets of the sensors, and a ruler.
+fn settings() -> EstimatorConfig {
+    let imu = ImuModel::default()
+        .with_gyro_noise_degps_per_sqrt_hz(0.014)
+        .with_accel_noise_ug_per_sqrt_hz(190.0)
+        .with_gyro_bias_sigma_degps(0.3)
+        .with_gyro_range_degps(2000.0);
+    let antenna_m = Vector::new(-0.40, 0.0, -0.15);
+    let mounting = Mounting::default().with_antenna_lever_arm_m(antenna_m);
+    EstimatorConfig::default().with_imu(imu).with_mounting(mounting)
 }
 
-/// Rotates from forward, left, up to forward, right, down.
-fn forward_right_down([x, y, z]: [f64; 3]) -> Vector<Body> {
-    Vector::new(x, -y, -z)
-}
-
-const GAUSS_PER_MICROTESLA: f64 = 0.01;
-
-fn imu_event(time: Time, reading: &UnitReading) -> Event {
-    let motion = Motion::Rates {
-        angular_rate_radps: forward_right_down(reading.gyro_degps.map(f64::to_radians)),
-        specific_force_mps2: forward_right_down(reading.accel_g) * STANDARD_GRAVITY_MPS2,
-    };
-    let field_gauss = forward_right_down(reading.field_microtesla) * GAUSS_PER_MICROTESLA;
-    Event::Imu(ImuSample {
-        magnetic_field_gauss: Some(field_gauss),
-        ..ImuSample::new(time, motion)
+/// The reading in the units and axes of the estimator: SI; forward, right, down. `None` for an invalid position.
+fn event(time: Time, reading: &Reading) -> Option<Event> {
+    let turned = |[forward, left, up]: [f64; 3]| Vector::<Body>::new(forward, -left, -up);
+    Some(match *reading {
+        Reading::Unit { gyro_degps, accel_g, field_microtesla } => {
+            let rate_radps = turned(gyro_degps.map(f64::to_radians));
+            let force_mps2 = turned(accel_g) * STANDARD_GRAVITY_MPS2;
+            let field_gauss = turned(field_microtesla) * 0.01;
+            let sample = ImuSample::from_rates(time, rate_radps, force_mps2);
+            Event::Imu(sample.with_magnetic_field_gauss(field_gauss))
+        }
+        Reading::Receiver { position, speed_mps, course_deg, climb_mps } => {
+            let [latitude_deg, longitude_deg, height_m] = position;
+            let position = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)?;
+            let (sin, cos) = course_deg.to_radians().sin_cos();
+            let velocity_mps = Vector::new(speed_mps * cos, speed_mps * sin, -climb_mps);
+            Event::Gps(Fix::at(time, position).with_velocity_mps(velocity_mps))
+        }
     })
 }
 
-/// `None` for an invalid position.
-fn gps_event(time: Time, reading: &ReceiverReading) -> Option<Event> {
-    let ReceiverReading { latitude_deg, longitude_deg, height_m, .. } = *reading;
-    let (sin, cos) = reading.course_deg.to_radians().sin_cos();
-    Some(Event::Gps(Fix {
-        position_sigma_m: Some(Vector::new(1.5, 1.5, 3.0)),
-        horizontal_velocity_mps: Some([reading.speed_mps * cos, reading.speed_mps * sin]),
-        down_velocity_mps: Some(-reading.climb_mps),
-        velocity_sigma_mps: Some(Vector::new(0.1, 0.1, 0.2)),
-        ..Fix::at(time, Geodetic::from_degrees(latitude_deg, longitude_deg, height_m)?)
-    }))
+/// The solution after all readings, in the order of their arrival.
+fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> {
+    let mut estimator = Estimator::new(settings());
+    for (seconds, reading) in readings {
+        let event = event(Time::from_seconds(seconds), &reading)?;
+        estimator.push(&event, |notice| match notice {
+            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+                println!("{time}: {aid} not used: {reason}");
+            }
+            Notice::Updated(report) if report.any_rejected() => println!("rejected: {report:?}"),
+            _ => {}
+        });
+    }
+    let solution = estimator.solution()?; // position, velocity, attitude, biases, one-sigmas
+    solution.health(solution.time).velocity.is_ok().then_some(solution)
 }
 
-/// A cart that rolls to and fro along heading 40°, with an error of its vertical gyro of 0.3°/s.
-struct Cart {
-    start: Geodetic,
-    gravity_mps2: f64,
-}
+// Instead of your drivers, a simulated cart. It rolls to and fro along heading 40°; its vertical gyro is wrong by
+// 0.3°/s.
 
 const HEADING_DEG: f64 = 40.0;
 const GYRO_BIAS_DEGPS: f64 = 0.3;
 const PERIOD_S: f64 = 30.0;
 const REACH_M: f64 = 30.0;
+const DURATION_S: f64 = 120.0;
 
-impl Cart {
-    fn new() -> Option<Self> {
-        let start = Geodetic::from_degrees(47.3769, 8.5417, 450.0)?;
-        Some(Self { start, gravity_mps2: Local::at(&start).gravity_mps2 })
-    }
+/// Distance, speed and acceleration of the cart, at rest for the first five seconds.
+fn motion(seconds: f64) -> [f64; 3] {
+    let rate = std::f64::consts::TAU / PERIOD_S;
+    let (sin, cos) = (rate * (seconds - 5.0).max(0.0)).sin_cos();
+    let acceleration = if seconds < 5.0 { 0.0 } else { REACH_M * rate * rate * cos };
+    [REACH_M * (1.0 - cos), REACH_M * rate * sin, acceleration]
+}
 
-    /// Distance, speed and acceleration; at rest for the first five seconds.
-    fn motion(time_s: f64) -> [f64; 3] {
-        let rate = TAU / PERIOD_S;
-        let (sin, cos) = (rate * (time_s - 5.0).max(0.0)).sin_cos();
-        let acceleration = if time_s < 5.0 { 0.0 } else { REACH_M * rate * rate * cos };
-        [REACH_M * (1.0 - cos), REACH_M * rate * sin, acceleration]
-    }
-
-    fn unit(&self, time_s: f64) -> UnitReading {
-        let [.., acceleration] = Self::motion(time_s);
-        let (sin, cos) = HEADING_DEG.to_radians().sin_cos();
-        // 20 µT to the north and 43 µT down, in axes that point to 40°, left and up.
-        UnitReading {
-            gyro_degps: [0.0, 0.0, -GYRO_BIAS_DEGPS],
-            accel_g: [acceleration, 0.0, self.gravity_mps2]
-                .map(|force| force / STANDARD_GRAVITY_MPS2),
-            field_microtesla: [20.0 * cos, 20.0 * sin, -43.0],
-        }
-    }
-
-    fn receiver(&self, time_s: f64) -> ReceiverReading {
-        let [way, speed, _] = Self::motion(time_s);
-        let (sin, cos) = HEADING_DEG.to_radians().sin_cos();
-        let place = self.start.displaced(Vector::new(way * cos, way * sin, 0.0));
-        ReceiverReading {
-            latitude_deg: place.latitude_deg(),
-            longitude_deg: place.longitude_deg(),
-            height_m: place.height_m,
-            speed_mps: speed.abs(),
-            course_deg: if speed < 0.0 { HEADING_DEG + 180.0 } else { HEADING_DEG },
-            climb_mps: 0.0,
-        }
+fn unit(seconds: f64) -> Reading {
+    let [.., acceleration] = motion(seconds);
+    let (sin, cos) = HEADING_DEG.to_radians().sin_cos();
+    // 20 µT to the north and 43 µT down, in axes that point to 40°, left and up.
+    Reading::Unit {
+        gyro_degps: [0.0, 0.0, -GYRO_BIAS_DEGPS],
+        accel_g: [acceleration, 0.0, GRAVITY_MPS2].map(|force| force / STANDARD_GRAVITY_MPS2),
+        field_microtesla: [20.0 * cos, 20.0 * sin, -43.0],
     }
 }
 
-/// The solution after `seconds`, and the cart's true speed then, m/s.
-fn estimate(seconds: u32) -> Option<(Solution, f64)> {
-    let cart = Cart::new()?;
-    let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
-    for sample in 0..=100 * seconds {
-        let time_s = f64::from(sample) * 0.01;
-        let time = Time::ZERO + time_s;
-        estimator.push(&imu_event(time, &cart.unit(time_s)), |_| {});
-        if sample % 20 == 0 {
-            estimator.push(&gps_event(time, &cart.receiver(time_s))?, |_| {});
-        }
+/// Gravity at the start, 47.4° north and 450 m high.
+const GRAVITY_MPS2: f64 = 9.806_9;
+
+fn receiver(seconds: f64) -> Reading {
+    let [way, speed_mps, _] = motion(seconds);
+    let start = Geodetic::from_degrees(47.3769, 8.5417, 450.0).expect("a position on Earth");
+    let (sin, cos) = HEADING_DEG.to_radians().sin_cos();
+    // The antenna is behind the inertial unit and above it.
+    let ahead_m = way - 0.40;
+    let position = start.displaced(Vector::new(ahead_m * cos, ahead_m * sin, -0.15));
+    Reading::Receiver {
+        position: [position.latitude_deg(), position.longitude_deg(), position.height_m],
+        speed_mps: speed_mps.abs(),
+        course_deg: if speed_mps < 0.0 { HEADING_DEG + 180.0 } else { HEADING_DEG },
+        climb_mps: 0.0,
     }
-    let [_, speed_mps, _] = Cart::motion(f64::from(seconds));
-    Some((estimator.solution()?, speed_mps))
+}
+
+/// 100 samples a second, and a fix with every twentieth.
+fn readings() -> impl Iterator<Item = (f64, Reading)> {
+    (0..=(100.0 * DURATION_S) as u32).flat_map(|sample| {
+        let seconds = f64::from(sample) * 0.01;
+        let fix = (sample % 20 == 0).then(|| (seconds, receiver(seconds)));
+        [(seconds, unit(seconds))].into_iter().chain(fix)
+    })
 }
 
 fn main() {
-    let (solution, speed_mps) = estimate(120).expect("the estimator aligns within seconds");
+    let solution = navigate(readings()).expect("the estimator aligns within seconds");
+    let [_, speed_mps, _] = motion(DURATION_S);
     let [u, v, w] = solution.velocity_body_mps().to_array();
     let yaw_deg = solution.body_to_ned.euler().yaw_rad.to_degrees();
     let bias_degps = solution.gyro_bias_radps.z().to_degrees();
@@ -145,7 +135,8 @@ fn main() {
 fn velocity_heading_and_gyro_bias_are_found() {
     use approx::assert_abs_diff_eq;
 
-    let (solution, speed_mps) = estimate(120).unwrap();
+    let solution = navigate(readings()).unwrap();
+    let [_, speed_mps, _] = motion(DURATION_S);
     let [u, v, w] = solution.velocity_body_mps().to_array();
     assert!((u - speed_mps).abs() < 0.1 && v.abs() < 0.1 && w.abs() < 0.1, "{u} {v} {w}");
     assert_abs_diff_eq!(

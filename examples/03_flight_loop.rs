@@ -45,7 +45,7 @@ fn fly(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
 
     // The flight computer.
     let channels = Channels::<ChannelConfig>::default();
-    let mut estimator: Estimator = Estimator::new(config.settings()?);
+    let mut estimator = Estimator::new(config.settings()?);
     let mut autopilot = HoverAutopilot::new(config.autopilot)?;
     let mut limiter = Limiter::new(channels, 0.5)?;
 

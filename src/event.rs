@@ -5,31 +5,63 @@ use crate::gps::{AntennaHeading, Fix};
 use crate::imu::ImuSample;
 use crate::time::Time;
 
-/// A measurement of a sensor.
+/// A measurement of a sensor. Each variant holds the reading of one kind of sensor, with its time of validity.
+///
+/// A sensor of another kind implements [`Measurement`](crate::ekf::Measurement).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A sample of the inertial unit.
     Imu(ImuSample),
     /// A satellite fix.
     Gps(Fix),
-    /// A barometric height above any fixed level, m, up.
-    Baro {
-        /// Time of validity.
-        time: Time,
-        /// Height, m.
-        height_m: f64,
-    },
-    /// A magnetometer separate from the inertial unit.
-    Magnetometer {
-        /// Time of validity.
-        time: Time,
-        /// Magnetic field in body axes, gauss.
-        field_gauss: Vector<Body>,
-    },
+    /// A barometric height.
+    Baro(BaroReading),
+    /// The magnetic field, by a magnetometer separate from the inertial unit.
+    Magnetometer(MagneticReading),
     /// The heading of two GPS antennas.
     AntennaHeading(AntennaHeading),
     /// A distance to the ground.
     Range(RangeReading),
+}
+
+/// A measurement of a barometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaroReading {
+    /// Time of validity.
+    pub time: Time,
+    /// Height above any fixed level, m, up; possible within ±100 km.
+    pub height_m: f64,
+}
+
+impl BaroReading {
+    /// A height above any fixed level, m, up.
+    #[must_use]
+    pub const fn new(time: Time, height_m: f64) -> Self {
+        Self { time, height_m }
+    }
+
+    /// Whether the height is finite and within 100 km of zero.
+    #[must_use]
+    pub fn is_possible(&self) -> bool {
+        is_possible_height(self.height_m)
+    }
+}
+
+/// A measurement of a magnetometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagneticReading {
+    /// Time of validity.
+    pub time: Time,
+    /// Magnetic field in body axes, gauss.
+    pub field_gauss: Vector<Body>,
+}
+
+impl MagneticReading {
+    /// A magnetic field in body axes, gauss.
+    #[must_use]
+    pub const fn new(time: Time, field_gauss: Vector<Body>) -> Self {
+        Self { time, field_gauss }
+    }
 }
 
 /// A measurement of a rangefinder that looks at the ground.
@@ -70,8 +102,7 @@ const LONGEST_RANGE_M: f64 = 1e4;
 const HIGHEST_M: f64 = 1e5;
 
 /// Whether a number can be a barometric height, m: finite and within 100 km of zero.
-#[must_use]
-pub fn is_possible_height(height_m: f64) -> bool {
+pub(crate) fn is_possible_height(height_m: f64) -> bool {
     // Written so that a NaN is rejected.
     (-HIGHEST_M..=HIGHEST_M).contains(&height_m)
 }
@@ -85,7 +116,8 @@ impl Event {
             Self::Gps(fix) => fix.time,
             Self::AntennaHeading(heading) => heading.time,
             Self::Range(reading) => reading.time,
-            Self::Baro { time, .. } | Self::Magnetometer { time, .. } => *time,
+            Self::Baro(reading) => reading.time,
+            Self::Magnetometer(reading) => reading.time,
         }
     }
 }

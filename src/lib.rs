@@ -23,7 +23,9 @@
 //!
 //! # The tour
 //!
-//! The modules in the order in which data passes them. The page of each module begins with its purpose.
+//! [`prelude`] has the types of a first program. The modules in the order in which data passes them; the page of each
+//! begins with its purpose:
+//!
 //! | module | contents |
 //! |---|---|
 //! | [`scalar`], [`time`], [`frames`], [`earth`] | the basis: a number type, a clock, vectors typed by frame, the ellipsoid |
@@ -32,6 +34,7 @@
 //! | [`sensors`] | both sensor links together: from the bytes of two lines to events |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the complete filter behind one call |
+//! | [`health`] | quantities of a solution that are good enough to use, and why the others are not |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
 //! | [`servo`], [`flight_control`] | pulses from the pilot and to the servos; the pilot's switch, the autopilot and the failsafes |
 //! | [`telemetry`] | the frames that the ground station receives |
@@ -68,8 +71,10 @@ pub mod event;
 pub mod flight_control;
 pub mod frames;
 pub mod gps;
+pub mod health;
 pub mod imu;
 pub mod ins;
+pub mod prelude;
 pub mod scalar;
 #[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 pub mod sensors;

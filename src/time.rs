@@ -15,7 +15,7 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// use hovernav::time::Time;
-/// let start = Time::from_seconds(1.25).unwrap();
+/// let start = Time::from_seconds(1.25);
 /// let end = Time::from_nanoseconds(1_500_000_000);
 /// assert_eq!(end - start, 0.25);
 /// ```
@@ -44,9 +44,27 @@ impl Time {
 
     /// The moment `seconds` after the clock's zero, to the nearest nanosecond.
     ///
-    /// `None` when `seconds` is not finite or beyond ±9.2e9 s.
+    /// Saturates beyond ±9.2e9 s; a NaN gives the clock's zero. Filter and alignment report and reject measurements of
+    /// such times. [`try_from_seconds`](Self::try_from_seconds) is for times from files and users.
     #[must_use]
-    pub fn from_seconds(seconds: f64) -> Option<Self> {
+    pub const fn from_seconds(seconds: f64) -> Self {
+        let nanoseconds = seconds * 1e9;
+        let whole = nanoseconds as i64;
+        // Exact: a number with a fractional part has fewer than 53 bits before it.
+        let rest = nanoseconds - whole as f64;
+        Self::from_nanoseconds(if rest >= 0.5 {
+            whole.saturating_add(1)
+        } else if rest <= -0.5 {
+            whole.saturating_sub(1)
+        } else {
+            whole
+        })
+    }
+
+    /// [`from_seconds`](Self::from_seconds) for a number that may be no time: `None` if `seconds` is not finite or
+    /// beyond ±9.2e9 s.
+    #[must_use]
+    pub fn try_from_seconds(seconds: f64) -> Option<Self> {
         let nanoseconds = libm::round(seconds * 1e9);
         (nanoseconds.is_finite() && libm::fabs(nanoseconds) < 9.2e18)
             .then(|| Self::from_nanoseconds(nanoseconds as i64))
@@ -134,7 +152,19 @@ mod tests {
     fn seconds_survive_a_round_trip_to_the_nanosecond() {
         for nanoseconds in [0, 1, -1, 30_303_030, 299_989_390_000, -86_400_000_000_001] {
             let time = Time::from_nanoseconds(nanoseconds);
-            assert_eq!(Time::from_seconds(time.seconds()), Some(time));
+            assert_eq!(Time::from_seconds(time.seconds()), time);
+            assert_eq!(Time::try_from_seconds(time.seconds()), Some(time));
+        }
+    }
+
+    #[test]
+    fn seconds_round_to_the_nearest_nanosecond_in_both_constructors() {
+        const AT_BUILD: Time = Time::from_seconds(0.25);
+        assert_eq!(AT_BUILD.nanoseconds(), 250_000_000);
+        let halves = (-3_i32..=3).map(|half| f64::from(half) * 0.5e-9);
+        let others = [1e-9 / 3.0, -1e-9 / 3.0, 4.999_999_999_999_999e-10, 123_456.789_012_345, 9e9];
+        for seconds in halves.chain(others) {
+            assert_eq!(Some(Time::from_seconds(seconds)), Time::try_from_seconds(seconds));
         }
     }
 
@@ -148,7 +178,7 @@ mod tests {
     #[test]
     fn what_is_not_a_time_is_refused() {
         for seconds in [f64::NAN, f64::INFINITY, -1e300, 1e10] {
-            assert_eq!(Time::from_seconds(seconds), None);
+            assert_eq!(Time::try_from_seconds(seconds), None);
         }
     }
 
@@ -158,5 +188,8 @@ mod tests {
         assert_eq!(last + 1e12, last);
         assert!((last - Time::from_nanoseconds(i64::MIN)).is_finite());
         assert_eq!(Time::ZERO + f64::NAN, Time::ZERO);
+        assert_eq!(Time::from_seconds(f64::INFINITY), last);
+        assert_eq!(Time::from_seconds(-1e300), Time::from_nanoseconds(i64::MIN));
+        assert_eq!(Time::from_seconds(f64::NAN), Time::ZERO);
     }
 }

@@ -67,7 +67,7 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
 
 /// The modules of the flight core in the order of the tour in `src/lib.rs`, after those outside it. No module imports
 /// one that follows it.
-const TOUR: [&str; 17] = [
+const TOUR: [&str; 19] = [
     "buffer",
     "scalar",
     "time",
@@ -81,6 +81,8 @@ const TOUR: [&str; 17] = [
     "sensors",
     "ins",
     "ekf",
+    "health",
+    "prelude",
     "autopilot",
     "servo",
     "flight_control",
@@ -383,6 +385,16 @@ fn every_relative_link_of_the_readme_leads_somewhere_from_the_documentation() {
         }
     }
     assert!(count > 10, "{count}");
+}
+
+/// The documentation compiles the README's program, and the example's test runs it.
+#[test]
+fn the_program_of_the_readme_is_that_of_the_example() {
+    let readme = fs::read_to_string(format!("{ROOT}/README.md")).unwrap();
+    let (_, after) = readme.split_once("```rust\n").unwrap();
+    let (program, _) = after.split_once("```\n").unwrap();
+    let example = fs::read_to_string(format!("{ROOT}/examples/02_own_sensors.rs")).unwrap();
+    assert!(example.contains(program), "copy the beginning of the example into the README");
 }
 
 #[test]

@@ -5,8 +5,11 @@ use std::process::Command;
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Base, Full, WithoutHeightAids};
-use hovernav::ekf::{Estimator, EstimatorConfig, HeadingSearch, NoHeadingSearch, Notice};
-use hovernav::event::{Event, RangeReading};
+use hovernav::ekf::{
+    Estimator, EstimatorConfig, Expected, HeadingSearch, Measurement, NoHeadingSearch, Notice, Row,
+    Rows,
+};
+use hovernav::event::{BaroReading, Event, MagneticReading, RangeReading};
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
@@ -33,6 +36,20 @@ fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_21_kb() {
 }
 
 const PERIOD_S: f64 = 0.02;
+
+/// A user's own sensor with the largest number of rows.
+struct Own;
+
+impl Measurement for Own {
+    fn compare(&self, expected: &Expected, rows: &mut Rows) {
+        for axis in [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0)] {
+            let velocity = Row::new(0.01, 0.5).with_velocity_body(expected, axis);
+            rows.push(velocity);
+            rows.push(Row::new(0.001, 0.1).with_angular_rate(axis));
+            rows.push(Row::new(0.1, 5.0).with_position(expected.body_to_ned * axis));
+        }
+    }
+}
 
 /// A flight that uses all functions of an estimator. It aligns without a heading, circles at 10 m/s until the heading
 /// is found, and continues with every aid, 3 000 samples in all. Returns whether the heading was found.
@@ -71,11 +88,13 @@ fn fly(estimator: &mut Estimator, samples: u32) -> bool {
                 ..Fix::at(time, home.displaced(off_m))
             };
             estimator.push(&Event::Gps(fix), &mut *notify);
-            estimator.push(&Event::Baro { time, height_m: 520.0 }, &mut *notify);
+            estimator.push(&Event::Baro(BaroReading::new(time, 520.0)), &mut *notify);
             let field_gauss = body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.43);
-            estimator.push(&Event::Magnetometer { time, field_gauss }, &mut *notify);
+            estimator
+                .push(&Event::Magnetometer(MagneticReading::new(time, field_gauss)), &mut *notify);
             estimator.push(&Event::Range(RangeReading::new(time, 20.0)), &mut *notify);
             if had_found {
+                black_box(estimator.update(&Own, time + -0.3).ok());
                 let heading = AntennaHeading::new(time, turn_radps * seconds, None);
                 estimator.push(&Event::AntennaHeading(heading), &mut *notify);
             }

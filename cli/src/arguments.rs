@@ -107,7 +107,7 @@ impl FromStr for OutageWindow {
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || format!("found \"{text}\", expected START:DURATION in seconds");
         let (start, duration) = text.split_once(':').ok_or_else(expected)?;
-        let start = finite(start).and_then(Time::from_seconds).ok_or_else(expected)?;
+        let start = finite(start).and_then(Time::try_from_seconds).ok_or_else(expected)?;
         let duration_s =
             finite(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
         Ok(Self(Outage { start, duration_s }))

@@ -82,7 +82,7 @@ impl FromStr for SensorWindow {
             "gps" => Sensor::Gps,
             _ => return Err(expected()),
         };
-        let start = finite(start).and_then(Time::from_seconds).ok_or_else(expected)?;
+        let start = finite(start).and_then(Time::try_from_seconds).ok_or_else(expected)?;
         let duration_s =
             finite(duration).filter(|&duration| duration > 0.0).ok_or_else(expected)?;
         Ok(Self { sensor, start, duration_s })

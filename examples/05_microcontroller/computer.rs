@@ -62,7 +62,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         limiter: Limiter,
         servos: Channels<P>,
     ) -> Self {
-        let estimator = Estimator::new(config);
+        let estimator = Estimator::with_layout(config);
         Self { sensors, estimator, autopilot, channels, limiter, servos }
     }
 

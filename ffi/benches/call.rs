@@ -8,10 +8,10 @@ use std::mem::MaybeUninit;
 use std::ptr::{null_mut, read};
 use std::time::Instant;
 
-use hovernav::autopilot::{HealthLimits, HealthMonitor};
 use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Vector};
+use hovernav::health::{HealthLimits, HealthMonitor};
 use hovernav::imu::{ImuSample as CoreSample, Motion};
 use hovernav::time::Time;
 use hovernav_c::settings::{Config, hovernav_default_config};
@@ -37,7 +37,7 @@ fn main() {
         let memory = memory.as_mut_ptr().cast();
         hovernav_create(memory, HOVERNAV_SIZE, config.as_ptr(), null_mut(), &raw mut nav);
     }
-    let estimator: Estimator = Estimator::new(EstimatorConfig::default());
+    let estimator = Estimator::new(EstimatorConfig::default());
     let mut without =
         (estimator, HealthMonitor::new(HealthLimits::default()), SteplessSolution::default());
 

@@ -55,7 +55,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 7
+#define HOVERNAV_ABI 8
 
 // Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 #define HOVERNAV_SIZE 34816
@@ -149,6 +149,9 @@
 
 // Largest number of axes in one update.
 #define HOVERNAV_AXES 6
+
+// Largest number of rows of one reading.
+#define HOVERNAV_ROWS 6
 
 // In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
 #define HOVERNAV_SET_POINT_HOLD 0
@@ -300,6 +303,8 @@ enum {
     HOVERNAV_AID_RANGEFINDER = 5,
     // The second antenna.
     HOVERNAV_AID_SECOND_ANTENNA = 6,
+    // A sensor of the caller: hovernav_measure().
+    HOVERNAV_AID_OWN = 7,
 };
 
 // Reason why a measurement or a sample was not used.
@@ -348,6 +353,8 @@ enum {
     HOVERNAV_UNUSED_REASON_NOT_LEVELLED = 19,
     // The barometer's previous reading again; no fault.
     HOVERNAV_UNUSED_REASON_NOTHING_NEW = 20,
+    // The estimator has not aligned yet; no fault.
+    HOVERNAV_UNUSED_REASON_NOT_ALIGNED = 21,
 };
 
 // Quantity compared in one axis of an update.
@@ -393,6 +400,8 @@ enum {
     HOVERNAV_CHANNEL_WHEELS_RIGHT = 18,
     // Velocity of a vehicle on wheels normal to its road, down, m/s.
     HOVERNAV_CHANNEL_WHEELS_DOWN = 19,
+    // A row of a sensor of the caller, in its unit.
+    HOVERNAV_CHANNEL_OWN = 20,
 };
 
 // Outcome of one axis of an update.
@@ -1112,6 +1121,63 @@ typedef struct HovernavNotice {
     struct HovernavInnovation axes[HOVERNAV_AXES];
 } HovernavNotice;
 
+// The motion of a sensor that the filter expects at the time of a reading.
+typedef struct HovernavExpected {
+    // Time of the reading, ns.
+    int64_t time_ns;
+    // Geodetic latitude of the sensor, WGS-84, degrees, north positive.
+    double latitude_deg;
+    // Longitude, degrees, east positive.
+    double longitude_deg;
+    // Height above the ellipsoid, m.
+    double height_m;
+    // Velocity of the sensor over ground north, east, down, m/s.
+    double velocity_ned_mps[3];
+    // The same in body axes, m/s.
+    double velocity_body_mps[3];
+    // Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
+    double body_to_ned[4];
+    // Angular rate p, q, r relative to inertial space, body axes, rad/s.
+    double angular_rate_radps[3];
+} HovernavExpected;
+
+// One measured quantity in any unit: its residual, and the derivatives of the expected value by the motion of the
+// sensor. All numbers are finite: residual and sigma at most 1e9, derivatives at most 1e6, sigma at least 1e-9.
+typedef struct HovernavRow {
+    // Measured minus expected.
+    double residual;
+    // One-sigma of the measurement's white error.
+    double sigma;
+    // Derivative by the position north, east, down, per m.
+    double by_position[3];
+    // Derivative by the velocity north, east, down, per m/s.
+    double by_velocity[3];
+    // Derivative by a small rotation of the body about north, east, down, per rad.
+    double by_attitude[3];
+    // Derivative by the velocity in body axes, per m/s: in place of `by_velocity` and `by_attitude`, or in addition
+    // to them.
+    double by_velocity_body[3];
+    // Derivative by the angular rate about the body axes, per rad/s.
+    double by_angular_rate[3];
+} HovernavRow;
+
+// Compares a reading with the expected motion: writes a row for each measured quantity to `rows`, which has room for
+// HOVERNAV_ROWS and is zero before, and returns their number. 0 for a reading that is not to be used. It must not use
+// the object. `context` is that of HovernavOwnSensor.
+typedef uint32_t (*HovernavCompare)(const struct HovernavExpected *expected,
+                                    struct HovernavRow *rows,
+                                    void *context);
+
+// A sensor of the caller.
+typedef struct HovernavOwnSensor {
+    // Compares a reading; must not be null.
+    HovernavCompare compare;
+    // Passed to `compare`, for example the reading; may be null.
+    void *context;
+    // Position of the sensor relative to the reference point of the lever arms, body axes, m.
+    double lever_arm_m[3];
+} HovernavOwnSensor;
+
 // Inputs of one step of the autopilot.
 typedef struct HovernavAutopilotInputs {
     // The moment of the step, on the clock of the samples, ns.
@@ -1314,6 +1380,17 @@ HovernavStatus hovernav_next_notice(struct Hovernav *nav,
 
 // Gives the number of unread notices that newer ones overwrote.
 HovernavStatus hovernav_lost_notices(struct Hovernav *nav, uint32_t *lost);
+
+// Fuses a reading of the caller's own sensor, valid at `time_ns`: up to 0.5 s before the last inertial sample, and up
+// to 0.1 s after it. Calls `sensor->compare` once, if the reading can be compared. All its rows are accepted or
+// rejected together; a rejected reading never resets the filter.
+//
+// The outcome is written to `notice`, which may be null, and is not stored for hovernav_next_notice():
+// HOVERNAV_NOTICE_KIND_UPDATED, or HOVERNAV_NOTICE_KIND_NOT_USED with its reason.
+HovernavStatus hovernav_measure(struct Hovernav *nav,
+                                int64_t time_ns,
+                                const struct HovernavOwnSensor *sensor,
+                                struct HovernavNotice *notice);
 
 // Starts an autopilot inside the object, or restarts it, with the sticks at trim and not engaged. `fault`, unless
 // null, receives the first invalid value of the configuration. The previous autopilot then stays active.

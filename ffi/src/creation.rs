@@ -3,8 +3,8 @@
 use core::ffi::{c_char, c_void};
 use core::mem::{MaybeUninit, align_of, size_of};
 
-use hovernav::autopilot::HealthMonitor;
 use hovernav::ekf::{Estimator, SteplessSolution};
+use hovernav::health::HealthMonitor;
 use hovernav::imu::Notch;
 
 use crate::access::{input, object, optional, output};

@@ -1,6 +1,6 @@
 //! Health of the estimate.
 
-use hovernav::autopilot::{Distrust as CoreDistrust, Health as CoreHealth, Trust as CoreTrust};
+use hovernav::health::{Distrust as CoreDistrust, Health as CoreHealth, Trust as CoreTrust};
 use hovernav::time::Time;
 
 use crate::access::{object, output};

@@ -41,6 +41,8 @@ mod health;
 
 mod notices;
 
+mod own;
+
 mod autopilot;
 
 mod lines;
@@ -53,6 +55,7 @@ pub use lines::*;
 pub use measurements::*;
 pub use notices::*;
 pub use object::*;
+pub use own::*;
 pub use solution::*;
 pub use status::*;
 

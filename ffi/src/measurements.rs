@@ -1,7 +1,7 @@
 //! Measurements of the sensors: from the caller's structures to events.
 
 use hovernav::earth::Geodetic;
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event, MagneticReading};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix as CoreFix;
 use hovernav::imu::{ClippedAxes, ImuSample as CoreSample, Motion};
@@ -186,7 +186,9 @@ pub unsafe extern "C" fn hovernav_push_baro(
     let time = Time::from_nanoseconds(time_ns);
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
-    Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Baro { time, height_m })))
+    Status::of(
+        nav.and_then(|nav| nav.flight.push_height(&Event::Baro(BaroReading::new(time, height_m)))),
+    )
 }
 
 /// Passes on the field of a magnetometer separate from the inertial unit, three components in body axes, gauss, valid
@@ -207,7 +209,7 @@ pub unsafe extern "C" fn hovernav_push_magnetometer(
     let field = unsafe { input(field_gauss.cast::<[f64; 3]>()) };
     Status::of(nav.and_then(|nav| {
         let field_gauss = Vector::from(field?);
-        nav.flight.push(&Event::Magnetometer { time, field_gauss });
+        nav.flight.push(&Event::Magnetometer(MagneticReading::new(time, field_gauss)));
         Ok(())
     }))
 }

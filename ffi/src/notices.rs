@@ -73,6 +73,8 @@ pub enum Aid {
     Rangefinder = 5,
     /// The second antenna.
     SecondAntenna = 6,
+    /// A sensor of the caller: hovernav_measure().
+    Own = 7,
 }
 
 /// Reason why a measurement or a sample was not used.
@@ -122,6 +124,8 @@ pub enum UnusedReason {
     NotLevelled = 19,
     /// The barometer's previous reading again; no fault.
     NothingNew = 20,
+    /// The estimator has not aligned yet; no fault.
+    NotAligned = 21,
 }
 
 /// Quantity compared in one axis of an update.
@@ -168,6 +172,8 @@ pub enum Channel {
     WheelsRight = 18,
     /// Velocity of a vehicle on wheels normal to its road, down, m/s.
     WheelsDown = 19,
+    /// A row of a sensor of the caller, in its unit.
+    Own = 20,
 }
 
 /// Outcome of one axis of an update.
@@ -243,6 +249,7 @@ const fn channel(channel: CoreChannel) -> Channel {
         CoreChannel::RestVelocityDown => Channel::RestVelocityDown,
         CoreChannel::WheelsRight => Channel::WheelsRight,
         CoreChannel::WheelsDown => Channel::WheelsDown,
+        CoreChannel::Own(_) => Channel::Own,
     }
 }
 
@@ -267,6 +274,7 @@ const fn aid(aid: CoreAid) -> Aid {
         CoreAid::Baro => Aid::Baro,
         CoreAid::Rangefinder => Aid::Rangefinder,
         CoreAid::SecondAntenna => Aid::SecondAntenna,
+        CoreAid::Own => Aid::Own,
         _ => Aid::None,
     }
 }
@@ -289,6 +297,7 @@ const fn unusable(reason: Unusable) -> UnusedReason {
         Unusable::NothingNew => UnusedReason::NothingNew,
         Unusable::TooSoon => UnusedReason::TooSoon,
         Unusable::NoState => UnusedReason::NoState,
+        Unusable::NotAligned => UnusedReason::NotAligned,
         Unusable::HeadingUnknown => UnusedReason::HeadingUnknown,
         _ => UnusedReason::Other,
     }

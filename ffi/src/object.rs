@@ -2,17 +2,19 @@
 
 use core::mem::{align_of, size_of};
 
-use hovernav::autopilot::{HealthMonitor, HoverAutopilot};
-use hovernav::ekf::{Estimator, Notice, SteplessSolution};
+use hovernav::autopilot::HoverAutopilot;
+use hovernav::ekf::{Estimator, Measurement, Notice, Report, SteplessSolution, Unusable};
 use hovernav::event::Event;
+use hovernav::health::HealthMonitor;
 use hovernav::imu::Notch;
 use hovernav::sensors::Sensors;
+use hovernav::time::Time;
 
 use crate::queue::NoticeQueue;
 use crate::status::Status;
 
 /// Version of the binary interface: increases with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 7;
+pub const HOVERNAV_ABI: u32 = 8;
 
 /// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 pub const HOVERNAV_SIZE: usize = 34_816;
@@ -72,6 +74,15 @@ impl Flight {
         }
         self.push(event);
         Ok(())
+    }
+
+    /// Fuses a reading of the caller's own sensor.
+    pub fn measure(
+        &mut self,
+        measurement: &impl Measurement,
+        time: Time,
+    ) -> Result<Report, Unusable> {
+        self.estimator.update_traced(measurement, time, &mut self.stepless)
     }
 
     /// Passes the event to all parts, a sample without the rotor's vibration, and then the estimator's notices.

@@ -15,7 +15,7 @@ use libfuzzer_sys::fuzz_target;
 fn any_snapshot(input: &[u8]) -> Snapshot {
     let mut numbers = input.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
     let mut next = || numbers.next();
-    let mut snapshot = Snapshot::at(Time::from_seconds(next().unwrap_or(0.0)).unwrap_or_default());
+    let mut snapshot = Snapshot::at(Time::try_from_seconds(next().unwrap_or(0.0)).unwrap_or_default());
     let mut three = || Some([next()?, next()?, next()?]);
     snapshot.angular_rate_radps = three().map(Vector::from);
     snapshot.specific_force_mps2 = three().map(Vector::from);

@@ -1,5 +1,6 @@
 //! Errors and range checks of the autopilot's configuration.
 
+use crate::health::HealthLimits;
 use crate::scalar::{Readable, Scalar};
 
 /// A configuration value that the autopilot cannot fly with.
@@ -44,5 +45,21 @@ pub(super) fn within<T: Scalar>(
         Ok(())
     } else {
         Err(ConfigError { what, found: found.wide(), expected })
+    }
+}
+
+impl<T: Scalar> HealthLimits<T> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        const EXPECTED: &str = "above 0, at most 1000";
+        within("health.tilt_sigma_rad", self.tilt_sigma_rad, 1e-6, 1e3, EXPECTED)?;
+        within("health.heading_sigma_rad", self.heading_sigma_rad, 1e-6, 1e3, EXPECTED)?;
+        within("health.velocity_sigma_mps", self.velocity_sigma_mps, 1e-6, 1e3, EXPECTED)?;
+        let vertical = self.vertical_velocity_sigma_mps;
+        within("health.vertical_velocity_sigma_mps", vertical, 1e-6, 1e3, EXPECTED)?;
+        within("health.position_sigma_m", self.position_sigma_m, 1e-6, 1e3, EXPECTED)?;
+        within("health.age_s", self.age_s, 1e-3, 1e3, EXPECTED)?;
+        within("health.dead_reckoning_s", self.dead_reckoning_s, 0.1, 1e3, "0.1 to 1000")?;
+        within("health.disagreement_s", self.disagreement_s, 0.1, 1e3, "0.1 to 1000")?;
+        within("health.recovery_s", self.recovery_s, 0.0, 1e3, "0 to 1000")
     }
 }

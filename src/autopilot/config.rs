@@ -2,12 +2,12 @@
 
 use super::check::{ConfigError, finite, within};
 use super::guidance::GuidanceConfig;
-use super::health::HealthLimits;
 use super::limits::StickLimits;
 use super::pid::PidGains;
 use super::regulator::RegulatorGains;
 use super::transfer::TransferConfig;
 use super::trim::Trim;
+use crate::health::HealthLimits;
 use crate::scalar::Scalar;
 
 /// Gains of the hybrid controller, for the sample period of their design.
@@ -77,7 +77,6 @@ impl<T: Scalar> Gains<T> {
                                GuidanceConfig<T>: Default, HealthLimits<T>: Default, \
                                TransferConfig<T>: Default"))
 )]
-#[non_exhaustive]
 pub struct HoverConfig<T = f64> {
     /// Period of the control loop, s, for which the gains were designed.
     pub period_s: f64,

@@ -69,7 +69,6 @@ impl core::error::Error for SetPointError {}
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct GuidanceConfig<T = f64> {
     /// Horizontal speed per distance from the set-point's position, 1/s.
     pub position_gain_per_s: T,

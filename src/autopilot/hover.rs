@@ -4,9 +4,7 @@ use super::check::ConfigError;
 use super::config::HoverConfig;
 use super::excitation::{Excitation, ExcitationAbort, ExcitationError, Exciter};
 use super::guidance::{Guidance, Reference, SetPoint, SetPointError, Trusted};
-use super::health::Health;
 use super::mode::{Mode, Reason, Transition};
-use super::monitor::HealthMonitor;
 use super::pid::Pid;
 use super::regulator::Regulator;
 use super::supervisor::{Request, Supervisor};
@@ -16,6 +14,8 @@ use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
 use crate::frames::{Ned, Vector, wrap_angle};
+use crate::health::Health;
+use crate::health::HealthMonitor;
 use crate::scalar::Scalar;
 use crate::time::Time;
 

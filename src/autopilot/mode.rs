@@ -1,6 +1,6 @@
 //! Modes of the autopilot, and reasons for their changes.
 
-use super::health::Distrust;
+use crate::health::Distrust;
 use crate::time::Time;
 
 /// Mode of the autopilot; after the pilot's own flying, the best comes first.

@@ -94,7 +94,6 @@ impl Check {
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct ReadinessLimits {
     /// Age of the estimate, s.
     pub estimate_age_s: f64,

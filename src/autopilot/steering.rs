@@ -12,7 +12,6 @@ use crate::scalar::Scalar;
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct SteeringConfig {
     /// Dead band: a stick closer than this to its position at engagement requests nothing; 0.01 to 0.5.
     pub dead_band: f64,

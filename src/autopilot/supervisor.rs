@@ -1,9 +1,9 @@
 //! Choice of the mode: the best that the pilot and the estimate allow.
 
-use super::health::Health;
 use super::mode::{Mode, Reason, Transition};
 use super::transfer::TransferConfig;
 use crate::controls::Sticks;
+use crate::health::Health;
 use crate::scalar::Scalar;
 use crate::time::Time;
 

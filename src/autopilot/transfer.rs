@@ -10,7 +10,6 @@ use crate::scalar::Scalar;
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct TransferConfig<T = f64> {
     /// Time constant, s, of the fade of the difference between the last command of one mode and the first of the
     /// next.

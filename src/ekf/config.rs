@@ -6,13 +6,11 @@
 /// ```
 /// use hovernav::ekf::{EkfConfig, GateConfig};
 ///
-/// let mut gate = GateConfig::default();
-/// gate.sigmas = 4.0;
-/// let config = EkfConfig::default().with_gate(gate);
+/// let gate = GateConfig { sigmas: 4.0, ..GateConfig::default() };
+/// let config = EkfConfig { gate, ..EkfConfig::default() };
 /// assert_eq!(config.gate.lockout_s, 8.0);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct EkfConfig {
     /// Inertial sensors.
     pub imu: ImuModel,
@@ -86,9 +84,9 @@ macro_rules! settings {
     }) => {
         $(#[$group])*
         ///
-        /// To change some, take the default and assign to its fields.
+        /// To change some, write them before `..Default::default()`, or take the default and assign to its fields.
+        /// Both ways stay valid when a setting is added.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        #[non_exhaustive]
         #[cfg_attr(
             feature = "serde",
             derive(serde::Deserialize, serde::Serialize),

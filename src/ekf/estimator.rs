@@ -4,6 +4,7 @@ mod aids;
 mod lost_heading;
 mod lost_level;
 mod notice;
+mod own;
 mod start;
 mod waiting;
 
@@ -61,7 +62,7 @@ use lost_level::Level;
 /// use hovernav::imu::{ImuSample, Motion};
 /// use hovernav::time::Time;
 ///
-/// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+/// let mut estimator = Estimator::new(EstimatorConfig::default());
 /// let place = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
 /// let mut fixes_used = 0;
 /// for k in 0..3_000 {
@@ -138,12 +139,31 @@ const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
 const HELD: usize = 4;
 
-impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// An estimator before its first event.
-    // Built in place inside its caller, not on the stack and then copied.
+impl Estimator {
+    /// The default estimator, before its first event: all states, in `f64`, with a search for an unknown heading. Its
+    /// type needs no annotation; for other choices see [`with_layout`](Self::with_layout).
     #[inline(always)]
     #[must_use]
     pub fn new(config: EstimatorConfig) -> Self {
+        Self::with_layout(config)
+    }
+}
+
+impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
+    /// An estimator before its first event, with states, numeric type and heading search of its type.
+    ///
+    /// ```
+    /// use hovernav::ekf::layout::WithoutHeightAids;
+    /// use hovernav::ekf::{Estimator, EstimatorConfig, NoHeadingSearch};
+    ///
+    /// type Small = Estimator<WithoutHeightAids, 26, f32, NoHeadingSearch>;
+    /// let estimator = Small::with_layout(EstimatorConfig::default());
+    /// assert!(estimator.solution().is_none());
+    /// ```
+    // Built in place inside its caller, not on the stack and then copied.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_layout(config: EstimatorConfig) -> Self {
         Self {
             phase: Phase::Aligning,
             aligner: Aligner::new(config.alignment, config.mounting),
@@ -211,9 +231,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                     self.take_at_once(fix, trace, notify);
                 }
             }
-            Event::Baro { time, height_m } => self.barometer(*time, *height_m, trace, notify),
-            Event::Magnetometer { time, field_gauss } => {
-                self.magnetometer(*time, *field_gauss, trace, notify);
+            Event::Baro(reading) => self.barometer(reading, trace, notify),
+            Event::Magnetometer(reading) => {
+                self.magnetometer(reading.time, reading.field_gauss, trace, notify);
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
             Event::Range(reading) => self.range(reading, trace, notify),

@@ -1,13 +1,22 @@
 //! Settings of the whole estimator: mounting, alignment, filter, aids.
 
-use super::config::{AntennaHeadingModel, EkfConfig, RangeModel};
+use super::config::{AntennaHeadingModel, EkfConfig, GpsModel, ImuModel, RangeModel};
 use super::vehicle_kind::VehicleKind;
 use crate::frames::{Body, Vector};
 use crate::ins::{AlignmentConfig, Mounting};
 
 /// Settings of the whole estimator.
+///
+/// ```
+/// use hovernav::prelude::*;
+///
+/// let imu = ImuModel::default().with_gyro_noise_degps_per_sqrt_hz(0.014).with_gyro_range_degps(2000.0);
+/// let config = EstimatorConfig::default()
+///     .with_imu(imu)
+///     .with_mounting(Mounting::default().with_antenna_lever_arm_m(Vector::new(-0.35, 0.0, -0.2)));
+/// assert!((config.ekf.imu.gyro_range_radps - 34.9).abs() < 0.1);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
-#[non_exhaustive]
 pub struct EstimatorConfig {
     /// Kind of the vehicle. Without it, the fixes show whether the vehicle rolls on wheels.
     pub vehicle_kind: Option<VehicleKind>,
@@ -54,6 +63,20 @@ impl EstimatorConfig {
         self
     }
 
+    /// Sets the errors of the inertial sensors, `ekf.imu`.
+    #[must_use]
+    pub const fn with_imu(mut self, imu: ImuModel) -> Self {
+        self.ekf.imu = imu;
+        self
+    }
+
+    /// Sets the errors of the GPS, `ekf.gps`.
+    #[must_use]
+    pub const fn with_gps(mut self, gps: GpsModel) -> Self {
+        self.ekf.gps = gps;
+        self
+    }
+
     /// Sets the aids in addition to GPS.
     #[must_use]
     pub const fn with_aiding(mut self, aiding: Aiding) -> Self {
@@ -90,9 +113,8 @@ impl Default for Rangefinder {
     }
 }
 
-/// Aids in addition to GPS that are used after alignment. The default is all; to change some, assign to its fields.
+/// Aids in addition to GPS that are used after alignment. The default is all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),

@@ -56,10 +56,13 @@ pub(super) enum Group {
     RestVelocity,
     Range,
     BaselineHeading,
+    /// A user's own sensors. Without a gate in the memory: a rejection has no history, and reopens nothing.
+    Own,
 }
 
 impl Group {
-    const COUNT: usize = 11;
+    /// Number of groups with a gate.
+    const COUNT: usize = Self::Own as usize;
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 

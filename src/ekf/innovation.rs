@@ -45,6 +45,8 @@ pub enum Channel {
     WheelsRight,
     /// Velocity of a vehicle on wheels perpendicular to its road, down, m/s.
     WheelsDown,
+    /// A row of a user's own sensor, of the number [`Measurement::sensor`](super::Measurement::sensor), in its unit.
+    Own(u8),
 }
 
 impl Channel {
@@ -86,6 +88,7 @@ impl Channel {
             Self::RestVelocityDown => "rest_velocity_down_mps",
             Self::WheelsRight => "wheels_right_mps",
             Self::WheelsDown => "wheels_down_mps",
+            Self::Own(_) => "own",
         }
     }
 }

@@ -9,6 +9,7 @@ mod attitude_watch;
 mod barometer;
 mod config;
 mod correction;
+mod datasheet;
 mod estimator;
 mod estimator_config;
 mod excess;
@@ -37,7 +38,7 @@ mod unknown_heading;
 mod vehicle_kind;
 mod wheels;
 
-pub use crate::scalar;
+use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
     MagnetometerModel, RangeModel,
@@ -50,7 +51,9 @@ pub use innovation::{Channel, Innovation, Verdict};
 pub use joint::JointCovariance;
 #[doc(hidden)]
 pub use learned::Learned;
-pub use measurement::{Aid, Report, Unusable};
+pub use measurement::{
+    Aid, Expected, Measurement, Report, Row, Rows, Unusable, WrongDerivative, check_derivatives,
+};
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
 pub use smoother::{Adjoint, Smoother};

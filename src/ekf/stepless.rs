@@ -23,7 +23,7 @@ const ANOTHER_M: f64 = 100.0;
 /// use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
 /// # use hovernav::event::Event;
 /// # fn fly(events: &[Event]) {
-/// let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+/// let mut estimator = Estimator::new(EstimatorConfig::default());
 /// let mut stepless = SteplessSolution::default();
 /// for event in events {
 ///     estimator.push_traced(event, &mut stepless, |_| {});
@@ -188,7 +188,7 @@ mod tests {
     /// does not, and both reach the same value.
     #[test]
     fn fixes_move_it_without_a_step_and_to_the_same_place() {
-        let mut estimator: Estimator = Estimator::new(EstimatorConfig::default());
+        let mut estimator = Estimator::new(EstimatorConfig::default());
         let mut stepless = SteplessSolution::default();
         let place = Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap();
         let mut before: Option<(Solution, Solution)> = None;

@@ -27,7 +27,6 @@ pub struct Fence {
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct FailsafeConfig {
     /// Time for which the autopilot holds position without a pilot before it descends, s, 0 to 600.
     pub pilot_lost_hold_s: f64,

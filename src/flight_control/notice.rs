@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-use crate::autopilot::{Distrust, Mode, ProgrammeChange, Readiness, Reason, Transition};
+use crate::autopilot::{Mode, ProgrammeChange, Readiness, Reason, Transition};
+use crate::health::Distrust;
 
 /// Reason why the autopilot gave the sticks back while the switch is closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -49,6 +49,40 @@ impl Fix {
         }
     }
 
+    /// With a velocity, m/s.
+    ///
+    /// ```
+    /// use hovernav::prelude::*;
+    ///
+    /// let home = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
+    /// let fix = Fix::at(Time::from_seconds(1.0), home)
+    ///     .with_velocity_mps(Vector::new(3.0, -1.0, 0.2))
+    ///     .with_position_sigma_m(Vector::new(1.5, 1.5, 3.0));
+    /// assert!(fix.is_finite());
+    /// # Ok::<(), &str>(())
+    /// ```
+    #[must_use]
+    pub const fn with_velocity_mps(mut self, velocity_mps: Vector<Ned>) -> Self {
+        let [north, east, down] = velocity_mps.to_array();
+        self.horizontal_velocity_mps = Some([north, east]);
+        self.down_velocity_mps = Some(down);
+        self
+    }
+
+    /// With the one-sigma of the position that the receiver reports, m.
+    #[must_use]
+    pub const fn with_position_sigma_m(mut self, sigma_m: Vector<Ned>) -> Self {
+        self.position_sigma_m = Some(sigma_m);
+        self
+    }
+
+    /// With the one-sigma of the velocity that the receiver reports, m/s.
+    #[must_use]
+    pub const fn with_velocity_sigma_mps(mut self, sigma_mps: Vector<Ned>) -> Self {
+        self.velocity_sigma_mps = Some(sigma_mps);
+        self
+    }
+
     /// Whether every value is finite and possible for a receiver near the ground. The position must be navigable,
     /// speeds within ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
     #[must_use]

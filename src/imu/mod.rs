@@ -15,7 +15,10 @@ pub use clipped::ClippedAxes;
 pub use errors::ImuErrors;
 pub use integrity::{FullScale, Integrity, StuckAxes, Suspicion};
 pub use motion::{MeanRates, Motion};
-pub use notch::{MOST_HARMONICS, Notch, NotchConfig, apparent_hz};
+#[doc(hidden)]
+pub use notch::apparent_hz;
+pub use notch::{MOST_HARMONICS, Notch, NotchConfig};
+#[doc(hidden)]
 pub use rest::Rest;
 pub(crate) use second_difference::{SecondDifference, noise_variance};
 pub(crate) use vibration::Vibration;
@@ -39,6 +42,51 @@ pub struct ImuSample {
 }
 
 impl ImuSample {
+    /// A sample of angular rate, rad/s, and specific force, m/s², both in body axes, valid at `time`. The specific force
+    /// of a level vehicle at rest is −9.81 down.
+    ///
+    /// ```
+    /// use hovernav::prelude::*;
+    ///
+    /// let force_mps2 = Vector::new(0.0, 0.0, -9.81);
+    /// let sample = ImuSample::from_rates(Time::from_seconds(0.01), Vector::ZERO, force_mps2)
+    ///     .with_magnetic_field_gauss(Vector::new(0.2, 0.0, 0.43));
+    /// assert_eq!(sample.attitude, None);
+    /// ```
+    #[must_use]
+    pub const fn from_rates(
+        time: Time,
+        angular_rate_radps: Vector<Body>,
+        specific_force_mps2: Vector<Body>,
+    ) -> Self {
+        Self::new(time, Motion::Rates { angular_rate_radps, specific_force_mps2 })
+    }
+
+    /// A sample of the rotation, rad, and the velocity change, m/s, since the previous sample, as integrating units
+    /// output them: see [`Motion::Increments`].
+    #[must_use]
+    pub const fn from_increments(
+        time: Time,
+        angle_rad: Vector<Body>,
+        velocity_mps: Vector<Body>,
+    ) -> Self {
+        Self::new(time, Motion::Increments { angle_rad, velocity_mps })
+    }
+
+    /// With the unit's own attitude.
+    #[must_use]
+    pub const fn with_attitude(mut self, attitude: EulerAngles) -> Self {
+        self.attitude = Some(attitude);
+        self
+    }
+
+    /// With a magnetic field in body axes, gauss.
+    #[must_use]
+    pub const fn with_magnetic_field_gauss(mut self, field_gauss: Vector<Body>) -> Self {
+        self.magnetic_field_gauss = Some(field_gauss);
+        self
+    }
+
     /// A sample of motion alone: no attitude, no magnetic field, no clipping.
     #[must_use]
     pub const fn new(time: Time, motion: Motion) -> Self {

@@ -23,7 +23,6 @@ pub const MOST_HARMONICS: usize = 4;
 
 /// Settings of a notch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),

@@ -11,7 +11,7 @@ mod orientation;
 mod pull;
 
 use crate::earth::STANDARD_GRAVITY_MPS2;
-use crate::event::Event;
+use crate::event::{Event, MagneticReading};
 use crate::frames::{Body, EulerAngles, Ned, Vector};
 use crate::gps::Fix;
 use crate::imu::{ImuSample, MeanRates, SecondDifference, Vibration, noise_variance};
@@ -43,9 +43,8 @@ pub enum HeadingSource {
 
 /// Settings of the alignment.
 ///
-/// To change some settings, assign to the fields of the default, or use the `with_` methods.
+/// To change some settings, write them before `..Default::default()`, or use the `with_` methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize, serde::Serialize),
@@ -351,7 +350,7 @@ impl Aligner {
                     .or(self.field_gauss);
                 None
             }
-            Event::Magnetometer { field_gauss, .. } => {
+            Event::Magnetometer(MagneticReading { field_gauss, .. }) => {
                 if field_gauss.is_finite() {
                     self.field_gauss = Some(*field_gauss);
                 }
@@ -375,7 +374,7 @@ impl Aligner {
                 }
                 None
             }
-            Event::Gps(_) | Event::Baro { .. } | Event::Range(_) => None,
+            Event::Gps(_) | Event::Baro(_) | Event::Range(_) => None,
         }
     }
 

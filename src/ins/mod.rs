@@ -8,7 +8,11 @@ mod mounting;
 
 pub(crate) use alignment::{ALIGNABLE_S, UNKNOWN_HEIGHT_M};
 pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
+// The steps of the strapdown, public for tests and benchmarks.
+#[doc(hidden)]
 pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};
-pub use mechanization::{Advance, NavState};
+#[doc(hidden)]
+pub use mechanization::Advance;
+pub use mechanization::NavState;
 pub use mounting::Mounting;

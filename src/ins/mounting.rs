@@ -16,7 +16,6 @@ use crate::frames::{Body, Vector};
 /// assert_eq!(mounting.antenna_from_imu().0.x(), -0.38);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct Mounting {
     /// Position of the inertial unit relative to the point of the solution, body axes, m.
     pub imu_lever_arm_m: Vector<Body>,

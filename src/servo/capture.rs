@@ -153,7 +153,7 @@ mod tests {
     use super::*;
 
     fn at(seconds: f64) -> Time {
-        Time::from_seconds(seconds).unwrap()
+        Time::from_seconds(seconds)
     }
 
     fn all_at(width_ms: f64, time: Time) -> PilotPulses {

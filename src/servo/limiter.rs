@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     fn at(seconds: f64) -> Time {
-        Time::from_seconds(seconds).unwrap()
+        Time::from_seconds(seconds)
     }
 
     fn limiter() -> Limiter {

@@ -385,7 +385,7 @@ mod tests {
 
     #[test]
     fn pulses_age_while_packets_stay_away_or_tell_of_none() {
-        let at = |seconds| Time::from_seconds(seconds).unwrap();
+        let at = |seconds| Time::from_seconds(seconds);
         let width = |ticks| ServoPacket {
             width_ticks: Channels { lateral: ticks, ..Default::default() },
             started: true,

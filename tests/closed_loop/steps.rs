@@ -8,7 +8,7 @@ use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, SteplessSolution};
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav::frames::{EulerAngles, wrap_angle};
 use hovernav::time::Time;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
@@ -93,7 +93,7 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
             hearing.hear(&Event::Gps(*fix));
         }
         for (_, height_m) in flight.baro.iter().filter(|(measured, _)| *measured == now) {
-            events.push(Event::Baro { time: now, height_m: *height_m });
+            events.push(Event::Baro(BaroReading::new(now, *height_m)));
             hearing.hear(&events[1]);
         }
         let flown = hearing.step(now, pilot, engage).sticks;

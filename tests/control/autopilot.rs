@@ -6,6 +6,7 @@ use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
+use hovernav::health::Distrust;
 use hovernav::time::Time;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;

@@ -15,7 +15,7 @@ use hovernav_log::{
 use proptest::prelude::*;
 
 fn seconds(seconds: f64) -> Time {
-    Time::from_seconds(seconds).unwrap()
+    Time::from_seconds(seconds)
 }
 
 fn solution(time_s: f64) -> Solution {

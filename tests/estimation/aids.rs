@@ -341,7 +341,7 @@ fn antennas_that_are_not_so_far_apart_have_a_wrong_ambiguity() {
 fn estimator_at_rest(from_s: f64) -> (Estimator, Vec<Notice>) {
     let mut config = EstimatorConfig::default();
     config.alignment.baseline_m = Some(Vector::new(0.0, 1.0, 0.0));
-    let mut estimator: Estimator = Estimator::new(config);
+    let mut estimator = Estimator::new(config);
     let (mut hover, mut notices) = (Hover::new(5), Vec::new());
     for step in 1..=1500u32 {
         let seconds = f64::from(step) * PERIOD_S;

@@ -3,7 +3,7 @@
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig};
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav_sim::{DmuConfig, GpsConfig, Recording, fly};
 
 use crate::steep_circles::steep_circles;
@@ -33,7 +33,7 @@ fn drift(recording: &Recording, share: Option<f64>, outage_start_s: f64) -> (f64
             let side = truth.body_to_ned.euler().roll_rad.signum();
             let off_m = side * share * velocity_mps.dot(velocity_mps) / (2.0 * 9.81);
             let height_m = truth.position.height_m + off_m;
-            estimator.push(&Event::Baro { time, height_m }, |_| ());
+            estimator.push(&Event::Baro(BaroReading::new(time, height_m)), |_| ());
         }
         if time.seconds() >= outage.end - 0.1 {
             let solution = estimator.solution().expect("it is aligned");

@@ -54,7 +54,7 @@ struct Flown {
 fn fly(rate_hz: i64, covariance_interval_s: f64) -> Flown {
     let mut config = EstimatorConfig::default();
     config.ekf.imu.covariance_interval_s = covariance_interval_s;
-    let mut estimator = Box::new(Estimator::<Full, 28, f64, NoHeadingSearch>::new(config));
+    let mut estimator = Box::new(Estimator::<Full, 28, f64, NoHeadingSearch>::with_layout(config));
     let home = Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let normal = Normal::new(0.0, 1.0).unwrap();

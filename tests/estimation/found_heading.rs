@@ -2,7 +2,7 @@
 
 use hovernav::ekf::Notice;
 use hovernav::ekf::layout::Full;
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav_sim::GpsConfig;
 
 use crate::{blocks, unaided};
@@ -28,7 +28,7 @@ fn sigmas_m(with_barometer: bool) -> [f64; 2] {
         if with_barometer && index % 5 == 0 {
             // Readings of a barometer at rest differ in their last digits.
             let height_m = truth.position.height_m + 0.01 * (index % 7) as f64;
-            estimator.push(&Event::Baro { time: sample.time, height_m }, &mut notify);
+            estimator.push(&Event::Baro(BaroReading::new(sample.time, height_m)), &mut notify);
         }
         if let Some(now) = estimator.solution() {
             sigmas_m.push((sample.time.seconds(), now.position_sigma_m.to_array()[2]));

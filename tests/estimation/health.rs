@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use hovernav::autopilot::{Distrust, Health, HealthLimits, HealthMonitor, Trust};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Estimator, Solution};
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
+use hovernav::health::{Distrust, Health, HealthLimits, HealthMonitor, Trust};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 use hovernav_sim::faults::{Fault, Log};
@@ -19,7 +19,7 @@ fn healths(faults: &[&str]) -> Vec<(f64, Health)> {
     let dir = tempfile::tempdir().unwrap();
     Log::open(log).unwrap().with_faults(&faults, 3).unwrap().write(dir.path()).unwrap();
     let mut dataset = Dataset::open(dir.path()).unwrap();
-    let mut estimator: Estimator = Estimator::new(dataset.settings().unwrap());
+    let mut estimator = Estimator::new(dataset.settings().unwrap());
     let mut monitor = HealthMonitor::new(HealthLimits::default());
     let mut healths = Vec::new();
     for event in dataset.events() {

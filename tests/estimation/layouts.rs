@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hovernav::ekf::layout::{Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{Aid, Estimator, EstimatorConfig, Notice, Solution, Unusable};
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav_log::Dataset;
 use hovernav_sim::faults::{Fault, Log};
 
@@ -23,7 +23,7 @@ fn solutions<L: Layout<N>, const N: usize>(
     events: &[Event],
     config: &EstimatorConfig,
 ) -> Vec<Solution> {
-    let mut estimator = Box::new(Estimator::<L, N>::new(*config));
+    let mut estimator = Box::new(Estimator::<L, N>::with_layout(*config));
     let mut solutions = Vec::new();
     for event in events {
         estimator.push(event, |_| {});
@@ -71,12 +71,12 @@ fn a_heading_that_is_searched_for_comes_to_the_same_bits() {
 #[test]
 fn a_height_of_a_barometer_is_refused_aloud_where_there_is_no_state_for_it() {
     let (events, config) = flight(&[]);
-    let mut estimator = Box::new(Estimator::<WithoutHeightAids, 26>::new(config));
+    let mut estimator = Box::new(Estimator::<WithoutHeightAids, 26>::with_layout(config));
     let mut refused = 0;
     for event in &events[..3_000] {
         estimator.push(event, |_| {});
         if let Event::Imu(sample) = event {
-            let baro = Event::Baro { time: sample.time, height_m: 100.0 };
+            let baro = Event::Baro(BaroReading::new(sample.time, 100.0));
             estimator.push(&baro, |notice| {
                 refused += usize::from(matches!(
                     notice,

@@ -25,6 +25,7 @@ mod magnetic_after_gap;
 mod midair;
 mod motors;
 mod notch;
+mod own_sensor;
 mod places;
 mod recovery;
 mod single_precision;

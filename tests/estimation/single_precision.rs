@@ -26,7 +26,7 @@ const AXES: [Axis; 7] = [
 ];
 
 fn solutions<T: Scalar>(dataset: &Dataset, config: &EstimatorConfig) -> Vec<Solution> {
-    let mut estimator = Box::new(Estimator::<Full, 28, T>::new(*config));
+    let mut estimator = Box::new(Estimator::<Full, 28, T>::with_layout(*config));
     let mut solutions = Vec::with_capacity(dataset.imu.len());
     for event in dataset.events() {
         estimator.push(&event, |_| {});
@@ -84,7 +84,7 @@ fn single_precision_is_as_accurate_as_double_on_every_known_flight() {
         let Some(path) = own.or_else(|| shared(format!("datasets/{name}"))) else { continue };
         let mut dataset = Dataset::open(&path).unwrap();
         let config = dataset.settings().unwrap();
-        let starts = starts.iter().filter_map(|&start| Time::from_seconds(start));
+        let starts = starts.iter().filter_map(|&start| Time::try_from_seconds(start));
         let outages: Vec<Outage> = starts.map(|start| Outage { start, duration_s }).collect();
         dataset.withhold(&outages, None);
         let reference = Reference::open(&path, &dataset.manifest).unwrap().unwrap();

@@ -4,12 +4,12 @@ use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::scalar::Scalar;
 use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
+use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
@@ -41,7 +41,7 @@ fn too_small(printed: &str, smallest: f64) -> Vec<String> {
 
 /// Hovers for `aided_s` with fixes and aids and for `alone_s` without, with uniform vibration of ±`vibration_mps2`.
 fn hover<T: Scalar>(aided_s: f64, alone_s: f64, vibration_mps2: f64) {
-    let mut estimator = Box::new(Estimator::<Full, 28, T>::new(EstimatorConfig::default()));
+    let mut estimator = Box::new(Estimator::<Full, 28, T>::with_layout(EstimatorConfig::default()));
     let mut stepless = SteplessSolution::default();
     let design = HoverDesign { period_s: PERIOD_S, ..HoverDesign::default() };
     let gains = design.synthesise(&shipped::raptor60()).unwrap();
@@ -72,7 +72,7 @@ fn hover<T: Scalar>(aided_s: f64, alone_s: f64, vibration_mps2: f64) {
         let mut push = |event: &Event| estimator.push_traced(event, &mut stepless, |_| {});
         push(&Event::Imu(sample));
         if aided && cycle % 33 == 0 {
-            push(&Event::Baro { time, height_m: 520.0 + 0.3 * shake() });
+            push(&Event::Baro(BaroReading::new(time, 520.0 + 0.3 * shake())));
             push(&Event::Gps(Fix {
                 horizontal_velocity_mps: Some([0.1 * shake(), 0.1 * shake()]),
                 down_velocity_mps: Some(0.1 * shake()),

@@ -32,5 +32,5 @@ pub fn driven_unaided<L: Layout<N>, const N: usize>(
     config.vehicle_kind = kind;
     config.mounting.imu_lever_arm_m = dmu.lever_arm_m;
     config.mounting.antenna_lever_arm_m = gps.lever_arm_m;
-    (recording, Box::new(Estimator::new(config)))
+    (recording, Box::new(Estimator::with_layout(config)))
 }

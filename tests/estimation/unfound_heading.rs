@@ -2,7 +2,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav::frames::Vector;
 use hovernav_sim::{FlightPlan, GpsConfig, HorizontalVertical};
 
@@ -88,7 +88,7 @@ fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
         estimator.push(&Event::Imu(*sample), |_| ());
         if count % 5 == 0 {
             let height_m = truth.position.height_m + 30.0;
-            estimator.push(&Event::Baro { time: sample.time, height_m }, |_| ());
+            estimator.push(&Event::Baro(BaroReading::new(sample.time, height_m)), |_| ());
         }
         if sample.time.seconds() > 40.0
             && let Some(solution) = estimator.solution()

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hovernav::ekf::EstimatorConfig;
 use hovernav::ekf::layout::Full;
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event, MagneticReading};
 use hovernav::frames::Rotation;
 use hovernav::gps::Fix;
 use hovernav::ins::Aligner;
@@ -56,8 +56,8 @@ fn fly(
                 held.take().iter().for_each(|fix| pair.fix(fix));
                 if waits { held = Some(fix) } else { pair.fix(&fix) }
             }
-            Event::Baro { time, height_m } => pair.baro(time, height_m),
-            Event::Magnetometer { time, field_gauss } => {
+            Event::Baro(BaroReading { time, height_m }) => pair.baro(time, height_m),
+            Event::Magnetometer(MagneticReading { time, field_gauss }) => {
                 pair.magnetic(time, field_gauss, config.alignment.declination_rad);
             }
             Event::AntennaHeading(reading) => {

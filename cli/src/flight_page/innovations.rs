@@ -36,6 +36,7 @@ fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
         Channel::RestVelocityEast => ("Velocity east at rest", "m/s", 1.0),
         Channel::RestVelocityDown => ("Velocity down at rest", "m/s", 1.0),
         Channel::WheelsRight => ("Velocity across the road", "m/s", 1.0),
+        Channel::Own(_) => ("Own sensor", "", 1.0),
         Channel::WheelsDown => ("Velocity down from the road", "m/s", 1.0),
     }
 }

@@ -85,7 +85,7 @@ impl Computer {
         let config = FlyConfig::parse(config, Path::new("bench")).map_err(words)?;
         let header = Header::new(config, start, 0);
         let flight = FlightLoop {
-            estimator: Estimator::new(Flight::config()),
+            estimator: Estimator::with_layout(Flight::config()),
             stepless: SteplessSolution::default(),
             control: FlightControl::new(FlightControlConfig::new(HoverConfig::new(
                 PERIOD_S, gains,

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use hovernav::ekf::covariance::{Covariance, Joint, MOST, Sensitivities, Sensitivity, Transition};
 use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{AntennaHeadingModel, Ekf, Estimator, NoHeadingSearch, Rangefinder};
-use hovernav::event::{Event, RangeReading};
+use hovernav::event::{BaroReading, Event, RangeReading};
 use hovernav::frames::Rotation;
 use hovernav::time::Time;
 
@@ -27,14 +27,14 @@ pub const WHOLE_CYCLE: &str = "sample, all due, solution";
 /// A filter in mid-flight, with its flight.
 pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), String> {
     let mut flight = Flight::new()?;
-    let mut estimator = Estimator::<L, N, f64, NoHeadingSearch>::new(Flight::config());
+    let mut estimator = Estimator::<L, N, f64, NoHeadingSearch>::with_layout(Flight::config());
     for cycle in 0..SETTLED {
         estimator.push(&Event::Imu(flight.sample(cycle)), |_| {});
         if cycle % FIX_EVERY == 0 {
             estimator.push(&Event::Gps(flight.fix(cycle)), |_| {});
             let time = Flight::time(cycle);
             let height_m = flight.height_m();
-            estimator.push(&Event::Baro { time, height_m }, |_| {});
+            estimator.push(&Event::Baro(BaroReading::new(time, height_m)), |_| {});
         }
     }
     let filter = estimator.filter().ok_or("the synthetic flight does not align")?.clone();

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, NoHeadingSearch};
-use hovernav::event::{Event, RangeReading};
+use hovernav::event::{BaroReading, Event, MagneticReading, RangeReading};
 use hovernav::frames::Vector;
 use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
@@ -117,9 +117,9 @@ impl Inputs {
         events.push(Event::Imu(ImuSample { motion, attitude, magnetic_field_gauss, ..sample }));
         if self.aids {
             let time = sample.time;
-            events.push(Event::Baro { time, height_m: flight.height_m() });
+            events.push(Event::Baro(BaroReading::new(time, flight.height_m())));
             let field_gauss = Flight::field_gauss(now);
-            events.push(Event::Magnetometer { time, field_gauss });
+            events.push(Event::Magnetometer(MagneticReading::new(time, field_gauss)));
             events.push(Event::Range(RangeReading::new(time, 7.0)));
             let yaw_rad = Flight::angles(now).yaw_rad;
             events.push(Event::AntennaHeading(AntennaHeading::new(time, yaw_rad, None)));
@@ -151,7 +151,7 @@ fn least(from: &Flown, events: &[Event], clock_ns: f64) -> f64 {
 /// Searches all combinations of inputs.
 pub fn search(clock_ns: f64) -> Result<Worst, String> {
     let mut flight = Flight::new()?;
-    let mut estimator = Flown::new(Flight::config());
+    let mut estimator = Flown::with_layout(Flight::config());
     let settled = 1_000;
     for cycle in 0..settled {
         // The last attitude is old enough for the next one to be due.

@@ -5,7 +5,7 @@ use std::slice::Iter;
 
 use crate::dataset::{Dataset, Source};
 use crate::samples::Samples;
-use hovernav::event::{Event, RangeReading};
+use hovernav::event::{BaroReading, Event, MagneticReading, RangeReading};
 use hovernav::frames::{Body, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Notch};
@@ -97,13 +97,13 @@ impl Iterator for Events<'_> {
             Source::AntennaHeading => self.headings.next().copied().map(Event::AntennaHeading),
             Source::Range => self.ranges.next().copied().map(Event::Range),
             Source::Gps => self.fixes.next().map(|fix| Event::Gps(*fix)),
-            Source::Baro => {
-                self.baro.next().map(|&(time, height_m)| Event::Baro { time, height_m })
-            }
-            Source::Magnetometer => self
-                .magnetometer
+            Source::Baro => self
+                .baro
                 .next()
-                .map(|&(time, field_gauss)| Event::Magnetometer { time, field_gauss }),
+                .map(|&(time, height_m)| Event::Baro(BaroReading::new(time, height_m))),
+            Source::Magnetometer => self.magnetometer.next().map(|&(time, field_gauss)| {
+                Event::Magnetometer(MagneticReading::new(time, field_gauss))
+            }),
         }
     }
 }

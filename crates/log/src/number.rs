@@ -57,7 +57,7 @@ pub(crate) fn parse_time(field: &[u8]) -> Option<Option<Time>> {
     let field = field.trim_ascii();
     match parse_decimal_nanoseconds(field) {
         Some(nanoseconds) => Some(Some(Time::from_nanoseconds(nanoseconds))),
-        None => parse_number(field).map(Time::from_seconds),
+        None => parse_number(field).map(Time::try_from_seconds),
     }
 }
 

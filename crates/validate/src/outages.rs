@@ -114,11 +114,8 @@ mod tests {
         let config = dataset.settings().unwrap();
         let reference = Reference::open(&heli, &dataset.manifest).unwrap().unwrap();
         // Windows overlap, are not in order of time, and one starts between two samples.
-        let outages =
-            [(150.0, 10.0), (61.017, 15.0), (160.0, 10.0)].map(|(start_s, duration_s)| Outage {
-                start: Time::from_seconds(start_s).unwrap(),
-                duration_s,
-            });
+        let outages = [(150.0, 10.0), (61.017, 15.0), (160.0, 10.0)]
+            .map(|(start_s, duration_s)| Outage { start: Time::from_seconds(start_s), duration_s });
         let drifts = drifts(&dataset, &config, &reference, &outages);
         for (outage, drift) in outages.iter().zip(drifts) {
             let mut whole = dataset.clone();

@@ -38,7 +38,7 @@ impl Windows {
         let (first_s, every_s, count) = self.documented.unwrap_or_default();
         let starts = (0..count).map(|index| first_s + every_s * f64::from(index));
         starts
-            .filter_map(Time::from_seconds)
+            .filter_map(Time::try_from_seconds)
             .map(|start| Outage { start, duration_s: self.duration_s })
             .collect()
     }

@@ -151,7 +151,7 @@ mirror!(Guidance, core::GuidanceConfig {
     position_gain_per_s height_gain_per_s speed_mps climb_mps acceleration_mps2
     climb_acceleration_mps2 yaw_rate_radps
 });
-mirror!(HealthLimits, core::HealthLimits {
+mirror!(HealthLimits, hovernav::health::HealthLimits {
     tilt_sigma_rad heading_sigma_rad velocity_sigma_mps vertical_velocity_sigma_mps
     position_sigma_m age_s dead_reckoning_s disagreement_s recovery_s
 });

@@ -1,8 +1,8 @@
 //! Settings of the estimator.
 
-use hovernav::autopilot::HealthLimits as CoreHealthLimits;
 use hovernav::ekf as core_ekf;
 use hovernav::ekf::EstimatorConfig;
+use hovernav::health::HealthLimits as CoreHealthLimits;
 use hovernav::imu::NotchConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 

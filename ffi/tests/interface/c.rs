@@ -65,7 +65,7 @@ fn flown(most: usize, notch: Option<NotchConfig>) -> String {
     let mut dataset = Dataset::open(&root().join("datasets/heli-hover")).unwrap();
     dataset.manifest.imu.notch = notch;
     let config = dataset.settings().unwrap();
-    let mut estimator: Estimator = Estimator::new(config);
+    let mut estimator = Estimator::new(config);
     let (mut samples, mut solutions, mut refused) = (0, 0, 0);
     let mut hash = 14_695_981_039_346_656_037_u64;
     for event in dataset.events() {

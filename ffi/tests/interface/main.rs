@@ -4,6 +4,7 @@ mod c;
 mod header;
 mod misuse;
 mod modules;
+mod own;
 mod same_bits;
 mod settings;
 mod values;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
-use hovernav::autopilot::{Gains, HealthLimits, HoverAutopilot, HoverConfig, Inputs};
+use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs};
 use hovernav::dmu::{AnglePacket, Calibration, Flow, Mode as DmuMode};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Estimator, EstimatorConfig, SteplessSolution};
@@ -13,6 +13,7 @@ use hovernav::event::Event;
 use hovernav::frames::EulerAngles;
 use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
+use hovernav::health::HealthLimits;
 use hovernav::imu::{ImuSample as CoreSample, Motion, Notch, NotchConfig};
 use hovernav::sensors::{DmuConfig, GpsConfig, SensorOutput, Sensors};
 use hovernav::time::Time;
@@ -60,7 +61,7 @@ fn shaken(cycle: i64, phase: f64) -> ([f64; 3], [f64; 3]) {
 /// `follows`. Returns the last solution.
 fn fly(notch: Option<NotchConfig>, increments: bool, follows: bool) -> String {
     let in_c = Navigator::new(notch);
-    let mut in_rust: Estimator = Estimator::new(EstimatorConfig::default());
+    let mut in_rust = Estimator::new(EstimatorConfig::default());
     let mut before_rust = notch.map(Notch::new);
     let mut phase = 0.0;
     let mut last = None;

@@ -1,8 +1,9 @@
 //! The structures of C mirror those of the core completely, field by field.
 
-use hovernav::autopilot::{Gains as CoreGains, HealthLimits, HoverConfig};
+use hovernav::autopilot::{Gains as CoreGains, HoverConfig};
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::Vector;
+use hovernav::health::HealthLimits;
 use hovernav::imu::NotchConfig;
 use hovernav_c::settings::{
     Alignment, AntennaHeadingModel, AttitudeModel, AutopilotConfig, BaroModel, Config, GateModel,

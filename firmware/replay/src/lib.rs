@@ -9,7 +9,7 @@ pub use controller::{Computer, Controller};
 use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, SteeringConfig};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::layout::Layout;
-use hovernav::ekf::scalar::Scalar;
+use hovernav::scalar::Scalar;
 use hovernav::ekf::{
     Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution, SteplessSolution,
 };
@@ -89,7 +89,7 @@ fn sample(row: &[f64; 13]) -> Option<Event> {
     Some(Event::Imu(ImuSample {
         attitude: Some(EulerAngles::from_degrees(roll, pitch, yaw)),
         magnetic_field_gauss: Some(Vector::new(mx, my, mz)),
-        ..ImuSample::new(Time::from_seconds(t)?, motion)
+        ..ImuSample::new(Time::try_from_seconds(t)?, motion)
     }))
 }
 
@@ -101,7 +101,7 @@ fn fix(row: &[f64; 11]) -> Option<Event> {
         horizontal_velocity_mps: Some([vn, ve]),
         down_velocity_mps: Some(vd),
         velocity_sigma_mps: Some(Vector::new(vh, vh, vv)),
-        ..Fix::at(Time::from_seconds(t)?, place)
+        ..Fix::at(Time::try_from_seconds(t)?, place)
     }))
 }
 

@@ -95,7 +95,7 @@ pub fn snapshot(time_s: f64) -> Snapshot {
             longest_work_s: Some(0.004),
             overruns: 0,
         },
-        ..Snapshot::at(Time::from_seconds(time_s).unwrap())
+        ..Snapshot::at(Time::from_seconds(time_s))
     }
 }
 
@@ -109,7 +109,7 @@ pub fn supplement(time_s: f64) -> Supplement {
         accel_bias_mps2: Some(Vector::new(0.1, 0.2, -0.1)),
         gyro_bias_sigma_radps: Some(Vector::new(1e-4, 1e-4, 1e-4)),
         accel_bias_sigma_mps2: Some(Vector::new(0.01, 0.01, 0.01)),
-        ..Supplement::at(Time::from_seconds(time_s).unwrap())
+        ..Supplement::at(Time::from_seconds(time_s))
     }
 }
 

@@ -16,10 +16,17 @@ mod propagation;
 mod sensitivity;
 mod update;
 
+// The kernels, public for tests and benchmarks.
+#[doc(hidden)]
 pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
+#[doc(hidden)]
 pub use joint::{Joint, Sensitivities};
-pub use propagation::{Relaxation, Transition};
-pub use sensitivity::{MOST, Sensitivity};
+#[doc(hidden)]
+pub use propagation::Relaxation;
+pub use propagation::Transition;
+#[doc(hidden)]
+pub use sensitivity::MOST;
+pub use sensitivity::Sensitivity;
 pub use update::Gain;
 
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};

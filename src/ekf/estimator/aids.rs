@@ -7,7 +7,7 @@ use super::super::measurement::{Aid, Report, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::{Estimator, Notice, Phase};
-use crate::event::RangeReading;
+use crate::event::{BaroReading, RangeReading};
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::AntennaHeading;
 use crate::time::Time;
@@ -96,14 +96,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[inline(never)]
     pub(super) fn barometer(
         &mut self,
-        time: Time,
-        height_m: f64,
+        reading: &BaroReading,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
         if !self.aiding.baro {
             return;
         }
+        let &BaroReading { time, height_m } = reading;
         let result =
             self.check_time(time).and_then(|()| self.filter.update_baro(time, height_m, trace));
         notify(Notice::of_update(time, Aid::Baro, result));

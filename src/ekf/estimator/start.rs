@@ -7,7 +7,7 @@ use super::super::prediction::ImuFault;
 use super::super::scalar::Scalar;
 use super::lost_heading::open_about;
 use super::{Estimator, Notice, Phase};
-use crate::event::{Event, is_possible_height};
+use crate::event::Event;
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
@@ -39,11 +39,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             other => {
                 let aiding = &self.aiding;
                 let (aid, is_used, is_possible) = match other {
-                    Event::Baro { height_m, .. } if L::BARO.is_some() => {
-                        (Aid::Baro, aiding.baro, is_possible_height(*height_m))
+                    Event::Baro(reading) if L::BARO.is_some() => {
+                        (Aid::Baro, aiding.baro, reading.is_possible())
                     }
-                    Event::Magnetometer { field_gauss, .. } => {
-                        (Aid::Magnetometer, aiding.magnetometer, field_gauss.is_finite())
+                    Event::Magnetometer(reading) => {
+                        (Aid::Magnetometer, aiding.magnetometer, reading.field_gauss.is_finite())
                     }
                     Event::AntennaHeading(heading) => {
                         (Aid::SecondAntenna, aiding.second_antenna, heading.is_finite())

@@ -403,7 +403,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M6) of docs/equations.md.
-    fn lag_noise(&self, back: &LookBack<T>, lever: T) -> T {
+    pub(super) fn lag_noise(&self, back: &LookBack<T>, lever: T) -> T {
         let imu = &self.config.imu;
         let walk = square(T::of(imu.velocity_random_walk_mps)) * back.age_s.max(T::ZERO);
         (walk + square(T::of(imu.gap_acceleration_mps2) * back.hidden_s)) * square(lever)

@@ -102,6 +102,8 @@ pub enum Unusable {
     TooSoon,
     /// The layout has no state for this sensor.
     NoState,
+    /// The estimator has not aligned yet: there is no motion to compare with.
+    NotAligned,
     /// The heading is unknown: its search continues, with fixes alone.
     HeadingUnknown,
     /// A distance outside the rangefinder's range, or one that the sensor itself marks as invalid.
@@ -135,7 +137,7 @@ impl Unusable {
             Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
             Self::Stuck | Self::WrongBaseline | Self::Reversed | Self::TurnsOtherwise => true,
             Self::Outlier | Self::FieldTooSteep => true,
-            Self::TooSoon | Self::NoState | Self::HeadingUnknown => false,
+            Self::TooSoon | Self::NoState | Self::NotAligned | Self::HeadingUnknown => false,
             Self::OutOfRange | Self::TooTilted | Self::NotLevelled | Self::NothingNew => false,
         }
     }
@@ -157,6 +159,8 @@ pub enum Aid {
     Rangefinder,
     /// The second antenna of the GPS.
     SecondAntenna,
+    /// A user's own sensor, a [`Measurement`](crate::ekf::Measurement).
+    Own,
 }
 
 impl fmt::Display for Aid {
@@ -168,6 +172,7 @@ impl fmt::Display for Aid {
             Self::Baro => "barometric height",
             Self::Rangefinder => "distance to the ground",
             Self::SecondAntenna => "heading of two antennas",
+            Self::Own => "own sensor",
         })
     }
 }
@@ -181,6 +186,7 @@ impl fmt::Display for Unusable {
             Self::AheadOfImu => "ahead of the inertial samples",
             Self::TooSoon => "too soon after the previous one",
             Self::NoState => "the filter has no state for it",
+            Self::NotAligned => "the estimator has not aligned yet",
             Self::HeadingUnknown => "the heading is still unknown",
             Self::OutOfRange => "outside the sensor's range, or marked invalid",
             Self::TooTilted => "the beam points away from the ground",

@@ -246,6 +246,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             // The check for wheels comes before the comparison, so these axes are never rejected.
             Channel::WheelsRight | Channel::WheelsDown => {}
+            // Its group has no gate that could reopen.
+            Channel::Own(_) => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {
                     self.covariance.add_variance(state, opened);

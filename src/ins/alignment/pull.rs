@@ -162,7 +162,7 @@ mod tests {
 
     fn fix(time_s: f64, velocity_mps: [f64; 3]) -> Fix {
         let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
-        let mut fix = Fix::at(Time::from_seconds(time_s).unwrap(), place);
+        let mut fix = Fix::at(Time::from_seconds(time_s), place);
         fix.horizontal_velocity_mps = Some([velocity_mps[0], velocity_mps[1]]);
         fix.down_velocity_mps = Some(velocity_mps[2]);
         fix

@@ -40,7 +40,7 @@ impl Innovations {
             Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
                 return;
             }
-            Channel::WheelsRight | Channel::WheelsDown => return,
+            Channel::WheelsRight | Channel::WheelsDown | Channel::Own(_) => return,
         };
         if !size.is_nan() {
             *largest = Some(largest.map_or(size, |before| before.max(size)));

@@ -1,6 +1,6 @@
 //! Mode of the system, and flags of working parts.
 
-use crate::autopilot::Health;
+use crate::health::Health;
 
 /// Mode of the system: who flies, and the progress of the navigation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -130,7 +130,7 @@ impl StatusFlags {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::autopilot::Distrust;
+    use crate::health::Distrust;
 
     #[test]
     fn every_code_names_one_mode() {

@@ -2,7 +2,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, Solution, layout};
-use hovernav::event::{Event, RangeReading};
+use hovernav::event::{BaroReading, Event, MagneticReading, RangeReading};
 use hovernav::frames::{EulerAngles, Ned, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Motion};
@@ -94,9 +94,10 @@ fn event() -> impl Strategy<Value = (f64, Event)> {
             })
         });
     let other = prop_oneof![
-        value(400.0, 3.0).prop_map(|height_m| Event::Baro { time: Time::ZERO, height_m }),
-        vector([0.2, 0.0, 0.4], 0.1)
-            .prop_map(|field_gauss| Event::Magnetometer { time: Time::ZERO, field_gauss }),
+        value(400.0, 3.0).prop_map(|height_m| Event::Baro(BaroReading::new(Time::ZERO, height_m))),
+        vector([0.2, 0.0, 0.4], 0.1).prop_map(|field_gauss| Event::Magnetometer(
+            MagneticReading::new(Time::ZERO, field_gauss)
+        )),
         (value(5.0, 3.0), prop::option::of(value(0.05, 0.04)))
             .prop_map(|(range_m, sigma_m)| RangeReading {
                 sigma_m,
@@ -114,8 +115,10 @@ fn at(event: Event, time: Time) -> Event {
     match event {
         Event::Imu(sample) => Event::Imu(ImuSample { time, ..sample }),
         Event::Gps(fix) => Event::Gps(Fix { time, ..fix }),
-        Event::Baro { height_m, .. } => Event::Baro { time, height_m },
-        Event::Magnetometer { field_gauss, .. } => Event::Magnetometer { time, field_gauss },
+        Event::Baro(BaroReading { height_m, .. }) => Event::Baro(BaroReading::new(time, height_m)),
+        Event::Magnetometer(MagneticReading { field_gauss, .. }) => {
+            Event::Magnetometer(MagneticReading::new(time, field_gauss))
+        }
         Event::Range(reading) => Event::Range(RangeReading { time, ..reading }),
         Event::AntennaHeading(heading) => Event::AntennaHeading(AntennaHeading { time, ..heading }),
     }

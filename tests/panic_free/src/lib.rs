@@ -6,14 +6,15 @@
 
 use core::panic::PanicInfo;
 
-use hovernav::autopilot::{Health, HealthMonitor, HoverAutopilot, Inputs, Outputs, SetPoint};
+use hovernav::autopilot::{HoverAutopilot, Inputs, Outputs, SetPoint};
+use hovernav::health::{Health, HealthMonitor};
 use hovernav::controls::{Channels, Sticks};
 use hovernav::dmu::{
     Calibration, Link, LinkAction, Measurement, Packet, Plausibility, Received, SampleClock,
 };
 use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{
-    Estimator, HeadingSearch, NoHeadingSearch, Notice, Solution, SteplessSolution,
+    Estimator, HeadingSearch, NoHeadingSearch, Notice, Report, Solution, SteplessSolution, Unusable,
 };
 use hovernav::event::Event;
 use hovernav::flight_control::{ControlInputs, ControlNotice, ControlOutputs, FlightControl};
@@ -83,6 +84,26 @@ pub fn estimator_small_push(
     notify: &mut dyn FnMut(Notice),
 ) {
     estimator.push(event, notify);
+}
+
+/// A user's own sensor, whose code is that of the caller.
+#[unsafe(no_mangle)]
+pub fn estimator_update(
+    estimator: &mut Estimator,
+    measurement: &dyn hovernav::ekf::Measurement,
+    time: Time,
+) -> Result<Report, Unusable> {
+    estimator.update(measurement, time)
+}
+
+/// The same in single precision, with the fewest states.
+#[unsafe(no_mangle)]
+pub fn estimator_small_update(
+    estimator: &mut Estimator<Base, 16, f32, NoHeadingSearch>,
+    measurement: &dyn hovernav::ekf::Measurement,
+    time: Time,
+) -> Result<Report, Unusable> {
+    estimator.update(measurement, time)
 }
 
 /// Estimator, autopilot and one receiver: the code of a small flight computer.

@@ -29,7 +29,7 @@ impl Noise {
 }
 
 fn outage(start_s: f64, duration_s: f64) -> Outage {
-    Outage { start: Time::from_seconds(start_s).unwrap(), duration_s }
+    Outage { start: Time::from_seconds(start_s), duration_s }
 }
 
 /// A flight with estimate, measurements and reference.
@@ -75,7 +75,7 @@ pub fn fly(duration_s: f64, rate_hz: f64) -> SyntheticFlight {
     let mut next_fix_s = 0.0;
     for sample in 0..(duration_s * rate_hz) as usize {
         let t = sample as f64 / rate_hz;
-        let time = Time::from_seconds(t).unwrap();
+        let time = Time::from_seconds(t);
         let (position, velocity, attitude) = truth(t);
         let age = t - last_fix_s;
         let position_sigma = 0.5 + 0.9 * (-t / 4.0).exp() + 0.1 * age + 0.01 * age * age;

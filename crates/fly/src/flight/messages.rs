@@ -3,8 +3,9 @@
 use std::io;
 
 use crate::serial::PortEvent;
-use hovernav::autopilot::{Distrust, Health, Mode, ProgrammeChange, Reason, Trust};
+use hovernav::autopilot::{Mode, ProgrammeChange, Reason};
 use hovernav::flight_control::{ControlNotice, HandedBack};
+use hovernav::health::{Distrust, Health, Trust};
 use hovernav_log::record::{Level, Part, ShortText, Status};
 
 /// Warning for an autopilot without a model of its vehicle.

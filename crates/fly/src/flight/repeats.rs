@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     fn at(seconds: f64) -> Time {
-        Time::from_seconds(seconds).unwrap()
+        Time::from_seconds(seconds)
     }
 
     fn hear(repeats: &mut Repeats, seconds: f64, text: &str) -> Option<String> {

@@ -12,7 +12,7 @@ use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags}
 use hovernav_log::MavlinkRates;
 
 fn at(seconds: f64) -> Time {
-    Time::from_seconds(seconds).unwrap()
+    Time::from_seconds(seconds)
 }
 
 fn flying(time: Time) -> Snapshot {

@@ -92,7 +92,7 @@ mod tests {
         let (a, b) = whole.split_at(5);
         let script = vec![Ok(a.to_vec()), Err(ErrorKind::TimedOut.into()), Ok(b.to_vec())];
         let mut capture = StreamCapture::new(Script(script));
-        let now = Time::from_seconds(1.0).unwrap();
+        let now = Time::from_seconds(1.0);
         assert!(matches!(capture.poll(now).unwrap().signal(now, &config), Signal::Stale(_)));
         capture.poll(now).unwrap();
         assert_eq!(capture.poll(now).unwrap().signal(now, &config), Signal::Good);

@@ -55,7 +55,7 @@ impl Rows {
     pub fn take(&mut self, item: &Item<'_>, to: &mut Assembly) {
         let &Item::Row { message, instance, place, ref row } = item else { return };
         let clock_s = self.clock_s(message, row);
-        let Some(time) = Time::from_seconds(clock_s - self.start_s) else { return };
+        let Some(time) = Time::try_from_seconds(clock_s - self.start_s) else { return };
         let row = &row[..];
         match message {
             Message::Time => self.current_s = row[0],

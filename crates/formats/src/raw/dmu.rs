@@ -61,7 +61,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     for received in &packets {
         // A capture has no arrival times; the byte offset gives them, as packets are consecutive.
         let arrival_s = (received.offset - first) as f64 / length * interval_s;
-        let arrival = Time::from_seconds(arrival_s).unwrap_or_default();
+        let arrival = Time::try_from_seconds(arrival_s).unwrap_or_default();
         let place = received.offset;
         match clock.stamp(received.packet.timer(), received.sequence, arrival) {
             Ok(stamp) => {

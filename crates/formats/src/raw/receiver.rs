@@ -249,7 +249,7 @@ fn gather(
             *count += 1;
         }
         above_sea += usize::from(fix.height_m.is_none() && fix.altitude_msl_m.is_some());
-        let time = Time::from_seconds(seconds).unwrap_or_default();
+        let time = Time::try_from_seconds(seconds).unwrap_or_default();
         if let Some(ReceiverTime::Gps { time_of_week_ns, .. }) = fix.time {
             // Epochs are whole milliseconds; the time of a fix may differ by some nanoseconds.
             epochs.insert((time_of_week_ns + 500_000) / 1_000_000, time);

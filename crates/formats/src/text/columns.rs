@@ -182,7 +182,7 @@ impl Fields<'_> {
                 decimal::time(field, time.unit, self.decimal_comma)
                     .ok_or_else(|| self.unexpected(column, "a time"))
             }
-            (None, Some(rate_hz)) => Ok(Time::from_seconds(self.row as f64 / rate_hz)),
+            (None, Some(rate_hz)) => Ok(Time::try_from_seconds(self.row as f64 / rate_hz)),
             (None, None) => Ok(None),
         }
     }

@@ -104,7 +104,7 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     if unit == TimeUnit::HoursMinutesSeconds {
         return number(field, comma).filter(|value| value.is_nan()).map(|_| None);
     }
-    number(field, comma).map(|value| Time::from_seconds(value * unit.seconds()))
+    number(field, comma).map(|value| Time::try_from_seconds(value * unit.seconds()))
 }
 
 /// A decimal number times `per_unit`, rounded to the nearest nanosecond, without floating-point error.

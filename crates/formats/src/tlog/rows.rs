@@ -123,7 +123,7 @@ impl Rows {
         });
         let clock_s = if clock_s > SINCE_1970_S { clock_s - boot_s } else { clock_s };
         let start_s = *self.start_s.get_or_insert(clock_s);
-        Time::from_seconds(clock_s - start_s)
+        Time::try_from_seconds(clock_s - start_s)
     }
 
     fn gps(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {

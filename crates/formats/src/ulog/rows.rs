@@ -135,7 +135,7 @@ impl Rows {
     /// The time since the start of the log, from the clock value.
     fn time(&self, clock_us: f64) -> Option<Time> {
         // The clock counts whole microseconds; an f64 of seconds resolves them.
-        Time::from_seconds((clock_us - self.start_us) / 1e6)
+        Time::try_from_seconds((clock_us - self.start_us) / 1e6)
     }
 
     /// The time of the sample if the log has it, else of the message.

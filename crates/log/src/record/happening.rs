@@ -287,6 +287,7 @@ const fn named(channel: Channel) -> (&'static str, &'static str) {
         Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => {
             ("a turn of a vehicle at rest", "°/s")
         }
+        Channel::Own(_) => ("a measurement of your own sensor", ""),
         Channel::WheelsRight | Channel::WheelsDown => ("a motion across the road", "m/s"),
         Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
             ("a motion of a vehicle at rest", "m/s")

@@ -78,7 +78,7 @@ impl Record {
         let mut sensors = Sensors::new(dmu, gps, self.header.start);
         let mut replay = Replay {
             control: FlightControl::new(config).map_err(|error| unusable(&error))?,
-            estimator: Estimator::new(self.header.settings()?),
+            estimator: Estimator::with_layout(self.header.settings()?),
             stepless: SteplessSolution::default(),
             flown: None,
             last_fix: None,

@@ -13,10 +13,10 @@ use crate::wind::Wind;
 use hovernav::autopilot::{HoverAutopilot, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::scalar::Scalar;
 use hovernav::ekf::{Estimator, SteplessSolution};
-use hovernav::event::Event;
+use hovernav::event::{BaroReading, Event};
 use hovernav::gps::Fix;
+use hovernav::scalar::Scalar;
 use hovernav::time::Time;
 use hovernav_model::helicopter::Helicopter;
 
@@ -143,7 +143,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
             next_range: 0,
             next_heading: 0,
             pending_fixes: Vec::new(),
-            estimator: Estimator::new(settings),
+            estimator: Estimator::with_layout(settings),
             stepless: SteplessSolution::default(),
             pilot: HoverAutopilot::new(pilot)?,
             pilot_sticks: pilot.trim.sticks,
@@ -300,7 +300,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
             let height_m = baro.measure(state.position.height_m);
             self.flight.baro.push((time, height_m));
             if listens {
-                self.estimate(&Event::Baro { time, height_m });
+                self.estimate(&Event::Baro(BaroReading::new(time, height_m)));
             }
         }
         self.measure_aids(time, state, listens);

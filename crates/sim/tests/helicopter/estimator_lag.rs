@@ -3,7 +3,6 @@
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver};
 use hovernav::controls::Sticks;
-use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Solution, SteplessSolution};
 use hovernav::event::Event;
 use hovernav_design::hover::{EstimatorLag, HoverDesign};
@@ -38,7 +37,7 @@ fn flight(seed: u64) -> (Flight, FlightConfig) {
 
 /// Solution for the controller at each sample: the estimate without its steps.
 fn flown(flight: &Flight, config: &FlightConfig) -> Vec<Option<Solution>> {
-    let mut estimator: Estimator<Full, 28> = Estimator::new(config.settings().unwrap());
+    let mut estimator = Estimator::new(config.settings().unwrap());
     let mut stepless = SteplessSolution::default();
     let mut fixes = flight.fixes.iter().peekable();
     let heard = flight.samples.iter().zip(&flight.imu).map(|(sample, imu)| {

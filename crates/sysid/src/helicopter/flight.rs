@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_step_between_two_samples_keeps_its_time() {
-        let at = |time_s: f64| Time::from_seconds(time_s).unwrap();
+        let at = |time_s: f64| Time::from_seconds(time_s);
         let controls = [(at(0.0), [0.0; 4]), (at(1.01), [0.1, 0.2, 0.0, -0.1])];
         let held = |from_s: f64| held_mean(&controls, at(from_s), 0.03);
         assert_eq!(held(0.5), [0.0; 4]);

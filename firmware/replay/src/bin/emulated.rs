@@ -93,7 +93,7 @@ mod emulated {
             ($name:literal, [$L:ty, $N:literal, $T:ty, $H:ty], $config:ident, $made:ident, $most:literal) => {{
                 let mut made = None;
                 let mut make =
-                    || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::new($config()));
+                    || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::with_layout($config()));
                 // Not in the painter's own frame, which is above the painted stack.
                 let make: &mut dyn FnMut() = black_box(&mut make);
                 let making = stack_of(make);

@@ -9,7 +9,7 @@ fn main() {
 
     macro_rules! run {
         ($name:literal, [$L:ty, $N:literal, $T:ty, $H:ty], $config:ident, $made:ident, $most:literal) => {
-            let mut estimator = Box::new(Estimator::<$L, $N, $T, $H>::new($config()));
+            let mut estimator = Box::new(Estimator::<$L, $N, $T, $H>::with_layout($config()));
             let mut controller = $made::<$T>().expect("gains that can be flown");
             let outcome = fly(&mut estimator, &mut controller, $most, || 0, |_, _, _| {});
             println!("bits {}: {} solutions, {:016x}", $name, outcome.solutions, outcome.hash);

@@ -1,6 +1,6 @@
 //! Monitors sensor events and estimator notices for the health of the estimate.
 
-use super::health::{Distrust, Doubt, Health, HealthLimits};
+use super::{Distrust, Doubt, Health, HealthLimits};
 use crate::earth::Geodetic;
 use crate::ekf::{Channel, Notice, Solution, Verdict};
 use crate::event::Event;

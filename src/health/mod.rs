@@ -1,13 +1,26 @@
 //! Health of an estimate: which of its quantities are good enough to fly on.
 //!
-//! [`Health::assess`] looks at one moment: one-sigma and age. A [`HealthMonitor`](super::HealthMonitor) also observes
-//! all sensor events and estimator notices. It detects faults that a one-sigma does not show: a frozen sensor, or
-//! fixes that contradict the estimate. The autopilot picks its mode by it, and returns to a better mode after
-//! [`HealthLimits::recovery_s`].
+//! [`Solution::health`] looks at one moment: one-sigma and age. A [`HealthMonitor`] also observes all sensor events and
+//! estimator notices. It detects faults that a one-sigma does not show: a frozen sensor, or fixes that contradict the
+//! estimate. The autopilot picks its mode by it, and returns to a better mode after [`HealthLimits::recovery_s`].
+//!
+//! ```
+//! use hovernav::prelude::*;
+//!
+//! let home = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
+//! let solution = Solution::at_rest(Time::ZERO, home);
+//! let health = solution.health(Time::from_seconds(0.1));
+//! assert!(health.velocity.is_ok() && health.position.is_ok());
+//! assert!(solution.health(Time::from_seconds(1.0)).tilt.is_err());     // too old
+//! # Ok::<(), &str>(())
+//! ```
+
+mod monitor;
+
+pub use monitor::HealthMonitor;
 
 use core::fmt;
 
-use super::check::{ConfigError, within};
 use crate::ekf::Solution;
 use crate::scalar::Scalar;
 use crate::time::Time;
@@ -20,7 +33,6 @@ use crate::time::Time;
     derive(serde::Deserialize, serde::Serialize),
     serde(default, deny_unknown_fields)
 )]
-#[non_exhaustive]
 pub struct HealthLimits<T = f64> {
     /// Roll and pitch, rad.
     pub tilt_sigma_rad: T,
@@ -74,20 +86,6 @@ impl<T: Scalar> HealthLimits<T> {
             disagreement_s: number(self.disagreement_s),
             recovery_s: number(self.recovery_s),
         }
-    }
-
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        const EXPECTED: &str = "above 0, at most 1000";
-        within("health.tilt_sigma_rad", self.tilt_sigma_rad, 1e-6, 1e3, EXPECTED)?;
-        within("health.heading_sigma_rad", self.heading_sigma_rad, 1e-6, 1e3, EXPECTED)?;
-        within("health.velocity_sigma_mps", self.velocity_sigma_mps, 1e-6, 1e3, EXPECTED)?;
-        let vertical = self.vertical_velocity_sigma_mps;
-        within("health.vertical_velocity_sigma_mps", vertical, 1e-6, 1e3, EXPECTED)?;
-        within("health.position_sigma_m", self.position_sigma_m, 1e-6, 1e3, EXPECTED)?;
-        within("health.age_s", self.age_s, 1e-3, 1e3, EXPECTED)?;
-        within("health.dead_reckoning_s", self.dead_reckoning_s, 0.1, 1e3, "0.1 to 1000")?;
-        within("health.disagreement_s", self.disagreement_s, 0.1, 1e3, "0.1 to 1000")?;
-        within("health.recovery_s", self.recovery_s, 0.0, 1e3, "0 to 1000")
     }
 }
 
@@ -166,10 +164,7 @@ impl Doubt {
     pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
 
     /// The quantities of a solution that are close to their limits.
-    pub(super) fn near<T: Scalar>(
-        solution: Option<&Solution<T>>,
-        limits: &HealthLimits<T>,
-    ) -> Self {
+    fn near<T: Scalar>(solution: Option<&Solution<T>>, limits: &HealthLimits<T>) -> Self {
         let Some(solution) = solution else { return Self::NONE };
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
         let [north, east, down] = solution.velocity_sigma_mps.to_array();
@@ -207,6 +202,15 @@ pub struct Health {
     pub dead_reckoning_since: Option<Time>,
 }
 
+impl<T: Scalar> Solution<T> {
+    /// Health of the solution at `now`, on the solution's clock, by the default [`HealthLimits`]. Sees one moment only:
+    /// a [`HealthMonitor`] also detects frozen sensors and rejected fixes.
+    #[must_use]
+    pub fn health(&self, now: Time) -> Health {
+        Health::assess(Some(self), now, &HealthLimits::default().cast())
+    }
+}
+
 impl Health {
     /// No quantity is good enough, for one reason.
     #[must_use]
@@ -241,13 +245,13 @@ impl Health {
     }
 
     /// Whether tilt, heading, velocity, vertical velocity and position are good enough, in this order.
-    pub(super) fn are_good(&self) -> [bool; 5] {
+    fn are_good(&self) -> [bool; 5] {
         [self.tilt, self.heading, self.velocity, self.vertical_velocity, self.position]
             .map(|quantity| quantity.is_ok())
     }
 
     /// The same without velocity, and therefore without position.
-    pub(super) fn without_velocity(self, why: Distrust) -> Self {
+    fn without_velocity(self, why: Distrust) -> Self {
         Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
 
@@ -265,7 +269,7 @@ impl Health {
 
     /// The same without [`Doubt`]. A quantity that was not good enough before must be well within its limit:
     /// `was_good` in the order of [`are_good`](Self::are_good).
-    pub(super) fn within<T: Scalar>(
+    fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
         now: Time,
         limits: &HealthLimits<T>,

@@ -1,0 +1,183 @@
+//! Comparison of a measurement's derivatives with differences of its residuals.
+
+use core::error::Error;
+use core::fmt;
+
+use super::own::{Expected, Measurement, Row, Rows};
+
+/// A derivative of a row that differs from the difference of its residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrongDerivative {
+    /// Index of the row, from 0.
+    pub row: usize,
+    /// Component of the motion.
+    pub by: &'static str,
+    /// The derivative in the row.
+    pub stated: f64,
+    /// The same by central differences; NaN if a moved state has another number of rows.
+    pub numeric: f64,
+}
+
+impl fmt::Display for WrongDerivative {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { row, by, stated, numeric } = self;
+        write!(f, "row {row} by {by}: found {stated}, expected {numeric}")
+    }
+}
+
+impl Error for WrongDerivative {}
+
+/// Components of a motion, block by block.
+const COMPONENTS: [[&str; 3]; 4] = [
+    ["position north, per m", "position east, per m", "position down, per m"],
+    ["velocity north, per m/s", "velocity east, per m/s", "velocity down, per m/s"],
+    [
+        "rotation about north, per rad",
+        "rotation about east, per rad",
+        "rotation about down, per rad",
+    ],
+    [
+        "angular rate forward, per rad/s",
+        "angular rate right, per rad/s",
+        "angular rate down, per rad/s",
+    ],
+];
+/// Steps of the differences: m, m/s, rad, rad/s. A position in degrees of 64 bits is exact to 1e-9 m.
+const STEPS: [f64; 4] = [0.1, 1e-2, 1e-4, 1e-3];
+/// Rounding error of a residual, as a share of it, and of a derivative, as a share of the step's inverse.
+const ROUNDING: f64 = 1e-9;
+
+impl Expected {
+    /// The motion with one component of one block moved by `by`.
+    fn moved(&self, block: usize, axis: usize, by: f64) -> Self {
+        let step: [f64; 3] = core::array::from_fn(|of| if of == axis { by } else { 0.0 });
+        let mut moved = *self;
+        match block {
+            0 => moved.position = self.position.displaced(step.into()),
+            1 => moved.velocity_mps += step.into(),
+            2 => moved.body_to_ned = self.body_to_ned.turned_in_to(step.into()),
+            _ => moved.angular_rate_radps += step.into(),
+        }
+        moved
+    }
+}
+
+impl Row {
+    /// The derivatives by one block.
+    fn block(&self, block: usize) -> [f64; 3] {
+        match block {
+            0 => self.position.to_array(),
+            1 => self.velocity.to_array(),
+            2 => self.attitude.to_array(),
+            _ => self.angular_rate.to_array(),
+        }
+    }
+}
+
+/// Compares the derivatives of every row with central differences of the residuals about `expected`. For tests of a
+/// user's [`Measurement`], at a motion without symmetry: turned, moving and turning.
+///
+/// `tolerance` is relative to the largest derivative of the row by position, velocity, attitude or angular rate; 1e-5
+/// suits measurements that are nearly linear over 0.1 m, 0.01 m/s, 1e-4 rad and 1e-3 rad/s.
+///
+/// # Errors
+/// [`WrongDerivative`], the first that differs.
+pub fn check_derivatives(
+    measurement: &(impl Measurement + ?Sized),
+    expected: &Expected,
+    tolerance: f64,
+) -> Result<(), WrongDerivative> {
+    let residuals = |at: &Expected| {
+        let mut rows = Rows::default();
+        measurement.compare(at, &mut rows);
+        rows
+    };
+    let rows = residuals(expected);
+    for (block, (names, step)) in COMPONENTS.iter().zip(STEPS).enumerate() {
+        for (axis, by) in names.iter().enumerate() {
+            let [below, above] =
+                [-step, step].map(|step| residuals(&expected.moved(block, axis, step)));
+            for (index, row) in rows.iter().enumerate() {
+                let at = |rows: &Rows| rows.iter().nth(index).map_or(f64::NAN, |row| row.residual);
+                // Rows have derivatives of the expected value, which grows where the residual falls.
+                let numeric = (at(&below) - at(&above)) / (2.0 * step);
+                let stated = row.block(block).get(axis).copied().unwrap_or(f64::NAN);
+                let largest = row
+                    .block(block)
+                    .iter()
+                    .fold(libm::fabs(numeric), |most, d| most.max(libm::fabs(*d)));
+                let rounding = ROUNDING * (1.0 + libm::fabs(row.residual)) / step;
+                // Written so that a NaN is wrong.
+                let is_right = libm::fabs(stated - numeric) <= tolerance * largest + rounding;
+                if !is_right {
+                    return Err(WrongDerivative { row: index, by, stated, numeric });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::earth::Geodetic;
+    use crate::frames::{EulerAngles, Rotation, Vector};
+    use crate::time::Time;
+
+    /// The distance to a beacon, and the forward speed, with a factor on the derivatives of the speed.
+    struct Both {
+        beacon: Geodetic,
+        factor: f64,
+    }
+
+    impl Measurement for Both {
+        fn compare(&self, expected: &Expected, rows: &mut Rows) {
+            let to_beacon = crate::earth::Local::at(&expected.position)
+                .displacement(&expected.position, &self.beacon);
+            let distance_m = to_beacon.norm();
+            let away = to_beacon * (-1.0 / distance_m);
+            rows.push(Row::new(100.0 - distance_m, 0.2).with_position(away));
+            let forward = Vector::new(1.0, 0.0, 0.0);
+            let residual_mps = 3.0 - expected.velocity_body_mps().x();
+            let row = Row::new(residual_mps, 0.1).with_velocity_body(expected, forward);
+            rows.push(row.with_velocity(row.velocity * self.factor));
+            let pitch = Row::new(-expected.angular_rate_radps.y(), 0.01);
+            rows.push(pitch.with_angular_rate(Vector::new(0.0, 1.0, 0.0)));
+        }
+    }
+
+    fn expected() -> Expected {
+        Expected {
+            time: Time::ZERO,
+            position: Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(),
+            velocity_mps: Vector::new(4.0, -3.0, 0.7),
+            body_to_ned: Rotation::from_euler(EulerAngles::from_degrees(10.0, -20.0, 130.0)),
+            angular_rate_radps: Vector::new(0.1, -0.3, 0.2),
+        }
+    }
+
+    #[test]
+    fn right_derivatives_pass_and_wrong_ones_are_named() {
+        let beacon = expected().position.displaced(Vector::new(60.0, -80.0, 12.0));
+        let right = Both { beacon, factor: 1.0 };
+        assert_eq!(check_derivatives(&right, &expected(), 1e-4), Ok(()));
+        let wrong = check_derivatives(&Both { beacon, factor: 1.01 }, &expected(), 1e-4);
+        let wrong = wrong.unwrap_err();
+        assert_eq!((wrong.row, wrong.by), (1, "velocity north, per m/s"));
+        assert!((wrong.stated / wrong.numeric - 1.01).abs() < 1e-6, "{wrong}");
+    }
+
+    #[test]
+    fn a_row_that_vanishes_is_wrong() {
+        struct Fast;
+        impl Measurement for Fast {
+            fn compare(&self, expected: &Expected, rows: &mut Rows) {
+                if expected.velocity_mps.x() <= 4.0 {
+                    rows.push(Row::new(0.0, 1.0));
+                }
+            }
+        }
+        assert!(check_derivatives(&Fast, &expected(), 1e-4).unwrap_err().numeric.is_nan());
+    }
+}

@@ -1,0 +1,135 @@
+//! The update by a user's own sensor.
+
+use super::super::covariance::Sensitivity;
+use super::super::filter::Ekf;
+use super::super::gate::Group;
+use super::super::history::LookBack;
+use super::super::innovation::Channel;
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use super::super::scalar::Scalar;
+use super::super::square;
+use super::super::trace::Trace;
+use super::own::{Expected, Measurement, Row, Rows};
+use super::{Report, ScalarMeasurement, Unusable};
+use crate::earth::Local;
+use crate::frames::{Body, Vector};
+use crate::ins::LeverArm;
+use crate::time::Time;
+
+/// Largest time by which a reading may be ahead of the last inertial sample, s.
+const AHEAD_S: f64 = 0.1;
+
+impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Fuses a reading of a user's own sensor, valid at `time`: up to 0.5 s before the last inertial sample, and up to
+    /// 0.1 s after it.
+    ///
+    /// All its rows are accepted or rejected together, within [`GateConfig::sigmas`](super::super::GateConfig). A
+    /// rejected reading changes nothing, however long the sensor is rejected: it never resets the filter.
+    ///
+    /// # Errors
+    /// [`Unusable`] if the reading cannot be compared: [`NotFinite`](Unusable::NotFinite) for a row with impossible
+    /// numbers or more than six rows, [`OutOfRange`](Unusable::OutOfRange) without any row, and
+    /// [`TooOld`](Unusable::TooOld) or [`AheadOfImu`](Unusable::AheadOfImu). A reading that is compared and rejected is
+    /// no error.
+    ///
+    /// # Source
+    /// Equation (M20) of docs/equations.md.
+    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    #[inline(never)]
+    pub fn update(
+        &mut self,
+        measurement: &(impl Measurement + ?Sized),
+        time: Time,
+        trace: &mut impl Trace<T, N>,
+    ) -> Result<Report, Unusable> {
+        if time - self.state.time > AHEAD_S {
+            return Err(Unusable::AheadOfImu);
+        }
+        let earth = Local::about(&self.state.position);
+        let back = self.history.look_back(&self.state, &earth, time, false);
+        let back = back.ok_or(Unusable::TooOld)?;
+        let arm = LeverArm(measurement.lever_arm_m() - self.mounting.imu_lever_arm_m);
+        let mut rows = Rows::default();
+        measurement.compare(&back.expected(time, &arm), &mut rows);
+        if rows.is_empty() {
+            return Err(Unusable::OutOfRange);
+        }
+        if !rows.are_possible() || !arm.0.is_finite() {
+            return Err(Unusable::NotFinite);
+        }
+        self.relax(trace);
+        let mut axes = [None; 6];
+        let channel = (Channel::Own(measurement.sensor()), Group::Own);
+        for (axis, row) in axes.iter_mut().zip(rows.iter()) {
+            let noise = T::of(square(row.sigma)) + self.aged_noise(row, &back);
+            *axis = Some(ScalarMeasurement {
+                sensitivity: self.own_sensitivity(row, &back, arm.0.cast()),
+                ..ScalarMeasurement::new(channel, T::of(row.residual), noise)
+            });
+        }
+        let mut report = Report::default();
+        self.update_sequentially(time, &axes, &mut report, trace);
+        Ok(report)
+    }
+
+    /// Variance that the inertial sensors' noise since the reading adds to its innovation.
+    fn aged_noise(&self, row: &Row, back: &LookBack<T>) -> T {
+        let (position, velocity) = (row.position.cast(), row.velocity.cast());
+        self.lag_noise(back, back.age_s) * position.dot(position)
+            + self.lag_noise(back, T::ONE) * velocity.dot(velocity)
+    }
+
+    /// Sensitivity of a row to the present states, for a sensor at `arm` from the inertial unit.
+    ///
+    /// # Source
+    /// Equation (M20) of docs/equations.md.
+    #[inline(never)]
+    fn own_sensitivity(
+        &self,
+        row: &Row,
+        back: &LookBack<T>,
+        arm: Vector<Body, T>,
+    ) -> Sensitivity<T> {
+        let (position, velocity) = (row.position.cast::<T>(), row.velocity.cast::<T>());
+        let body_to_ned = back.state.body_to_ned;
+        let swing = body_to_ned * LeverArm(arm).relative_velocity(back.angular_rate_radps);
+        let attitude =
+            row.attitude.cast() + (body_to_ned * arm).cross(position) + swing.cross(velocity);
+        let [force_m, force_mps] =
+            [back.force_m, back.force_mps].map(|force| self.level_force.of_motion(force));
+        // The rows of the integral of the direction cosines, combined by a vector in NED.
+        let turned = |by: [T; 3]| {
+            let mut sum = [T::ZERO; 3];
+            for (row, by) in back.turn_s.iter().zip(by) {
+                for (sum, &turn_s) in sum.iter_mut().zip(row) {
+                    *sum += by * turn_s;
+                }
+            }
+            Vector::<Body, T>::from(sum)
+        };
+        let gyro_bias = turned(attitude.to_array()) - row.angular_rate.cast()
+            + (body_to_ned.inverse() * velocity).cross(arm);
+        let accel_bias = turned((velocity - position * (T::of(0.5) * back.age_s)).to_array());
+        let now = attitude + force_m.cross(position) + velocity.cross(force_mps);
+        Sensitivity::default()
+            .with_block(ATTITUDE, now.to_array())
+            .with_block(VELOCITY, (velocity - position * back.age_s).to_array())
+            .with_block(POSITION, position.to_array())
+            .with_block(GYRO_BIAS, gyro_bias.to_array())
+            .with_block(ACCEL_BIAS, accel_bias.to_array())
+    }
+}
+
+impl<T: Scalar> LookBack<T> {
+    /// The motion at that time of a point at `arm` from the inertial unit.
+    fn expected(&self, time: Time, arm: &LeverArm) -> Expected {
+        let (body_to_ned, rate) = (self.state.body_to_ned.cast(), self.angular_rate_radps.cast());
+        Expected {
+            time,
+            position: arm.position(&self.state.position, body_to_ned),
+            velocity_mps: arm.velocity(self.state.velocity_mps.cast(), body_to_ned, rate),
+            body_to_ned,
+            angular_rate_radps: rate,
+        }
+    }
+}
