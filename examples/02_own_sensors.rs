@@ -51,7 +51,7 @@ fn imu_event(time: Time, reading: &UnitReading) -> Event {
     })
 }
 
-/// `None` for an invalid position.
+/// Event of a fix; `None` for an invalid position.
 fn gps_event(time: Time, reading: &ReceiverReading) -> Option<Event> {
     let ReceiverReading { latitude_deg, longitude_deg, height_m, .. } = *reading;
     let (sin, cos) = reading.course_deg.to_radians().sin_cos();
@@ -81,7 +81,7 @@ impl Cart {
         Some(Self { start, gravity_mps2: Local::at(&start).gravity_mps2 })
     }
 
-    /// Distance, speed and acceleration; at rest for the first five seconds.
+    /// Distance, m, speed, m/s, and acceleration, m/s², at `time_s`; at rest for the first five seconds.
     fn motion(time_s: f64) -> [f64; 3] {
         let rate = TAU / PERIOD_S;
         let (sin, cos) = (rate * (time_s - 5.0).max(0.0)).sin_cos();

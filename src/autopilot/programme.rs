@@ -75,14 +75,14 @@ impl ExcitationProgramme {
 pub enum ProgrammeChange {
     /// An input begins.
     Begins {
-        /// Its number, counted from 1.
+        /// Number of the input, counted from 1.
         number: u8,
         /// The stick that is moved.
         stick: Channel,
     },
-    /// All have been flown.
+    /// All inputs have been flown.
     Done,
-    /// No more are flown until the autopilot takes over again.
+    /// The programme ended early: no further input until the autopilot takes over again.
     Ended(ExcitationAbort),
 }
 
@@ -101,9 +101,9 @@ impl fmt::Display for ProgrammeChange {
 enum Stage {
     /// The autopilot does not fly, or the programme has ended.
     Off,
-    /// The next begins after this time, s.
+    /// The next input begins after this time, s.
     Waits(f64),
-    /// The next is under way.
+    /// The next input is being flown.
     Flies,
 }
 
@@ -113,7 +113,7 @@ pub(crate) struct ProgrammeFlight {
     programme: ExcitationProgramme,
     stage: Stage,
     next: usize,
-    /// Where the pilot's sticks were at engagement.
+    /// Positions of the pilot's sticks at engagement.
     neutral: Sticks,
 }
 

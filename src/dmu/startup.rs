@@ -90,7 +90,7 @@ impl core::error::Error for StartupError {}
 /// Silence that proves that the unit does not stream, s; a streaming unit never pauses for this time.
 const QUIET_S: f64 = 0.05;
 
-/// Timeout of this silence, s, after which the unit is stopped by other means.
+/// Timeout of this silence, s; then a request is sent, which stops the stream.
 const DRAIN_S: f64 = 0.3;
 
 /// Timeout of a reply, s.

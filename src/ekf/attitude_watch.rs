@@ -58,7 +58,7 @@ impl AttitudeWatch {
         }
     }
 
-    /// The filter moved towards the reference by `by_rad`.
+    /// Accounts for a correction of the filter towards the reference, by `by_rad` about north, east and down.
     pub fn corrected(&mut self, by_rad: [f32; 3]) {
         for ((mean, last), by) in self.mean.iter_mut().zip(&mut self.last).zip(by_rad) {
             *mean -= by;

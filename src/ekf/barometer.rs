@@ -44,7 +44,7 @@ impl Barometer {
         self.variance > 0.0
     }
 
-    /// Its level, m.
+    /// Level of the barometer, m.
     pub fn level_m(&self) -> f64 {
         f64::from(self.level_m)
     }

@@ -132,9 +132,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turn_rad.cast());
     }
 
-    /// Raises the variance of the biases that may have stepped. A step found within the gate is small: the tilt
-    /// variance grows with it. A step that led beyond the gate is large: it is dated back to its start. Attitude and
-    /// velocity then receive the error accumulated since, with its correlation to the biases.
+    /// Raises the variance of the biases that may have stepped. A step detected from accepted innovations is small: the
+    /// tilt variance grows too. A step detected from rejected innovations is large: the error is traced back to the
+    /// start of the step. Attitude and velocity then receive the error accumulated since, with its correlation to the
+    /// biases.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
@@ -243,8 +244,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.field_watch.doubt_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
 
-    /// Whether the heading source is accepted, at an innovation of `off_rad`. After a turn against it, it must first
-    /// agree for [`AGREED_S`].
+    /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the
+    /// source, the source must first agree for [`AGREED_S`].
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
         is_trusted(&mut self.heading_distrusted, time, off_rad)
     }

@@ -316,7 +316,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Feeds a sample to the heading search and to the watch of the wheels.
+    /// Feeds a sample to the heading search and to the wheel monitor.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();

@@ -8,7 +8,7 @@ use super::{root, square};
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// The usual field, and the field when the heading was last opened for a change.
+/// The usual field, and the field at the last increase of the heading's variance for a change of the field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldWatch {
     /// Time of the last evaluated reading.
@@ -56,7 +56,7 @@ pub(super) struct FieldChange {
     pub turn: Option<Turn>,
 }
 
-/// Event in the course of a disturbance.
+/// Event during a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     /// One reading is unusual. It may be a spike; a second one makes it [`Away`](Self::Away).

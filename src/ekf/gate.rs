@@ -184,13 +184,13 @@ const DOUBT_S: f64 = 10.0;
 const UNPROVEN_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Innovations whose mean exceeds this, in one-sigmas, are biased: chance does not explain it.
+/// Mean innovation, in one-sigmas, above which innovations are biased: chance does not explain it.
 const LEANING: f32 = 1.5;
 /// Limit, in one-sigmas, of a single innovation in that mean.
 const MOST_LEAN: f32 = 5.0;
 /// Time constant of that mean, s, for frequent innovations.
 const LEANING_S: f64 = 2.0;
-/// Innovations whose mean is below this, in one-sigmas, are unbiased.
+/// Mean innovation, in one-sigmas, below which innovations are unbiased.
 const UPRIGHT: f32 = 0.75;
 /// Largest position innovation with a correct filter velocity: this, m, plus `JUMP_MPS`, m/s, for each second since the
 /// last accepted fix. A larger one is a jump.
@@ -262,7 +262,7 @@ impl Gates {
         self.doubted_until - time > DOUBT_S
     }
 
-    /// Whether a velocity was reopened recently. Innovations have one sign for a while after that.
+    /// Whether a velocity was reopened recently. Afterwards innovations keep one sign for some seconds.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.lost_until
     }

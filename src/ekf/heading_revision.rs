@@ -17,8 +17,8 @@ const FARTHEST_APART_S: f64 = 1.0;
 pub(super) struct HeadingRevision<T> {
     /// Total up to now, rad.
     pub total_rad: T,
-    /// Whether the heading source is a magnetometer, whose error stays constant while the heading does. The error of a
-    /// heading computed by a sensor drifts by itself.
+    /// Whether the heading source is a magnetometer: its error is constant at a constant heading. The error of a
+    /// heading computed by a sensor drifts in time.
     pub is_magnetic: bool,
     /// Change of the error not yet included in the total, rad.
     pending_rad: T,

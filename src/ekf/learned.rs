@@ -23,7 +23,7 @@ pub struct Learned {
     pub rectification: [f64; 3],
     /// Share of the level specific force that counts as motion (K23).
     pub level_share: f64,
-    /// Size of the GPS errors against the stated or configured one: variances of position, of horizontal and
+    /// Ratio of the observed variance of the GPS errors to the stated or configured one: position, horizontal velocity,
     /// vertical velocity (M7).
     pub gps_size: [f32; 3],
     /// One-sigmas of the slow GPS errors: position horizontal and vertical, m, velocity likewise, m/s (M5).
@@ -37,7 +37,7 @@ pub struct Learned {
     pub attitude_swing: [f64; 2],
     /// Time of the last fused attitude or magnetic heading.
     pub attitude_used: Option<Time>,
-    /// Time of the last gap that hid the attitude; `None` after the next attitude measurement (K20).
+    /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement (K20).
     pub attitude_lost: Option<Time>,
     /// Level of the barometer, m, and the variance of its white error, m² (M18).
     pub baro: (f64, f64),

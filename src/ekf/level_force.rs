@@ -30,7 +30,7 @@ impl<T: Scalar> LevelForce<T> {
     /// State before the first sample: the whole force counts as motion.
     pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
-    /// Feeds a step's change of velocity by specific force.
+    /// Feeds the velocity change by specific force over a step, NED, m/s.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);

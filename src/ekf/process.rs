@@ -339,7 +339,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// Interval, s, at which the parameters relax between measurements: a hundredth of the shortest correlation time. The
 /// delay then costs at most a hundredth of the parameters' wander.
 const RELAXED_EVERY_S: f64 = 0.2;
-/// Correlation time of the fixes' delays, s. Rest does not show the delays, so their estimates decay over hours of it.
+/// Correlation time of the fixes' delays, s. The delays are unobservable at rest, so their estimates decay over hours.
 const DELAY_TIME_S: f64 = 10_800.0;
 /// e^(−1/2): decay over half a correlation time.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;

@@ -51,9 +51,9 @@ struct Unexplained {
 /// One-sigmas of a fix, NED, and gravity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
-    /// Of position, m.
+    /// One-sigma of position, m.
     pub position_m: [f64; 3],
-    /// Of velocity, m/s.
+    /// One-sigma of velocity, m/s.
     pub velocity_mps: [f64; 3],
     /// Gravity, m/s².
     pub gravity_mps2: f64,
@@ -110,7 +110,8 @@ impl<T: Scalar> SelfContradiction<T> {
         jumped: Time::ZERO,
     };
 
-    /// Adds a step's change by specific force; `whole` is true if the inertial unit measured all of it.
+    /// Adds the velocity change by specific force over a step, m/s; `whole` is true if the inertial unit measured all
+    /// of it.
     pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
         self.felt_mps += felt_mps;
         self.in_part |= !whole;
@@ -221,8 +222,8 @@ impl<T: Scalar> SelfContradiction<T> {
     }
 }
 
-/// Whether the measured change cannot have the length that `change` requires after gravity's `fallen_mps`, at any
-/// attitude: a rotation preserves lengths.
+/// Whether no attitude makes the measured velocity change equal to `change` after gravity's `fallen_mps`. A rotation
+/// preserves lengths, so the lengths are compared.
 fn is_denied(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,

@@ -1,4 +1,4 @@
-//! A solution without steps, for a controller: corrections by measurements are fed in over about a second.
+//! A solution without steps, for a controller: corrections by measurements are released over about a second.
 
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::scalar::Scalar;
@@ -7,8 +7,8 @@ use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// Corrections not yet fed in that exceed these limits, m/s and m, mean that the solution was replaced: they are
-/// applied at once. A replaced heading is fed in, at any size of the turn.
+/// Limits, m/s and m, of the corrections not yet released. Larger ones mean that the solution was replaced: they are
+/// applied at once. A replaced heading is released gradually, at any size of the turn.
 const ANOTHER_MPS: f64 = 10.0;
 const ANOTHER_M: f64 = 100.0;
 
@@ -40,7 +40,8 @@ pub struct SteplessSolution<T = f64> {
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// Rotation about down, in addition to the attitude; then the total up to the previous solution.
+    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude; then the
+    /// sum of the revisions up to the previous solution, rad.
     heading_revision_rad: PendingCorrection<T>,
     revised_rad: T,
     velocity_mps: PendingCorrection<T>,

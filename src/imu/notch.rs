@@ -101,7 +101,7 @@ pub fn apparent_hz(frequency_hz: f64, rate_hz: f64) -> f64 {
     libm::fabs(frequency_hz - rate_hz * libm::round(frequency_hz / rate_hz))
 }
 
-/// Three rates and three forces, or their increments.
+/// Number of axes: three rates and three forces, or their increments.
 const AXES: usize = 6;
 /// Gaps longer than this, s, reset the sections.
 const GAP_S: f64 = 0.25;

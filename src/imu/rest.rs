@@ -29,7 +29,7 @@ pub struct Rest {
     slow_s: f32,
 }
 
-/// Three rates, then three forces.
+/// Number of axes: three rates, then three forces.
 const AXES: usize = 6;
 
 /// Largest standard deviations at rest: gyros, rad/s, and accelerometers, m/s².

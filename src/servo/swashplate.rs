@@ -265,7 +265,7 @@ impl Swashplate {
     }
 }
 
-/// NaN for an infinite number too.
+/// `value` if finite; otherwise NaN.
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::NAN }
 }

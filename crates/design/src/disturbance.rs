@@ -39,8 +39,8 @@ pub struct DisturbanceResponse {
     pub time_s: Vec<f64>,
     /// Deviations from trim at those times, in the order of [`DISTURBED`].
     pub states: Vec<[f64; 9]>,
-    /// Lateral, longitudinal, collective, pedal about trim; full travel is −1…1. Unlimited unless the function that
-    /// computed the response documents limits.
+    /// Lateral, longitudinal, collective, pedal about trim; full travel is −1…1. Without limits unless the function
+    /// that computed the response documents them.
     pub sticks: Vec<[f64; 4]>,
 }
 

@@ -12,7 +12,7 @@ use hovernav_model::{StateSpace, TimeDomain};
 /// A state feedback u = −K x with its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regulator {
-    /// The model of the gain; for a sampled design the discrete one, including inputs in transit.
+    /// The model for which the gain was computed; for a sampled design the discrete one, including inputs in transit.
     pub model: StateSpace,
     /// K, one row per input, one column per state of [`model`](Self::model).
     pub gain: DMatrix<f64>,

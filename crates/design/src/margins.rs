@@ -92,7 +92,7 @@ pub struct Margins {
     /// Margins of each channel.
     pub channels: Vec<ChannelMargins>,
     /// Disk margin α with simultaneous changes of all channels: each may change by any (1 + αδ/2)/(1 − αδ/2), |δ| < 1,
-    /// and the loop stays stable. A lower bound of it, by diagonal scaling.
+    /// and the loop stays stable. The value is a lower bound, by diagonal scaling.
     pub disk: Peak,
     /// Maximum singular value of the sensitivity (I + L)⁻¹.
     pub sensitivity: Peak,

@@ -44,9 +44,9 @@ pub fn unit_of(name: &str) -> &'static str {
 pub struct HybridDerivatives {
     /// Time constant of flapping with the bar, s.
     pub tau_f: f64,
-    /// Longitudinal flapping by lateral flapping.
+    /// Longitudinal flapping per lateral flapping, without unit.
     pub ab: f64,
-    /// Lateral flapping by longitudinal flapping.
+    /// Lateral flapping per longitudinal flapping, without unit.
     pub ba: f64,
     /// Lateral flapping by full lateral stick, rad per stick unit.
     pub blat: f64,

@@ -106,7 +106,7 @@ impl LinearModel {
         self.c.nrows()
     }
 
-    /// Largest magnitude of the eigenvalues of A: below 1 a discrete model is stable. Infinite where a number is not
+    /// Largest magnitude of the eigenvalues of A: a discrete model is stable below 1. Infinite where a number is not
     /// finite.
     #[must_use]
     pub fn spectral_radius(&self) -> f64 {

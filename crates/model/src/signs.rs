@@ -91,7 +91,8 @@ impl KnownSign {
         }
     }
 
-    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether it has it at all.
+    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether its sign is wrong
+    /// at all.
     fn is_against(&self, value: f64, sigma: f64) -> bool {
         let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
         self.sign * value < -doubt

@@ -208,7 +208,7 @@ impl Vehicle {
         self.engine.stop();
     }
 
-    /// Speed of the main rotor over its nominal speed.
+    /// Speed of the main rotor divided by its nominal speed.
     #[must_use]
     pub const fn rotor_speed(&self) -> f64 {
         self.engine.drive().speed
@@ -284,8 +284,8 @@ impl Vehicle {
         change
     }
 
-    /// Lift near the ground over lift away from it: 1 above three rotor radii. It decreases with speed, because the
-    /// vehicle leaves its ground cushion behind.
+    /// Lift near the ground divided by the lift away from it: 1 above three rotor radii. The ratio decreases with
+    /// speed, because the vehicle leaves its ground cushion behind.
     ///
     /// # Source
     /// Cheeseman and Bennett (1955), *The effect of the ground on a helicopter rotor in forward flight*, ARC

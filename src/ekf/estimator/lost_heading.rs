@@ -111,7 +111,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// A start with the one-sigma of its heading about `axis` instead, about which its attitude is unknown.
+/// `start` with the one-sigma of its heading about `axis`; the attitude is unknown about this axis.
 pub(super) fn open_about(start: Start, axis: Vector<Ned>) -> Start {
     let [.., open_rad] = start.attitude_sigma_rad.to_array();
     HeadingSearch::turned_start(start, axis, 0.0, open_rad)

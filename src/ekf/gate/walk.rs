@@ -5,7 +5,7 @@
 pub(super) struct Walk {
     /// North and east, m.
     moved_m: [f32; 2],
-    /// Whether the shift exceeds that of correct fixes.
+    /// Whether the shift exceeds that of correct fixes: the positions drift.
     walks: bool,
 }
 

@@ -53,7 +53,7 @@ pub(super) struct Measured {
     pub swing_mps: [f32; 3],
 }
 
-/// Result of a measurement.
+/// Likelihood of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surprise {
     /// Sum of the squared normalised innovations of the horizontal axes.

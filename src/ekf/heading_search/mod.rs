@@ -78,7 +78,7 @@ pub struct HeadingSearch<T = f64> {
     guesses: [Guess; GUESSES],
     /// Attitude at the start of the bank, before it is turned for each guess.
     start_to_ned: Rotation<Body, Ned, T>,
-    /// Axis about which the attitude was unknown then.
+    /// Axis, NED, about which the attitude was unknown at the start.
     axis: [f32; 3],
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite if unknown.
@@ -110,7 +110,7 @@ pub struct HeadingSearch<T = f64> {
     judgement: Judgement,
 }
 
-/// The receiver of a fix, according to the filter.
+/// Error model, antenna and gyro bias for a fix, as the filter assumes them.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a, T> {
     /// Error model of the receiver.

@@ -11,15 +11,16 @@ use crate::scalar::Scalar;
 /// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Readings below this do not count as a learned full scale.
+    /// Readings below this, in the sensor's unit, do not count as a learned full scale.
     least_scale: f64,
-    /// Largest value that vehicles reach, which bounds readings beyond full scale; zero without such a bound.
+    /// Largest value that vehicles reach, in the sensor's unit. It bounds readings beyond full scale; zero without a
+    /// bound.
     fastest: f64,
-    /// Least usual vibration: below it any touch would be a shock.
+    /// Least usual vibration, one-sigma, in the sensor's unit: below it any touch would count as a shock.
     least_shaking: f64,
-    /// Least vibration of a strong shock.
+    /// Least vibration, one-sigma, in the sensor's unit, that counts as a strong shock.
     least_blow: f64,
-    /// One-sigma of the motion hidden by a stuck axis.
+    /// One-sigma, in the sensor's unit, of the motion hidden by a stuck axis.
     stuck_sigma: f64,
 }
 
@@ -54,7 +55,7 @@ pub(super) struct Timing<T> {
     pub interval_s: T,
     /// Usual length of the interval, s.
     pub typical_s: T,
-    /// Excess of a late sample's interval over that, s; zero if not late.
+    /// Excess of a late sample's interval over the usual length, s; zero if not late.
     pub lost_s: T,
     /// Weight of the sample in the mean of the present vibration.
     pub now: T,
@@ -93,7 +94,7 @@ pub(super) struct Found<T> {
     /// Vibration of the axes, if any has a shock.
     pub shock: Option<Shaking<T>>,
     pub shaken: bool,
-    /// Variance that the interval adds to the integral: hidden by clipping and shocks, and from all other causes.
+    /// Variance that the interval adds to the integral: from clipping and shocks, and from other causes.
     pub hidden: [T; 3],
     pub variance: [T; 3],
     /// Axes that repeat one reading although the inertial unit vibrates.

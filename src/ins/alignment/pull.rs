@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 
 /// Usable time between two fixes, s: over less, the acceleration is too inaccurate; over more, gyro errors accumulate.
 const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
-/// Possible unreported delay of a receiver's velocity, s; a turning vehicle has turned meanwhile.
+/// Possible unreported delay of a receiver's velocity, s, during which a vehicle turns.
 const LATE_S: f64 = 0.15;
 /// Below this force, m/s², as in near free fall, fixes cannot show its direction.
 const WEAK_MPS2: f64 = 5.0;

@@ -21,7 +21,7 @@ pub struct Innovations {
 }
 
 impl Innovations {
-    /// Takes one more innovation into account; an innovation that is not a number is skipped.
+    /// Updates the largest innovation of the kind; an innovation that is not a number is skipped.
     pub fn note(&mut self, innovation: &Innovation) {
         let size = libm::fabs(innovation.normalised());
         let largest = match innovation.channel {

@@ -60,7 +60,8 @@ pub(super) fn respond(
 }
 
 /// Time after which the disturbance of `linear`, a response without stops, stays within 5 % of its size with stops, s.
-/// Infinite where it does not by the end of `linear`; `None` where no stick command exceeds its travel.
+/// Infinite where the disturbance has not decayed by the end of `linear`; `None` where no stick command exceeds its
+/// travel.
 pub(super) fn back_with_stops_s(
     design: &HoverDesign,
     model: &StateSpace,

@@ -161,11 +161,11 @@ pub enum Begin {
 /// Statistics of a port, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EmulatedPortCounts {
-    /// Sent to the host.
+    /// Bytes sent to the host.
     pub sent: u64,
-    /// Not sent: the port was not open, its buffer was full, or the line was cut.
+    /// Bytes not sent: the port was not open, its buffer was full, or the line was cut.
     pub lost: u64,
-    /// Received from the host.
+    /// Bytes received from the host.
     pub received: u64,
 }
 

@@ -64,13 +64,13 @@ pub enum Values {
 /// Default duration of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lasts {
-    /// The whole log.
+    /// The fault lasts for the whole log.
     Throughout,
-    /// From a time on to the end of the log.
+    /// The fault lasts from a time on to the end of the log.
     Onwards,
-    /// This duration, s.
+    /// The fault lasts for this duration, s.
     For(f64),
-    /// Its value, s.
+    /// The fault lasts for its value, s.
     ItsValue,
 }
 
