@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 
 /// Double pole, 1/s, with which the reference velocity follows the wanted velocity.
 const FOLLOWS_PER_S: f64 = 8.0;
-/// The same pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
+/// The double pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
 const STOPS_PER_S: f64 = 1.0;
 /// Difference from the wanted velocity, m/s, and acceleration, m/s², below which the reference is set to it.
 const REACHED: f64 = 1e-9;

@@ -246,7 +246,7 @@ impl Health {
             .map(|quantity| quantity.is_ok())
     }
 
-    /// The same without velocity, and therefore without position.
+    /// This health without velocity, and therefore without position; `why` is the reason.
     pub(super) fn without_velocity(self, why: Distrust) -> Self {
         Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
@@ -263,8 +263,8 @@ impl Health {
         Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
     }
 
-    /// The same without [`Doubt`]. A quantity that was not good enough before must be well within its limit:
-    /// `was_good` in the order of [`are_good`](Self::are_good).
+    /// Health of `solution` at `now` without [`Doubt`]. A quantity that was not good enough before must be well within
+    /// its limit: `was_good` in the order of [`are_good`](Self::are_good).
     pub(super) fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
         now: Time,

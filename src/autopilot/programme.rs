@@ -17,8 +17,8 @@ pub struct TestInput {
     pub maneuver: Maneuver,
 }
 
-/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took
-/// over, each next one [`pause_s`](Self::pause_s) after the end of the previous one.
+/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took over.
+/// Each next one begins [`pause_s`](Self::pause_s) after the end of the previous one.
 ///
 /// The programme ends when a pilot's stick moves beyond the dead band or the pilot's signal is lost. It also ends at
 /// the fence, when a limit is crossed, or when velocity is not held. The next engagement of the autopilot starts it

@@ -103,8 +103,8 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The first setting that is not a number in its range, with the value found and the range expected: 0 to 1
-            /// if its doc states that, otherwise 0 to 1e9.
+            /// The first setting out of its range, with the value found and the range expected. The range is 0 to 1 if
+            /// the setting's doc states that, otherwise 0 to 1e9.
             #[must_use]
             pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
                 [$((stringify!($key), self.$key, most!($($most)?))),*]
@@ -142,8 +142,8 @@ settings! {
         gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, if the layout has states for it.
         accel_scale_sigma = 0.005,
-        /// Gyro error about the axis of a turn, as a share of the turn, scale and lag together, if the layout has no
-        /// states for it. Across the axis, by misalignment, it is 2.5 times as large.
+        /// Gyro error about the axis of a turn, as a share of the turn, if the layout has no states for it. It contains
+        /// scale and lag. Across the axis, by misalignment, it is 2.5 times as large.
         turn_error_share = 0.0012,
         /// Time, s, for which the error of a turn keeps its sign.
         turn_error_time_s = 2.0,

@@ -272,8 +272,8 @@ const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
 /// against the attitude from the fixes.
 const TAKEN_S: f64 = 5.0;
-/// One-sigmas in units of the usual ones: of an accelerometer bias after a vertical or large step, and of a gyro bias
-/// after a large step.
+/// One-sigmas of biases that may have stepped, in units of the usual ones: of the accelerometers after a vertical or
+/// large step, of the gyros after a large step.
 const STEPPED_ACCEL: f64 = 3.0;
 const STEPPED_FAR_GYRO: f64 = 6.0;
 /// One-sigma of the tilt error caused by a small step, rad.

@@ -333,8 +333,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         );
     }
 
-    /// Whether a fix repeats the previous one bit for bit in position and velocity, during motion: its velocity is not
-    /// zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
+    /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
+    /// fix's velocity is not zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
         if core::mem::replace(&mut self.last_said, said) != said {
@@ -347,7 +347,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
-    /// Whether a receiver seems to hold the height, as with three satellites, without reporting so: the height of a
+    /// Whether a receiver seems to hold the height without reporting so, as with three satellites. Then the height of a
     /// moving vehicle is identical in fix after fix, and its vertical velocity is zero or absent.
     fn holds_height(&mut self, fix: &Fix) -> bool {
         let height_m = fix.position.height_m;

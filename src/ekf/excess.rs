@@ -138,8 +138,8 @@ impl Excess {
         }
     }
 
-    /// Compares the vertical velocity likewise. The product counts only if the height innovation `height` has the same
-    /// sign: a receiver's vertical velocity has slow errors too.
+    /// Compares the vertical velocity of a fix with that of the previous fix. The product counts only if the height
+    /// innovation `height` has the same sign: a receiver's vertical velocity has slow errors too.
     fn compare_down(&mut self, time: Time, down: Option<f64>, height: f64) {
         let before = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
         if let (Some(down), Some((then, last))) = (down, before)

@@ -102,7 +102,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) barometer: Barometer,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
-    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity likewise, m/s.
+    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity horizontal and
+    /// vertical, m/s.
     pub(super) gps_wander: Option<[f32; 4]>,
     /// Steps over which the covariance is not propagated yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
@@ -389,8 +390,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
 
-    /// A step over a gap: the state coasts, and the covariance grows by the possible motion. Returns the same as
-    /// [`step`](Self::step).
+    /// A step over a gap: the state coasts, and the covariance grows by the possible motion. Returns the rotation rate
+    /// of NED, rad/s, as [`step`](Self::step) does.
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
         self.catch_up(trace);
         let before = self.state;

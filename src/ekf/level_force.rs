@@ -69,8 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
-    /// Variance of the horizontal force along an axis with the body components `row`, from accelerometer biases and
-    /// from the tilt, which projects `gravity` into it.
+    /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
+    /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
     fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
         let value = |one: usize, other: usize| self.covariance.value(one, other);
         let mut variance = square(gravity) * value(tilt, tilt);

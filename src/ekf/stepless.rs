@@ -40,7 +40,7 @@ pub struct SteplessSolution<T = f64> {
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude; then the
+    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude. Then the
     /// sum of the revisions up to the previous solution, rad.
     heading_revision_rad: PendingCorrection<T>,
     revised_rad: T,
@@ -48,8 +48,7 @@ pub struct SteplessSolution<T = f64> {
     position_m: PendingCorrection<T>,
 }
 
-/// Limit of a held-back correction and of its rate below which both are set to zero: rad, m/s or m, and the same per
-/// second.
+/// Limit below which a held-back correction and its rate are set to zero: rad, m/s or m, and rad/s, m/s² or m/s.
 const FORGOTTEN: f64 = 1e-12;
 
 /// Held-back correction of one quantity, and its rate of change. Critically damped, so that neither value nor rate
@@ -185,7 +184,7 @@ mod tests {
     use crate::gps::Fix;
     use crate::imu::{ImuSample, Motion};
 
-    /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each fix, the controller's
+    /// A minute at rest with fixes that scatter by metres. The filter's solution steps at each fix, the controller's
     /// does not, and both reach the same value.
     #[test]
     fn fixes_move_it_without_a_step_and_to_the_same_place() {

@@ -1,6 +1,6 @@
 //! Kinds of vehicles.
 
-/// Kind of a vehicle, as its user declares it. It tells the filter whether the vehicle rolls on wheels.
+/// Kind of a vehicle, as its user declares it. It determines whether the filter assumes wheels.
 ///
 /// # Source
 /// Equation (M17) of docs/equations.md.

@@ -85,7 +85,7 @@ impl<T: Scalar> Suspicion<T> {
         withheld_mps2: Vector::ZERO,
     };
 
-    /// The same in another number type.
+    /// This suspicion in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Suspicion<U> {
         Suspicion {

@@ -46,7 +46,7 @@ const FIELD_TURN: f32 = 0.07;
 const STILLNESS_S: f32 = 60.0;
 /// Largest gyro bias, rad/s; a faster turn is not rest.
 const LARGEST_BIAS_RADPS: f32 = 0.05;
-/// Largest velocity of a fix at rest, horizontal, m/s, and of the mean; then the same downwards.
+/// Largest horizontal velocity of a fix at rest, m/s, and of the mean; then the largest downward velocities.
 const FIX_MPS: f32 = 0.5;
 const FIX_MEAN_MPS: f32 = 0.15;
 const FIX_DOWN_MPS: f32 = 1.0;

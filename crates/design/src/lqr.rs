@@ -118,8 +118,8 @@ impl Regulator {
 /// The steady Kalman gain L, n×p, and the covariance P of the corresponding state.
 ///
 /// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance per step for a discrete one.
-/// `measurement` is p×p likewise. For a continuous model L corrects ẋ̂ by L(y − Cx̂) and P is that of x̂. For a
-/// discrete one L corrects the prediction, and P is that of the prediction.
+/// `measurement` is p×p, the density or covariance of the noise on y. For a continuous model L corrects ẋ̂ by L(y −
+/// Cx̂) and P is that of x̂. For a discrete one L corrects the prediction, and P is that of the prediction.
 ///
 /// # Errors
 /// [`DesignError`] as [`lqr`], with inputs and outputs exchanged: an undamped mode that is not observable is rejected.

@@ -12,8 +12,8 @@ use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
-/// A loop with negative feedback, cut open: L from the signal into the cut to minus the returning signal, with as many
-/// outputs as inputs.
+/// A loop with negative feedback, cut open. L leads from the signal into the cut to minus the returning signal, with as
+/// many outputs as inputs.
 #[derive(Clone, Debug)]
 pub struct Loop {
     open: StateSpace,
@@ -258,7 +258,7 @@ impl Loop {
         Ok(Margins { channels, disk, sensitivity, complementary })
     }
 
-    /// Smallest gain margin, dB, and phase margin, °, over all channels, from `points` frequencies between 0.05 rad/s
+    /// Smallest gain margin, dB, and phase margin, °, over all channels. Uses `points` frequencies between 0.05 rad/s
     /// and the Nyquist frequency (100 rad/s for a continuous loop). Fast, and accurate to a degree.
     #[must_use]
     pub fn weakest(&self, points: usize) -> (f64, f64) {

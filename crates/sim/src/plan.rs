@@ -194,8 +194,8 @@ impl FlightPlan {
         Local::at(&self.start).gravity_mps2
     }
 
-    /// Change of the forward, right and down speed, m/s, over a smooth change of the acceleration: its mean is half-way
-    /// between the values at the ends.
+    /// Change of the forward, right and down speed, m/s, while the acceleration changes smoothly. The mean acceleration
+    /// is half-way between the values at the ends.
     fn speed_gained_mps(&self, duration_s: f64, acceleration_mps2: Vector<Level>) -> Vector<Level> {
         (self.last().acceleration_mps2 + acceleration_mps2) * (0.5 * duration_s)
     }

@@ -16,7 +16,7 @@ pub struct ServoConfig {
 }
 
 impl Default for ServoConfig {
-    /// A speed of 0.1 s for 45°, with full travel of 30° to each side, pulses of 400 µs for full travel in steps of 1
+    /// A speed of 0.1 s for 45°, with full travel of 30° to each side. Pulses of 400 µs for full travel in steps of 1
     /// µs, and a dead band of 1.5 µs.
     fn default() -> Self {
         Self {

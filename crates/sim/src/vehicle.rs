@@ -109,8 +109,8 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// The disturbance of one state alone by `size`: `phi`, `theta`, `psi` in rad, `p`, `q`, `r` in rad/s, `u`, `v`,
-    /// `w` in m/s; `None` for any other name.
+    /// The disturbance of one state alone by `size`; `None` for an unknown name. The states are `phi`, `theta`, `psi`,
+    /// rad, `p`, `q`, `r`, rad/s, `u`, `v`, `w`, m/s.
     #[must_use]
     pub fn of_state(state: &str, size: f64) -> Option<Self> {
         let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];

@@ -171,14 +171,14 @@ impl ValueError {
         <Self as serde::de::Error>::custom(reason).below(key)
     }
 
-    /// The same error of a value below `key`.
+    /// This error for a value below `key`: adds `key` to its path.
     #[must_use]
     pub fn below(mut self, key: &str) -> Self {
         self.place.push(Place::Key(key.to_owned()));
         self
     }
 
-    /// The same error with its line in `text`, the contents of the file `path`, from which the value was read.
+    /// This error with its line in `text`, the contents of the file `path`, from which the value was read.
     #[must_use]
     pub fn in_text(&self, text: &str, path: &Path) -> TomlError {
         TomlError::at(path, text, offset_of(text, &self.place).unwrap_or(0), &self.to_string())

@@ -1,8 +1,8 @@
 //! Drift of the solution in windows without GPS, each window evaluated separately.
 //!
 //! Up to the first withheld fix of a window, a run with the window equals a run without it. One pass over the log
-//! therefore leaves a copy of the estimator at the start of each window, and each copy runs over its window without the
-//! fixes. The result equals that of a whole run with this one window, to the bit. `hovernav estimate` with several
+//! therefore leaves a copy of the estimator at the start of each window. Each copy then runs over its window without
+//! the fixes. The result equals that of a whole run with this one window, to the bit. `hovernav estimate` with several
 //! `--outage` runs all windows in one pass. Earlier withheld fixes then change the learned sensor errors of the filter
 //! before a later window.
 
@@ -23,8 +23,8 @@ pub struct Drift {
     pub over_sigma: Option<f64>,
 }
 
-/// Drift in each of the `outages`, each evaluated as if it were the only one; `None` where solution and reference
-/// together do not cover it.
+/// Drift in each of the `outages`, each evaluated as if it were the only one. `None` where solution or reference does
+/// not cover the outage.
 #[must_use]
 pub fn drifts(
     dataset: &Dataset,

@@ -43,7 +43,7 @@ pub fn config() -> EstimatorConfig {
     config
 }
 
-/// The same settings for a flight with an unknown heading.
+/// The vehicle's settings for a flight with an unknown heading.
 #[must_use]
 pub fn config_without_heading() -> EstimatorConfig {
     let mut config = config();

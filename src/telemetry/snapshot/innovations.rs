@@ -2,8 +2,8 @@
 
 use crate::ekf::{Channel, Innovation, Verdict};
 
-/// The largest innovation of each kind since the last snapshot, in units of its predicted one-sigma; `None` without
-/// an innovation of this kind.
+/// The largest innovation of each kind since the last snapshot, divided by its predicted one-sigma; `None` without an
+/// innovation of this kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovations {
     /// GPS position.

@@ -163,8 +163,8 @@ mod tests {
         assert!(found_s > free_s + 0.1, "{found_s} {free_s}");
     }
 
-    /// A heading integral of 17 s that follows in half a second leaves an error of 2° for half a minute, also on the
-    /// nonlinear helicopter.
+    /// A heading integral of 17 s whose tracking time is half a second leaves an error of 2° for half a minute. The
+    /// nonlinear helicopter shows the same.
     #[test]
     fn a_slow_integral_is_not_moved_by_what_the_pedal_could_not_do_for_a_moment() {
         let model = shipped::raptor60();

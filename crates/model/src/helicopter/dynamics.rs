@@ -135,7 +135,7 @@ impl Disc {
 
 impl Disc {
     /// Inflow ratio in a steep descent, from a momentum balance with air carried off by turbulence: 2(x − m)√(μ² + x² +
-    /// s²) = slope·(pitch − x/2). s² is the part `disturbed` of a third of |C_T|/2.
+    /// s²) = slope·(pitch − x/2). The term s² is |C_T|/6 times the share `disturbed`, 0 to 1.
     ///
     /// Downflow turns to upflow without a jump, unlike in Glauert's balance alone, whose left side falls where the flow
     /// through the disc vanishes. The root is found by bisection, with a fixed number of steps like Newton's method.

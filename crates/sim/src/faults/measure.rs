@@ -71,8 +71,8 @@ pub struct Measures {
     pub pulled_mps: f64,
     /// Largest difference in yaw between the solutions with and without the fault, °.
     pub pulled_yaw_deg: f64,
-    /// Time, s, until the velocity is inside its 3 sigma for a second, from the end of the last fault that ends before
-    /// the log. Infinite if the velocity never is.
+    /// Time, s, until the velocity is inside its 3 sigma for a second, from the end of the last fault with an end.
+    /// Infinite if the velocity never is.
     pub back_after_s: f64,
     /// Errors relative to those of the run without fault: velocity, horizontal position, tilt, yaw.
     pub cost: [f64; 4],
@@ -187,7 +187,7 @@ pub(super) fn measure(
 }
 
 impl Measures {
-    /// Adds the differences to the run of the same flight without fault.
+    /// Adds the differences to the run of this flight without fault.
     pub(super) fn against(
         &mut self,
         solutions: &[Solution],

@@ -11,7 +11,7 @@ use crate::noise::Noise;
 const SECTION: &str = "[gps]";
 const KEY: &str = "antenna_lever_arm_m";
 
-/// Manifest `text`, parsed as `manifest`, with `fault` applied; `None` where it is not a fault of the set-up, or the
+/// Manifest `text`, parsed as `manifest`, with `fault` applied. `None` where it is not a fault of the set-up, or the
 /// lever arm is zero.
 pub(super) fn make(
     text: &str,
