@@ -259,7 +259,7 @@ impl<T: Scalar> Guidance<T> {
         (self.reference.velocity_mps, self.reference.heading_rad)
     }
 
-    /// The references of this sample.
+    /// The references of velocity and heading for this sample.
     ///
     /// # Source
     /// Equation (C6) of docs/equations.md.

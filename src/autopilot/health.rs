@@ -97,7 +97,7 @@ impl<T: Scalar> HealthLimits<T> {
 pub enum Distrust {
     /// There is no estimate.
     Missing,
-    /// A value of it is NaN or infinite.
+    /// A value of the estimate is NaN or infinite.
     NotFinite,
     /// The estimate is too old, or uses another clock.
     Stale,

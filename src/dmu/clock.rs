@@ -60,7 +60,7 @@ pub enum Basis {
 /// Sample time of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stamp {
-    /// The sample's time on the clock of the arrivals; later than that of any earlier stamp.
+    /// Time of the sample on the clock of the arrivals; later than the time of any earlier stamp.
     pub time: Time,
     /// Lateness of the packet against its expected arrival, s; negative if early. The expectation follows the mean,
     /// so this is the jitter of line and scheduler.

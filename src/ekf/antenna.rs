@@ -36,9 +36,9 @@ const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
 /// Smallest offset, m, that is used: the error of a smaller one would be as large as the offset.
 const LEAST_M: f32 = 0.25;
-/// An innovation above this number of one-sigmas has other causes and is ignored.
+/// Largest innovation, in one-sigmas, that an antenna offset explains; a larger one is ignored.
 const OUTLIER: f32 = 5.0;
-/// The offset is reported again when its variance has fallen to this share.
+/// Share of the variance at the last report at which the offset is reported again.
 const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {

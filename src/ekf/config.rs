@@ -288,10 +288,10 @@ settings! {
     GateConfig {
         /// Innovations beyond this number of one-sigmas are rejected.
         sigmas = 5.0,
-        /// Time of rejections, s, before the filter is reset to the measurement: after an absence, after trouble with
-        /// the inertial samples, or in a filter that was already diverging.
+        /// Time of rejections, s, before the filter is reset to the measurement if the filter is suspect. It is suspect
+        /// after an absence, after trouble with the inertial samples, or if it was already diverging.
         recovery_s = 1.0,
-        /// Time of rejections, s, before positions are accepted that jumped while the velocity still agrees; shorter if
+        /// Time of rejections, s, before a position is accepted that jumped while the velocity still agrees. Shorter if
         /// the previous position was reported for less time.
         fault_s = 30.0,
         /// Time of uninterrupted rejections, s, before the filter is reset to the measurement in all other cases.

@@ -266,7 +266,8 @@ pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
 const TURNED_TILT_RAD: f64 = 0.07;
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// A rejected heading source is used again after its innovation stayed below this, rad, for this time, s.
+/// Largest innovation, rad, of a rejected heading source that agrees again, and the time, s, of agreement before it is
+/// used.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
@@ -278,11 +279,11 @@ const STEPPED_ACCEL: f64 = 3.0;
 const STEPPED_FAR_GYRO: f64 = 6.0;
 /// One-sigma of the tilt error caused by a small step, rad.
 const STEPPED_TILT_RAD: f64 = 0.02;
-/// Typical time from a step to its detection, s.
+/// Typical time, s, from a bias step to its detection.
 const STEPPED_S: f64 = 3.0;
 /// Time constant with which the suspicion against a heading reference decays, s.
 const DOUBT_S: f64 = 200.0;
-/// Suspicion below this, rad, is set to zero: its decay would end in denormal numbers.
+/// Least suspicion, rad; a smaller one is set to zero, because its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
 /// Correlation time of a disturbed field, s.
 const DISTURBED_S: f64 = 1000.0;

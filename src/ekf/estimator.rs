@@ -108,7 +108,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_said: u32,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    /// Height of the last fix, m, and since when fixes of a moving vehicle repeat it without a vertical velocity.
+    /// Height of the last fix, m, and the time since which fixes of a moving vehicle repeat it without a vertical
+    /// velocity.
     last_height_m: f64,
     height_since: Time,
     level: Level,
@@ -133,7 +134,7 @@ const OF_ONE_CLOCK_S: f64 = 10.0;
 const REPEATED_MPS: f64 = 0.2;
 /// Minimum time, s, of an unchanged height during motion after which it counts as not measured.
 const HELD_HEIGHT_S: f64 = 3.0;
-/// Suspect samples closer than this, s, are one event.
+/// Longest time, s, between suspect samples of one event.
 const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
 const HELD: usize = 4;

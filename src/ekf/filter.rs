@@ -31,7 +31,7 @@ use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
 use crate::time::Time;
 
-/// Largest one-sigma, rad, to which a gap raises the attitude's: linearisation is invalid beyond it.
+/// Largest one-sigma of the attitude after a gap, rad: linearisation is invalid beyond it.
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
 /// State derived from the samples alone, independent of the filter's estimates.
@@ -93,7 +93,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Additional one-sigma of the heading sensor's slow error, rad, according to the fixes.
     pub(super) heading_doubt_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// Time when the heading sensor last disagreed with a heading to which the filter had been turned against it.
+    /// Time of the last disagreement of the heading sensor with the filter, after the filter was turned against it.
     pub(super) heading_distrusted: Option<Time>,
     /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
@@ -415,7 +415,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// One-sigma of a start velocity, m/s, above which it did not come from a fix.
+/// Largest one-sigma, m/s, of a start velocity from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
 /// [`Ekf::heading_wander`] before the first measured heading.
 const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {

@@ -192,8 +192,8 @@ const MOST_LEAN: f32 = 5.0;
 const LEANING_S: f64 = 2.0;
 /// Mean innovation, in one-sigmas, below which innovations are unbiased.
 const UPRIGHT: f32 = 0.75;
-/// Largest position innovation with a correct filter velocity: this, m, plus `JUMP_MPS`, m/s, for each second since the
-/// last accepted fix. A larger one is a jump.
+/// Largest position innovation with a correct filter velocity, m; `JUMP_MPS`, m/s, is added for each second since the
+/// last accepted fix. A larger innovation is a jump.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
 /// Time, s, after which a rejected heading is accepted.
@@ -203,9 +203,9 @@ const HEADING_S: f64 = 120.0;
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
 const DISPUTED_MOST_S: f32 = 200.0;
-/// An ambiguity below this, m, is set to zero.
+/// Least ambiguity, m; a smaller one is set to zero.
 const DISPUTED_LEAST_M: f32 = 0.1;
-/// A position fused for less than this, s, has not settled.
+/// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 /// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
 const MOST_BETWEEN_S: f32 = 3.0;

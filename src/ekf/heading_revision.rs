@@ -6,7 +6,7 @@ use crate::time::Time;
 /// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. Faster than gyro drift, slower than a
 /// passing magnet.
 const FOLLOWED_RADPS: f64 = 0.0017;
-/// Longer intervals between corrections, s, count as this one.
+/// Longest interval, s, that one correction counts for.
 const FARTHEST_APART_S: f64 = 1.0;
 
 /// Total heading change due to errors found in the heading source.

@@ -10,7 +10,7 @@ use crate::frames::{Ned, Vector};
 
 /// Averaging time of the horizontal specific force, s.
 const AVERAGED_S: f64 = 1.0;
-/// A squared mean force below this number of its own variances does not count as motion.
+/// Least squared mean force that counts as motion, in multiples of its own variance.
 const VARIANCES: f64 = 2.0;
 
 /// Recent mean of the horizontal specific force, and the share of it that is motion.

@@ -11,7 +11,7 @@ use super::{single, square};
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
-/// A slow error above this number of one-sigmas is unusual.
+/// Largest usual slow error, in one-sigmas.
 const UNUSUAL: f64 = 1.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -350,7 +350,8 @@ const ACROSS: f64 = 2.5;
 /// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 
-/// Variance per second, by axis, of the integral of a triad whose `vibration` stays correlated over `alike_s`.
+/// Variance that the noise of a triad adds to its integral per second, by axis. It is the square of the random walk
+/// `walk` or, if larger, that of the share `share` of the `vibration`, correlated over `alike_s`, s.
 #[inline(always)]
 fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
     let (walk, share) = (square(T::of(walk)), square(T::of(share)));

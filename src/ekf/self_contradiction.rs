@@ -76,7 +76,8 @@ const LEAST_S: f64 = 0.8;
 const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Recent acceleration, times this number, explains a change of velocity for any heading and any delay of the fixes.
+/// Factor on the recent acceleration, which then explains a change of velocity for any heading and any delay of the
+/// fixes.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
@@ -84,7 +85,7 @@ const AGILE_S: f64 = 3.0;
 const TIMING: f64 = 0.3;
 /// Usual error of a change of position, m.
 const AGREEMENT_M: f64 = 5.0;
-/// Possible deviation of the velocity between two fixes from their mean, as a share of its change.
+/// Possible deviation of the velocity between two fixes from the mean of both, as a share of the velocity change.
 const MEANWHILE: f64 = 0.5;
 /// Number of one-sigmas allowed for the two fixes together.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;

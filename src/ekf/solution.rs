@@ -19,9 +19,9 @@ use crate::time::Time;
 pub struct Solution<T = f64> {
     /// Time of the inertial sample at which the solution is valid.
     pub time: Time,
-    /// Position of the point.
+    /// Position of the solution's point.
     pub position: Geodetic,
-    /// The point's velocity over ground, m/s.
+    /// Velocity of the solution's point over ground, m/s.
     pub velocity_mps: Vector<Ned, T>,
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,

@@ -40,9 +40,9 @@ pub struct SteplessSolution<T = f64> {
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude. Then the
-    /// sum of the revisions up to the previous solution, rad.
+    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude.
     heading_revision_rad: PendingCorrection<T>,
+    /// Sum of the heading revisions up to the previous solution, rad.
     revised_rad: T,
     velocity_mps: PendingCorrection<T>,
     position_m: PendingCorrection<T>,

@@ -206,7 +206,7 @@ mod tests {
     const QUIET: f64 = 0.25;
     const FULL_SCALE: f64 = 29.4;
 
-    /// An inertial unit with this sampling interval, s, and this force outside shocks, m/s².
+    /// An inertial unit: its sampling interval, s, and its force outside shocks, m/s².
     struct Unit {
         interval_s: f64,
         momentary: bool,

@@ -56,7 +56,7 @@ const FIX_MEAN_DOWN_MPS: f32 = 0.25;
 const FIX_MEMORY_S: core::ops::RangeInclusive<f32> = 5.0..=30.0;
 /// Time for which a fix is valid, s.
 const FIX_S: f64 = 3.0;
-/// Samples further apart than this, s, leave the motion between them unknown.
+/// Longest interval, s, between two samples that show the motion between them.
 const LONGEST_INTERVAL_S: f64 = 0.1;
 
 /// Sums over the current second, relative to its first sample.
@@ -117,8 +117,8 @@ struct Stillness {
 }
 
 impl Stillness {
-    /// Adds a still second with these mean rates, and its field if measured. Returns whether the second continues the
-    /// stillness.
+    /// Adds a still second with mean rates `rates`, rad/s, and its field if measured. Returns whether the second
+    /// continues the stillness.
     fn goes_on(&mut self, rates: [f32; 3], field: Option<[f32; 3]>) -> bool {
         let changes =
             self.rates.iter().zip(rates).any(|(old, new)| (new - old).abs() > DRIFT_RADPS);

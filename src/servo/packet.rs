@@ -127,7 +127,7 @@ impl PacketCounts {
 pub struct Received {
     /// The packet.
     pub packet: ServoPacket,
-    /// Number of packets missing before this one, from its number.
+    /// Number of packets missing before this packet, from the packet numbers.
     pub missing: u8,
 }
 

@@ -12,9 +12,9 @@ use super::state_space::StateSpace;
 pub struct KnownSign {
     /// Name of the parameter in an identified model.
     pub name: &'static str,
-    /// The state whose derivative it changes.
+    /// The state whose derivative the parameter changes.
     pub row: &'static str,
-    /// The state (entry of A) or the stick (entry of B) that it multiplies.
+    /// The state (entry of A) or the stick (entry of B) that the parameter multiplies.
     pub column: &'static str,
     /// Sign, 1 or −1.
     pub sign: f64,

@@ -29,7 +29,7 @@ pub struct RangefinderConfig {
 }
 
 impl RangefinderConfig {
-    /// A laser over ground at this height above the ellipsoid, m.
+    /// A laser over ground at the height `ground_m` above the ellipsoid, m.
     #[must_use]
     pub const fn over(ground_m: f64) -> Self {
         Self {

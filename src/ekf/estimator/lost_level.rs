@@ -33,7 +33,7 @@ pub(super) enum Level {
 const LOST_RAD: f64 = 0.26;
 /// Largest one-sigma, rad, of an alignment that counts as evidence against the filter.
 const SURE_RAD: f64 = 0.2;
-/// Least difference from the filter, in one-sigmas, that counts as such evidence.
+/// Least difference from the filter, in one-sigmas, that counts as evidence against the filter.
 const SIGMAS: f64 = 3.0;
 /// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;

@@ -143,7 +143,7 @@ impl Notice {
         }
     }
 
-    /// For a measurement whose `report` stays where it was written.
+    /// The notice of a measurement: its `report`, or the reason why it was not compared.
     pub(super) fn of_report(
         time: Time,
         aid: Aid,

@@ -448,7 +448,7 @@ impl<T: Scalar> HeadingSearch<T> {
         (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
-    /// Whether fixes during recent motion have given this share of the information on an agreed heading.
+    /// Whether fixes during recent motion have given the share `share` of the information on an agreed heading.
     fn has_evidence(&self, share: f64) -> bool {
         f64::from(self.evidence) * square(AGREED_RAD) > share
     }
@@ -459,7 +459,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 }
 
-/// A value and its variance in single precision, if both are finite there.
+/// A value and its variance in single precision, if both are finite in it.
 fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
     let (value, variance) = (value as f32, variance as f32);
     (value * value + variance).is_finite().then_some((value, variance))

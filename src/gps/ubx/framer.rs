@@ -29,7 +29,7 @@ pub(super) struct Message<'a> {
     pub class: u8,
     pub id: u8,
     pub payload: &'a [u8],
-    /// Arrival of its first byte.
+    /// Arrival of the message's first byte.
     pub arrival: Time,
 }
 

@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 /// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Readings below this, in the sensor's unit, do not count as a learned full scale.
+    /// Least reading, in the sensor's unit, that counts as a learned full scale.
     least_scale: f64,
     /// Largest value that vehicles reach, in the sensor's unit. It bounds readings beyond full scale; zero without a
     /// bound.
@@ -65,16 +65,17 @@ pub(super) struct Timing<T> {
     pub usual_is_known: bool,
 }
 
-/// A maximum repeated this often is the full scale.
+/// Number of repetitions that make a maximum the full scale.
 const REPEATS: u32 = 4;
 /// Memory of the present vibration, s.
 pub(super) const NOW_S: f64 = 0.15;
-/// Present vibration above this multiple of the usual variance is a shock.
+/// Least present vibration of a shock, in multiples of the usual variance.
 const SHOCK: f64 = 8.0;
-/// Vibration above this multiple of the usual variance, and above `least_blow`, is a strong shock. A landing stays
-/// below, a breaking propeller exceeds it.
+/// Least vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_blow`. A landing
+/// stays below, a breaking propeller exceeds it.
 const BLOW: f64 = 50.0;
-/// A reading at full scale belongs to a tone, not to a push, if the present vibration exceeds this share of it.
+/// Least present vibration, as a share of full scale, at which a reading at full scale belongs to a tone, not to a
+/// push.
 const CUT_OFF_SHARE: f64 = 0.2;
 /// Longest time, s, for which a stuck axis has one constant error.
 const LONGEST_STUCK_S: f64 = 5.0;
@@ -85,7 +86,8 @@ const BEYOND_GYRO: f64 = 0.25;
 /// Decay time of a clipping burst, and the longest time for which it has one constant error, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
-/// A burst shorter than this, s, is set to zero: its decay would end in denormal numbers, which slow the processor.
+/// Shortest burst, s; a shorter one is set to zero, because its decay would end in denormal numbers, which slow the
+/// processor.
 const FORGOTTEN_BURST_S: f64 = 1e-6;
 
 /// Faults found in the last readings of three axes.

@@ -24,7 +24,8 @@ pub(super) struct Oriented {
     pub acceleration_mps2: Vector<Ned>,
 }
 
-/// Turns about an axis that is not vertical approach an azimuth in steps; within this, rad, it counts as reached.
+/// Largest distance, rad, from an azimuth that counts as reached. Turns about an axis that is not vertical approach an
+/// azimuth in steps.
 const POINTED_RAD: f64 = 1e-6;
 const MOST_TURNS: usize = 100;
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);

@@ -88,7 +88,7 @@ pub(super) fn servos_s(design: &HoverDesign) -> [f64; 4] {
     [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s]
 }
 
-/// As [`plant`], with servos of these time constants.
+/// As [`plant`], with servos of the time constants `servos_s`, s.
 pub(super) fn plant_behind(
     design: &HoverDesign,
     servos_s: [f64; 4],

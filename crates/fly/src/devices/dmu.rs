@@ -61,7 +61,7 @@ pub struct DmuDevice<S = GivenPackets> {
     pub firmware: Firmware,
     /// Format of the next packet.
     pub mode: Mode,
-    /// Whether it is in continuous mode.
+    /// Whether the IMU is in continuous mode.
     pub continuous: bool,
     source: S,
     sent: Option<Time>,

@@ -33,11 +33,11 @@ pub struct CycleTimer {
 /// Timing of a complete cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleTiming {
-    /// Duration of its work, s.
+    /// Duration of the cycle's work, s.
     pub work_s: f64,
-    /// Whether it began more than half a cycle late.
+    /// Whether the cycle began more than half a cycle late.
     pub woke_late: bool,
-    /// Whether it met its deadline.
+    /// Whether the cycle met its deadline.
     pub on_time: bool,
 }
 

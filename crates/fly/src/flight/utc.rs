@@ -6,7 +6,7 @@ use hovernav_log::record::{Level, ShortText};
 
 /// Change of the receiver's UTC that is reported, ns: more than the variation of the latency of fixes.
 const MOVED_NS: i64 = 1_000_000_000;
-/// Error of this computer's clock from which on a warning is given, s.
+/// Least error of this computer's clock, s, that causes a warning.
 const OFF_S: f64 = 2.0;
 
 /// UTC from the receiver, relative to the flight clock.

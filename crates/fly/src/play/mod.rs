@@ -154,7 +154,7 @@ impl EmulatedPort {
 pub enum Begin {
     /// As soon as every port is open and the IMU has received a request for packets.
     WhenAsked,
-    /// After this time from the creation of the ports, whether or not they are open.
+    /// After a time from the creation of the ports, whether or not they are open.
     After(Duration),
 }
 

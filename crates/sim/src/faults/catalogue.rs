@@ -53,9 +53,9 @@ pub enum Kind {
 /// Allowed values of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Values {
-    /// A number from the first to the last of these; the middle one is the default.
+    /// A number from the first to the last value; the middle value is the default.
     Number(f64, f64, f64),
-    /// One of these words; the first is the default.
+    /// One of the words; the first is the default.
     Words(&'static [&'static str]),
     /// No value.
     None,
@@ -83,7 +83,7 @@ pub struct Entry {
     pub name: &'static str,
     /// Allowed values.
     pub values: Values,
-    /// Unit of its number.
+    /// Unit of the fault's number.
     pub unit: &'static str,
     /// Default duration.
     pub lasts: Lasts,

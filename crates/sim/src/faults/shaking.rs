@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::noise::Noise;
 
-/// Half the smoothing time, s: motion faster than the inverse of about twice this counts as vibration.
+/// Half the smoothing time, s: motion faster than the inverse of about the whole smoothing time counts as vibration.
 const SMOOTHED_S: f64 = 0.2;
 /// Range of the time by which the source of the added vibration is earlier in the log, s.
 const EARLIER_S: (f64, f64) = (2.0, 10.0);
