@@ -85,7 +85,8 @@ const AZIMUTH_S: f32 = 15.0;
 const BACK_SHARE: f32 = 0.5;
 /// Time constant, s, of the usual field; shorter while the field is known for less time.
 const USUAL_S: f32 = 60.0;
-/// Range, s, of the time after which a changed field may be the Earth's: twice the time of the usual field.
+/// Shortest and longest time, s, after which a changed field may be the Earth's. Between them it is twice the time for
+/// which the usual field was observed.
 const LASTING_S: [f32; 2] = [5.0, 180.0];
 /// Least time, s, of a usual field; after a shorter time it was only the field at the start.
 const WRONG_START_S: f32 = 30.0;

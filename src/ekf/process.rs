@@ -350,8 +350,8 @@ const ACROSS: f64 = 2.5;
 /// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 
-/// Variance that the noise of a triad adds to its integral per second, by axis. It is the square of the random walk
-/// `walk` or, if larger, that of the share `share` of the `vibration`, correlated over `alike_s`, s.
+/// Variance per second that noise adds to the integral of a triad, by axis. It is the larger of `walk`² and `share`²
+/// times the variance `vibration` times its correlation time `alike_s`, s.
 #[inline(always)]
 fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
     let (walk, share) = (square(T::of(walk)), square(T::of(share)));

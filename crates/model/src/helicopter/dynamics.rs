@@ -191,7 +191,7 @@ fn disturbed(climb: f64) -> f64 {
 /// Number of steps of Newton's method: enough for rounding accuracy up to 20 m/s, because the axial start is close.
 const NEWTON_STEPS: usize = 4;
 
-/// Constants derived once from the parameters.
+/// Constants of the equations of motion, derived once from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Constants {
     main: Disc,
