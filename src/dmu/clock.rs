@@ -253,6 +253,9 @@ impl Line {
 
     /// Number of whole timer wraps in a gap of about `gap_s`. Packets are late more often than early, so three quarters
     /// of the ambiguity are on the late side.
+    ///
+    /// # Source
+    /// Equation (D3) of docs/equations.md.
     fn turns_within(&self, gap_s: f64, ticks: f64) -> f64 {
         let turn_s = TURN_TICKS * self.tick_s();
         let excess_s = gap_s - ticks * self.tick_s();

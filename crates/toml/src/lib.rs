@@ -135,7 +135,6 @@ pub fn to_value<T: Serialize + ?Sized>(value: &T) -> Result<toml::Value, toml::s
 /// `base` with the values of `table`: tables are merged key by key, all other values are replaced.
 ///
 /// # Errors
-///
 /// [`ValueError`] as in [`from_table`], and for values that TOML cannot represent.
 pub fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: Table) -> Result<T, ValueError> {
     let text = to_string(base).map_err(serde::de::Error::custom)?;

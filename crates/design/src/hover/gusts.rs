@@ -46,6 +46,9 @@ pub struct GustResponse {
 const GUST_STATES: [&str; 5] = ["gust_x", "gust_y1", "gust_y2", "gust_z1", "gust_z2"];
 
 /// Standard deviations at the samples in the steady state.
+///
+/// # Source
+/// Equation (L21) of docs/equations.md.
 pub(super) fn respond(
     design: &HoverDesign,
     whole: &StateSpace,

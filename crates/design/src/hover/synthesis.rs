@@ -204,7 +204,6 @@ impl HoverDesign {
     /// Gains of heave by pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
     ///
     /// # Source
-    ///
     /// Equation (L9) of docs/equations.md.
     fn heave_gains(&self, zw: f64, zcol: f64) -> Result<PidGains, DesignError> {
         let HeavePoles { frequency_radps, damping, derivative_s, derivative_filter_s } = self.heave;

@@ -38,7 +38,6 @@ impl StreamOutput {
     /// Sends `widths_ms`, ms.
     ///
     /// # Errors
-    ///
     /// The line did not accept the packet.
     pub fn write(&mut self, widths_ms: &Channels<f64>) -> Result<(), WriteError> {
         let packet = ServoPacket {
