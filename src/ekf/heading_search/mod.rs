@@ -40,7 +40,8 @@ const GUESSES: usize = 12;
 const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
-/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the filter's gyro bias, rad/s.
+/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
+/// monitor uses the bias of the filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
 /// Random walks that a monitor allows beyond the noise of the sensors: of the tilt and heading, rad/√s, and of the
 /// velocity, m/s/√s. Without them the monitor would attribute errors outside the guesses' states to the heading.
