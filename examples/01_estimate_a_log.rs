@@ -7,7 +7,7 @@ use std::path::Path;
 
 use hovernav_log::{Axis, Dataset, Reference, score};
 
-/// The reference of the dataset is only compared with, never used.
+/// Axes that are compared with the reference of the dataset; the estimator never reads it.
 const AXES: [Axis; 3] = [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown];
 
 /// Root mean square error of the velocity north, east and down, m/s.

@@ -4,7 +4,7 @@ use core::cell::Cell;
 
 /// Moves the items from `count` on to the front; those behind them stay as they are.
 ///
-/// `copy_within` does the same, and panics on a range that is out of order.
+/// `copy_within` does the same, but contains a panic for a reversed range.
 pub(crate) fn move_to_front<T: Copy>(items: &mut [T], count: usize) {
     let cells = Cell::from_mut(items).as_slice_of_cells();
     for (to, from) in cells.iter().zip(cells.iter().skip(count)) {

@@ -36,7 +36,7 @@ pub const SOMIGLIANA_K: f64 = 0.001_931_852_652_41;
 /// m = ω² a² b / GM (TR8350.2 table 3.4).
 pub const GRAVITY_RATIO_M: f64 = 0.003_449_786_506_84;
 
-/// Largest height above or depth below the ellipsoid of a vehicle of this kind, m.
+/// Largest height above, or depth below, the ellipsoid at which vehicles navigate, m.
 const HIGHEST_M: f64 = 1e5;
 
 /// A position as geodetic latitude, longitude and height above the WGS-84 ellipsoid.

@@ -32,7 +32,7 @@ pub trait Scalar:
     const MOST_INFORMATION: Self;
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
-    /// The same number as `f64`.
+    /// The number as `f64`.
     fn wide(self) -> f64;
     /// Converts nanoseconds to seconds.
     fn of_nanoseconds(nanoseconds: i64) -> Self;
@@ -44,12 +44,12 @@ pub trait Scalar:
     fn sincos(self) -> (Self, Self);
     /// The angle of the point (`x`, `self`), rad, in [−π, π].
     fn atan2(self, x: Self) -> Self;
-    /// The angle with this sine, rad, in [−π/2, π/2]; NaN beyond ±1.
+    /// Arc sine of the number, rad, in [−π/2, π/2]; NaN beyond ±1.
     fn asin(self) -> Self;
-    /// Length of the hypotenuse over these sides, to two units in the last place. Infinite where the squares are
+    /// Length of the hypotenuse over two sides, to two units in the last place. Infinite where the squares are
     /// infinite: from 1e154 on (1e19 in single precision).
     fn hypot(self, other: Self) -> Self;
-    /// e to this power.
+    /// Exponential function of the number.
     fn exp(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;

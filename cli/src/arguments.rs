@@ -90,7 +90,7 @@ impl Sensors {
     }
 }
 
-/// `START:DURATION`, both in seconds.
+/// Time window in the form `START:DURATION`, both in seconds.
 #[derive(Clone, Copy)]
 pub struct OutageWindow(Outage);
 

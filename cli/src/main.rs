@@ -2,7 +2,7 @@
 //! The library does the computation.
 //!
 //! A subcommand ("verb" in the code) is a module with `Arguments` and `run`, and a line in [`Verb`] and [`Verb::run`].
-//! If a cargo feature brings it, it also has a line in [`LEFT_OUT`]. Verbs do not use each other. Shared code is in
+//! A verb that needs a cargo feature also has a line in [`LEFT_OUT`]. Verbs do not use each other. Shared code is in
 //! [`arguments`], [`emit`], [`memory`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
 
 mod arguments;
@@ -248,7 +248,7 @@ fn left_out(error: &clap::Error) -> Option<&'static (&'static str, &'static str)
     }
 }
 
-/// The error and its causes, without a cause that the preceding message already ends with.
+/// The error and its causes on one line; a cause that repeats the end of the preceding message is omitted.
 fn in_one_line(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |message, cause| {
         let cause = cause.to_string();

@@ -54,7 +54,7 @@ impl From<ProtocolArgument> for Protocol {
     }
 }
 
-/// `WHAT=START:DURATION`.
+/// Time window of one sensor in the form `WHAT=START:DURATION`.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(unix), expect(dead_code, reason = "only Unix systems can replay a log"))]
 struct SensorWindow {

@@ -15,7 +15,7 @@ pub struct Channel {
     pub digits: u8,
     /// Smallest and largest possible value. Values outside are rejected.
     pub range: (f64, f64),
-    /// Alarm below the first or above the second value.
+    /// Limits of the alarm: below the first or above the second value.
     pub alarm: (f64, f64),
     /// The channel with its one-sigma.
     pub sigma: Option<Id>,

@@ -27,13 +27,13 @@ pub enum Arrived {
 /// Counts of the stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Bytes.
+    /// Number of bytes.
     pub bytes: u64,
-    /// Whole frames.
+    /// Number of complete frames.
     pub frames: u64,
-    /// Damaged frames.
+    /// Number of damaged frames.
     pub damaged: u64,
-    /// Frames missing in the sequence, including damaged frames.
+    /// Number of frames missing in the sequence, including damaged frames.
     pub lost: u64,
 }
 

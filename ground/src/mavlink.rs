@@ -56,7 +56,7 @@ struct Vehicle {
     sender: (u8, u8),
     /// Whether its heartbeat identifies it as an autopilot.
     is_autopilot: bool,
-    /// Heartbeats of other autopilots since its last message.
+    /// Number of heartbeats of other autopilots since the vehicle's last message.
     others: u8,
     sequence: Sequence,
     translator: Translator,

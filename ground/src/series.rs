@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 /// A time, seconds since the start of 1970, and a value; NaN is a gap.
 pub type Point = (f64, f64);
 
-/// Number of usual periods without a value that make a gap.
+/// Time without a value, in usual periods, that makes a gap.
 const GAP_PERIODS: f64 = 3.0;
 /// Limits of the shortest time without a value that makes a gap, s.
 const GAP_S: (f64, f64) = (0.25, 3.0);
-/// A channel is silent after this number of its usual periods without a value, and after this time, s.
+/// Time without a value, in usual periods, after which a channel is silent, and the shortest such time, s.
 const SILENT_PERIODS: f64 = 4.0;
 const SILENT_S: f64 = 2.0;
 /// Initial capacity, values.

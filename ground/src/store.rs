@@ -155,7 +155,8 @@ impl Store {
         (self.texts.iter().skip(skip), number.max(self.texts_gone))
     }
 
-    /// The same for markers.
+    /// The markers from number `number` on, counted from the first marker ever, and the number of the first returned
+    /// marker.
     pub fn markers_from(&self, number: u64) -> (impl Iterator<Item = &Marker>, u64) {
         let skip = usize::try_from(number.saturating_sub(self.markers_gone)).unwrap_or(usize::MAX);
         (self.markers.iter().skip(skip), number.max(self.markers_gone))

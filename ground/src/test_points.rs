@@ -316,7 +316,7 @@ mod tests {
         heard_from(0.0, steps, noise)
     }
 
-    /// The same, without telemetry before `first_s`.
+    /// The same flight as [`flown`], without telemetry before `first_s`.
     fn heard_from(first_s: f64, steps: &[(f64, f64)], noise: f64) -> TestPoints {
         let (mut store, mut points) = (Store::new(100_000), TestPoints::default());
         let (mut rate, mut seed) = (0.0, 1u32);

@@ -26,8 +26,8 @@ pub struct ExcitationLimits {
     pub rate_radps: f64,
     /// Speed over ground, m/s.
     pub speed_mps: f64,
-    /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends
-    /// when the stick is back.
+    /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends when
+    /// the stick has returned.
     pub stick_rate_per_s: f64,
 }
 

@@ -8,9 +8,9 @@ use crate::scalar::Scalar;
 
 /// Double pole, 1/s, with which the reference velocity follows the wanted velocity.
 const FOLLOWS_PER_S: f64 = 8.0;
-/// The same pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
+/// The double pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
 const STOPS_PER_S: f64 = 1.0;
-/// Distance to the wanted velocity, m/s, and acceleration, m/s², below which the reference is set to it.
+/// Difference from the wanted velocity, m/s, and acceleration, m/s², below which the reference is set to it.
 const REACHED: f64 = 1e-9;
 /// Largest rate of change of the commanded acceleration, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
@@ -253,12 +253,12 @@ impl<T: Scalar> Guidance<T> {
         self.stops = true;
     }
 
-    /// Velocity, m/s, and heading, rad, of the last references for the loops.
+    /// Last references for the loops: velocity, m/s, and heading, rad.
     pub fn asked(&self) -> (Vector<Ned, T>, T) {
         (self.reference.velocity_mps, self.reference.heading_rad)
     }
 
-    /// The references of this sample.
+    /// The references of velocity and heading for this sample.
     ///
     /// # Source
     /// Equation (C6) of docs/equations.md.

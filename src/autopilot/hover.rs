@@ -109,7 +109,7 @@ pub struct HoverAutopilot<T = f64> {
     monitor: HealthMonitor<T>,
     /// The last command.
     sticks: Sticks<T>,
-    /// Remaining difference between the modes.
+    /// Remaining difference between the commands of the previous and the present mode.
     fading: Sticks<T>,
     /// Remaining time of gentle stick motion, s, after the switch moved the sticks between pilot and autopilot.
     gentle_s: f64,
@@ -129,7 +129,7 @@ struct Flown<'a, T> {
 }
 
 impl<T: Scalar> Flown<'_, T> {
-    /// The parts of velocities along the body's forward and right axes.
+    /// Components of each velocity along the body's forward and right axes, m/s.
     fn forward_and_right(&self, velocities: [Vector<Ned, T>; 2]) -> [[T; 2]; 2] {
         let [north, east, down] = self.solution.body_to_ned.rows();
         velocities.map(|velocity| {
@@ -420,7 +420,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         (roll_rad - self.trim.roll_rad, pitch_rad - self.trim.pitch_rad)
     }
 
-    /// Collective about trim.
+    /// Collective command about trim.
     fn heave_loop(&mut self, flown: &Flown<'_, T>, reference: &Reference<T>, trusted: bool) -> T {
         if !trusted {
             if self.heave_runs && self.learned.is_plausible() {
@@ -496,7 +496,7 @@ const FADED: f64 = 1e-9;
 /// Difference of the sticks above which they are handed back without a limit on steps.
 const FAR_APART: f64 = 0.5;
 
-/// Remaining `fading` one sample later, when the pilot has the sticks.
+/// The value of `fading` one sample later while the pilot has the sticks.
 fn handed_back<T: Scalar>(fading: Sticks<T>, period_s: T, hand_back_s: T) -> Sticks<T> {
     let share = (period_s / hand_back_s).min(T::ONE);
     let gently = T::of(GENTLE_PER_S) * period_s;
@@ -506,7 +506,7 @@ fn handed_back<T: Scalar>(fading: Sticks<T>, period_s: T, hand_back_s: T) -> Sti
     }))
 }
 
-/// The horizontal part.
+/// Horizontal part of a velocity.
 fn level<T: Scalar>(velocity: Vector<Ned, T>) -> Vector<Ned, T> {
     Vector::new(velocity.x(), velocity.y(), T::ZERO)
 }

@@ -13,16 +13,16 @@ use crate::scalar::Scalar;
     serde(bound(deserialize = "T: serde::Deserialize<'de> + Default, StickLimits<T>: Default"))
 )]
 pub struct StickLimits<T = f64> {
-    /// Lowest, −1 to 0.
+    /// Lowest position of each stick, −1 to 0.
     pub lowest: Sticks<T>,
-    /// Highest, 0 to 1.
+    /// Highest position of each stick, 0 to 1.
     pub highest: Sticks<T>,
-    /// Fastest, full travels (of 1) a second; above 0.
+    /// Fastest motion of each stick, full travels (of 1) a second; above 0.
     pub rate_per_s: Sticks<T>,
 }
 
 impl Default for StickLimits {
-    /// The whole range, and from stop to stop within 0.5 s.
+    /// The whole range, and motion from stop to stop within 0.5 s.
     fn default() -> Self {
         Self {
             lowest: Sticks::from_array([-1.0; 4]),

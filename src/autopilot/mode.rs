@@ -3,7 +3,7 @@
 use crate::health::Distrust;
 use crate::time::Time;
 
-/// Mode of the autopilot; after the pilot's own flying, the best comes first.
+/// Mode of the autopilot: first the pilot's flying, then from the best to the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mode {
     /// The pilot flies.
@@ -21,7 +21,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All modes; after the pilot's own flying, the best comes first.
+    /// All modes: first the pilot's flying, then from the best to the worst.
     pub const ALL: [Self; 6] = [
         Self::Manual,
         Self::Position,

@@ -17,8 +17,8 @@ pub struct TestInput {
     pub maneuver: Maneuver,
 }
 
-/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took
-/// over, each next one [`pause_s`](Self::pause_s) after the end of the previous one.
+/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took over.
+/// Each next one begins [`pause_s`](Self::pause_s) after the end of the previous one.
 ///
 /// The programme ends when a pilot's stick moves beyond the dead band or the pilot's signal is lost. It also ends at
 /// the fence, when a limit is crossed, or when velocity is not held. The next engagement of the autopilot starts it
@@ -75,14 +75,14 @@ impl ExcitationProgramme {
 pub enum ProgrammeChange {
     /// An input begins.
     Begins {
-        /// Its number, counted from 1.
+        /// Number of the input, counted from 1.
         number: u8,
         /// The stick that is moved.
         stick: Channel,
     },
-    /// All have been flown.
+    /// All inputs have been flown.
     Done,
-    /// No more are flown until the autopilot takes over again.
+    /// The programme ended early: no further input until the autopilot takes over again.
     Ended(ExcitationAbort),
 }
 
@@ -101,9 +101,9 @@ impl fmt::Display for ProgrammeChange {
 enum Stage {
     /// The autopilot does not fly, or the programme has ended.
     Off,
-    /// The next begins after this time, s.
+    /// The next input begins after this time, s.
     Waits(f64),
-    /// The next is under way.
+    /// The next input is being flown.
     Flies,
 }
 
@@ -113,7 +113,7 @@ pub(crate) struct ProgrammeFlight {
     programme: ExcitationProgramme,
     stage: Stage,
     next: usize,
-    /// Where the pilot's sticks were at engagement.
+    /// Positions of the pilot's sticks at engagement.
     neutral: Sticks,
 }
 

@@ -45,7 +45,7 @@ pub enum Check {
 }
 
 impl Check {
-    /// All of them, in the order of [`Readiness::results`].
+    /// All checks, in the order of [`Readiness::results`].
     pub const ALL: [Self; 15] = [
         Self::Estimate,
         Self::Tilt,
@@ -174,7 +174,7 @@ pub struct Observed<'a, T = f64> {
     pub fix_age_s: Option<f64>,
     /// The pilot's sticks.
     pub pilot: Option<Sticks>,
-    /// Trim to compare them with.
+    /// Trim with which the sticks are compared.
     pub trim: &'a Trim,
     /// The loop's own period, s.
     pub loop_period_s: Option<f64>,
@@ -197,7 +197,7 @@ pub struct Checked {
     pub value: f64,
     /// The largest number that passes; for [`Check::Pilot`] and [`Check::Servos`] the smallest.
     pub limit: f64,
-    /// Whether it passes.
+    /// Whether the check passes.
     pub passes: bool,
 }
 

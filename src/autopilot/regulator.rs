@@ -35,11 +35,11 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     pub pending: [[T; U]; U],
     /// Stick per s of measured error: zero except for states without steady error.
     pub integral_per_s: [[T; Y]; U],
-    /// Propagation of the hidden states over a sample, from themselves,
+    /// Hidden states after a sample, per hidden state before it.
     pub hidden_from_hidden: [[T; H]; H],
-    /// from the measured ones,
+    /// Hidden states after a sample, per measured state before it.
     pub hidden_from_measured: [[T; Y]; H],
-    /// and from the command that acts.
+    /// Hidden states after a sample, per command that acted during it.
     pub hidden_from_pending: [[T; U]; H],
     /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: T,
@@ -139,7 +139,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         }
     }
 
-    /// Starts again at trim, with only the command under way remembered.
+    /// Restarts at trim, with the commands under way `pending`.
     pub fn start(&mut self, pending: [T; U]) {
         *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
     }

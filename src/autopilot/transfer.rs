@@ -14,7 +14,7 @@ pub struct TransferConfig<T = f64> {
     /// Time constant, s, of the fade of the difference between the last command of one mode and the first of the
     /// next.
     pub fade_s: T,
-    /// Time constant of the same fade when the pilot takes over, s.
+    /// Time constant, s, of the fade of that difference when the pilot takes over.
     pub hand_back_s: T,
     /// Time constant with which the sticks go to trim when attitude is unknown, s.
     pub neutral_s: T,

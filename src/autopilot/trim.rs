@@ -1,4 +1,4 @@
-//! Trim: sticks and tilt that hold the vehicle in place, as flown.
+//! Trim: sticks and tilt that hold the vehicle in a hover, as flown.
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;

@@ -33,22 +33,22 @@ impl Sticks {
 }
 
 impl<T: Scalar> Sticks<T> {
-    /// All at trim.
+    /// All sticks at trim.
     pub const NEUTRAL: Self = Self::from_array([T::ZERO; 4]);
 
-    /// From lateral, longitudinal, collective, pedal.
+    /// Sticks from lateral, longitudinal, collective, pedal.
     #[must_use]
     pub const fn from_array([lateral, longitudinal, collective, pedal]: [T; 4]) -> Self {
         Self { lateral, longitudinal, collective, pedal }
     }
 
-    /// Lateral, longitudinal, collective, pedal.
+    /// The four positions in the order lateral, longitudinal, collective, pedal.
     #[must_use]
     pub const fn to_array(self) -> [T; 4] {
         [self.lateral, self.longitudinal, self.collective, self.pedal]
     }
 
-    /// The same in numbers of another type.
+    /// These positions in numbers of another type.
     #[must_use]
     #[inline(always)]
     pub fn cast<U: Scalar>(self) -> Sticks<U> {

@@ -30,7 +30,7 @@ const ANCHOR_SIGMA_S: f64 = 5e-3;
 /// Random walk of the tick's relative error, 1/√s: a quartz during warm-up.
 const TICK_WALK_PER_SQRT_S: f64 = 1e-6;
 
-/// Largest difference of an arrival from the expected one for use in the filter, s.
+/// Largest difference between actual and expected arrival, s, for the arrival to be used in the filter.
 const GATE_S: f64 = 5e-3;
 
 /// Consecutive packets of similar lateness after which the expected arrival counts as too early.
@@ -60,7 +60,7 @@ pub enum Basis {
 /// Sample time of a packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stamp {
-    /// The sample's time on the clock of the arrivals; later than that of any earlier stamp.
+    /// Time of the sample on the clock of the arrivals; later than the time of any earlier stamp.
     pub time: Time,
     /// Lateness of the packet against its expected arrival, s; negative if early. The expectation follows the mean,
     /// so this is the jitter of line and scheduler.
@@ -77,7 +77,7 @@ pub enum ClockFault {
         /// The timer's count.
         timer: u16,
     },
-    /// The packet arrived so early that the previous samples must have been stamped late: its time would run
+    /// The packet arrived so early that the previous samples must have been stamped late: the sample's time would run
     /// backwards. The clock is corrected, and samples are valid again once it has passed the last one. This is common
     /// when packets queued before the start are read at once.
     NotAfterPrevious {
@@ -251,8 +251,8 @@ impl Line {
         Ok((late_s, Basis::Arrival))
     }
 
-    /// Whole wraps of the timer in a gap that seems `gap_s` long. Packets are late more often than early, so three
-    /// quarters of the ambiguity are on the late side.
+    /// Number of whole timer wraps in a gap of about `gap_s`. Packets are late more often than early, so three quarters
+    /// of the ambiguity are on the late side.
     ///
     /// # Source
     /// Equation (D3) of docs/equations.md.

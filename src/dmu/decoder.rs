@@ -139,8 +139,8 @@ impl Decoder {
     /// The next packet. Takes the required bytes from the front of `bytes`. `None` means that all bytes were taken
     /// and no packet is complete.
     pub fn next_packet(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        // Turns: at most two for each buffered or new byte. Each turn takes in, skips or delivers at least one byte,
-        // as the buffer is longer than two packets.
+        // Turns: at most two for each buffered or new byte. Each turn buffers, skips or delivers at least one byte, as
+        // the buffer is longer than two packets.
         loop {
             match self.advance() {
                 Advance::Found(packet) => return Some(self.deliver(packet)),

@@ -73,7 +73,7 @@ enum State {
     Running {
         /// Arrival of the last packet, or start of operation.
         heard: Time,
-        /// Number of bytes lost up to then.
+        /// Number of bytes lost until the last packet or the start of operation.
         lost: u64,
         /// Time of the next request in polled operation.
         request: Option<Time>,

@@ -15,7 +15,7 @@ pub(super) struct AntennaOffset {
     found_m: [f32; 2],
     /// Variance of each, in squares of [`SIGMA_M`].
     variance: f32,
-    /// Log likelihood ratio of the recent fixes, with against without the offset, in left and in right turns.
+    /// Log likelihood ratios of the recent fixes, with the offset against without it: in left turns, in right turns.
     evidence: [f32; 2],
     used: bool,
     /// Variance at the last report, infinite before the first.
@@ -34,11 +34,11 @@ const LATE_S: f32 = 0.05;
 /// The offset is used permanently once the evidence of both sides exceeds `ENOUGH`; evidence is limited to `MOST`.
 const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
-/// A smaller offset, m, is not used: its own error would be as large.
+/// Smallest offset, m, that is used: the error of a smaller one would be as large as the offset.
 const LEAST_M: f32 = 0.25;
-/// An innovation above this number of one-sigmas has other causes and is ignored.
+/// Largest innovation, in one-sigmas, that an antenna offset explains; a larger one is ignored.
 const OUTLIER: f32 = 5.0;
-/// The offset is reported again when its variance has fallen to this share.
+/// Share of the variance at the last report at which the offset is reported again.
 const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {

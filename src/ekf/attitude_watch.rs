@@ -58,7 +58,7 @@ impl AttitudeWatch {
         }
     }
 
-    /// The filter moved towards the reference by `by_rad`.
+    /// Accounts for a correction of the filter towards the reference, by `by_rad` about north, east and down.
     pub fn corrected(&mut self, by_rad: [f32; 3]) {
         for ((mean, last), by) in self.mean.iter_mut().zip(&mut self.last).zip(by_rad) {
             *mean -= by;
@@ -82,16 +82,16 @@ impl AttitudeWatch {
 
 /// A larger change from one reading to the next, rad, is a jump.
 const JUMP_RAD: f32 = 0.3;
-/// Changes slower than this, s, belong to the slow error of the reference.
+/// Time constant, s, above which changes belong to the slow error of the reference.
 const MEMORY_S: f32 = 3.0;
 /// Time constants, s, with which swings are detected and forgotten.
 const RISE_S: f32 = 1.0;
 const FALL_S: f32 = 5.0;
-/// Swings up to this multiple of the reference's variance are its noise.
+/// Largest swing, in multiples of the reference's variance, that counts as its noise.
 const USUAL: f32 = 1.5;
 /// Correlation time of a swing's error, s.
 const ALIKE_S: f32 = 1.0;
-/// A reference that swings by more than this, rad (2.5°), does not follow this vehicle's motion.
+/// Largest swing, rad (2.5°), of a reference that follows the vehicle's motion.
 const MOST_RAD: f32 = 0.044;
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ const SCATTER_S: f64 = 10.0;
 const MOST_SIGMAS: f64 = 3.0;
 /// Largest share of the variance that one reading may change.
 const MOST_SHARE: f64 = 0.05;
-/// A reading repeated for longer than this, s, comes from a coarse resolution, not from a logger.
+/// Longest time, s, for which a logger repeats a reading; longer repetitions come from a coarse resolution.
 const HELD_S: f64 = 1.2;
 /// Initial noise in multiples of the stated one.
 const UNKNOWN: f64 = 2.0;
@@ -44,7 +44,7 @@ impl Barometer {
         self.variance > 0.0
     }
 
-    /// Its level, m.
+    /// Level of the barometer, m.
     pub fn level_m(&self) -> f64 {
         f64::from(self.level_m)
     }

@@ -101,8 +101,8 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The first setting that is not a number in its range, with the value found and the range expected: 0 to 1
-            /// if its doc states that, otherwise 0 to 1e9.
+            /// The first setting out of its range, with the value found and the range expected. The range is 0 to 1 if
+            /// the setting's doc states that, otherwise 0 to 1e9.
             #[must_use]
             pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
                 [$((stringify!($key), self.$key, most!($($most)?))),*]
@@ -140,8 +140,8 @@ settings! {
         gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, if the layout has states for it.
         accel_scale_sigma = 0.005,
-        /// Gyro error about the axis of a turn, as a share of the turn, scale and lag together, if the layout has no
-        /// states for it. Across the axis, by misalignment, it is 2.5 times as large.
+        /// Gyro error about the axis of a turn, as a share of the turn, if the layout has no states for it. It contains
+        /// scale and lag. Across the axis, by misalignment, it is 2.5 times as large.
         turn_error_share = 0.0012,
         /// Time, s, for which the error of a turn keeps its sign.
         turn_error_time_s = 2.0,
@@ -286,10 +286,10 @@ settings! {
     GateConfig {
         /// Innovations beyond this number of one-sigmas are rejected.
         sigmas = 5.0,
-        /// Time of rejections, s, before the filter is reset to the measurement: after an absence, after trouble with
-        /// the inertial samples, or in a filter that was already diverging.
+        /// Time of rejections, s, before the filter is reset to the measurement if the filter is suspect. It is suspect
+        /// after an absence, after trouble with the inertial samples, or if it was already diverging.
         recovery_s = 1.0,
-        /// Time of rejections, s, before positions are accepted that jumped while the velocity still agrees; shorter if
+        /// Time of rejections, s, before a position is accepted that jumped while the velocity still agrees. Shorter if
         /// the previous position was reported for less time.
         fault_s = 30.0,
         /// Time of uninterrupted rejections, s, before the filter is reset to the measurement in all other cases.

@@ -132,9 +132,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turn_rad.cast());
     }
 
-    /// Raises the variance of the biases that may have stepped. A step found within the gate is small: the tilt
-    /// variance grows with it. A step that led beyond the gate is large: it is dated back to its start. Attitude and
-    /// velocity then receive the error accumulated since, with its correlation to the biases.
+    /// Raises the variance of the biases that may have stepped. A step detected from accepted innovations is small: the
+    /// tilt variance grows too. A step detected from rejected innovations is large: the error is traced back to the
+    /// start of the step. Attitude and velocity then receive the error accumulated since, with its correlation to the
+    /// biases.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
@@ -243,8 +244,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.field_watch.doubt_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
 
-    /// Whether the heading source is accepted, at an innovation of `off_rad`. After a turn against it, it must first
-    /// agree for [`AGREED_S`].
+    /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the
+    /// source, the source must first agree for [`AGREED_S`].
     pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
         is_trusted(&mut self.heading_distrusted, time, off_rad)
     }
@@ -265,23 +266,24 @@ pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
 const TURNED_TILT_RAD: f64 = 0.07;
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// A rejected heading source is used again after its innovation stayed below this, rad, for this time, s.
+/// Largest innovation, rad, of a rejected heading source that agrees again, and the time, s, of agreement before it is
+/// used.
 const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
 /// against the attitude from the fixes.
 const TAKEN_S: f64 = 5.0;
-/// One-sigmas in units of the usual ones: of an accelerometer bias after a vertical or large step, and of a gyro bias
-/// after a large step.
+/// One-sigmas of biases that may have stepped, in units of the usual ones: of the accelerometers after a vertical or
+/// large step, of the gyros after a large step.
 const STEPPED_ACCEL: f64 = 3.0;
 const STEPPED_FAR_GYRO: f64 = 6.0;
 /// One-sigma of the tilt error caused by a small step, rad.
 const STEPPED_TILT_RAD: f64 = 0.02;
-/// Typical time from a step to its detection, s.
+/// Typical time, s, from a bias step to its detection.
 const STEPPED_S: f64 = 3.0;
 /// Time constant with which the suspicion against a heading reference decays, s.
 const DOUBT_S: f64 = 200.0;
-/// Suspicion below this, rad, is set to zero: its decay would end in denormal numbers.
+/// Least suspicion, rad; a smaller one is set to zero, because its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
 /// Correlation time of a disturbed field, s.
 const DISTURBED_S: f64 = 1000.0;

@@ -109,7 +109,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_said: u32,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    /// Height of the last fix, m, and since when fixes of a moving vehicle repeat it without a vertical velocity.
+    /// Height of the last fix, m, and the time since which fixes of a moving vehicle repeat it without a vertical
+    /// velocity.
     last_height_m: f64,
     height_since: Time,
     level: Level,
@@ -134,7 +135,7 @@ const OF_ONE_CLOCK_S: f64 = 10.0;
 const REPEATED_MPS: f64 = 0.2;
 /// Minimum time, s, of an unchanged height during motion after which it counts as not measured.
 const HELD_HEIGHT_S: f64 = 3.0;
-/// Suspect samples closer than this, s, are one event.
+/// Longest time, s, between suspect samples of one event.
 const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
 const HELD: usize = 4;
@@ -336,7 +337,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Feeds a sample to the heading search and to the watch of the wheels.
+    /// Feeds a sample to the heading search and to the wheel monitor.
     fn feel(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
@@ -353,8 +354,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         );
     }
 
-    /// Whether a fix repeats the previous one bit for bit in position and velocity, during motion: its velocity is not
-    /// zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
+    /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
+    /// fix's velocity is not zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
         if core::mem::replace(&mut self.last_said, said) != said {
@@ -367,7 +368,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
-    /// Whether a receiver seems to hold the height, as with three satellites, without reporting so: the height of a
+    /// Whether a receiver seems to hold the height without reporting so, as with three satellites. Then the height of a
     /// moving vehicle is identical in fix after fix, and its vertical velocity is zero or absent.
     fn holds_height(&mut self, fix: &Fix) -> bool {
         let height_m = fix.position.height_m;

@@ -28,7 +28,7 @@ pub(super) struct Excess {
     refused: Option<(Time, f64)>,
     /// Same for the vertical velocity, innovation in m/s; zero after a reset to the measurement.
     refused_down: (Time, Option<f32>),
-    /// Time of the last reset of vertical velocity, and the growth rate of its error before, m/s².
+    /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
     reopened_down: (Time, Option<f32>),
 }
 
@@ -65,14 +65,14 @@ const MOST: f64 = 10.0;
 /// Mean product that indicates a step, and its averaging time, s.
 const STEP: f64 = 4.0;
 const STEP_S: f64 = 2.0;
-/// Rejected innovations indicate a step when they have grown by the factor `GROWN` within this time, s.
+/// Time, s, within which rejected innovations must grow by the factor `GROWN` to indicate a step.
 const GROWING_S: f64 = 0.9;
 const GROWN: f64 = 1.5;
 /// Same for vertical innovations, s.
 const GROWING_DOWN_S: f64 = 1.9;
-/// A second reset of the vertical velocity to the same side within this time, s, also indicates a step.
+/// Longest time, s, between two resets of the vertical velocity to the same side that indicate a step.
 const AGAIN_S: f64 = 10.0;
-/// Fixes further apart than this, s, are not compared.
+/// Longest time, s, between two compared fixes.
 const LONGEST_S: f64 = 3.0;
 /// Limit of an innovation, in one-sigmas: outliers are not noise.
 const MOST_SIGMAS: f64 = 3.0;
@@ -138,8 +138,8 @@ impl Excess {
         }
     }
 
-    /// Compares the vertical velocity likewise. The product counts only if the height innovation `height` has the same
-    /// sign: a receiver's vertical velocity has slow errors too.
+    /// Compares the vertical velocity of a fix with that of the previous fix. The product counts only if the height
+    /// innovation `height` has the same sign: a receiver's vertical velocity has slow errors too.
     fn compare_down(&mut self, time: Time, down: Option<f64>, height: f64) {
         let before = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
         if let (Some(down), Some((then, last))) = (down, before)

@@ -1,14 +1,15 @@
 //! Monitor of the magnetic field for changes.
 //!
 //! A current or iron nearby adds to the field. The parts it adds along the horizontal field and downwards do not depend
-//! on the heading, so they are observable. The part across turns the measured heading. A turn faster than gyro drift is
-//! detected with the gyros. A slower one is unobservable; it is assumed to be as large as the other parts.
+//! on the heading, so they are observable. The part across the horizontal field turns the measured heading. The gyros
+//! show a turn of the field that is faster than their drift. A slower turn is unobservable; this part is then assumed
+//! to be as large as the others.
 
 use super::{root, square};
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// The usual field, and the field when the heading was last opened for a change.
+/// The usual field, and the field at the last increase of the heading's variance for a change of the field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldWatch {
     /// Time of the last evaluated reading.
@@ -18,7 +19,7 @@ pub(super) struct FieldWatch {
     opened_at: Parts,
     /// Variance of a component about the usual field, gauss².
     scatter: f32,
-    /// Time, s, for which the field was usual, and for which it has been constant elsewhere.
+    /// Time, s, for which the field was usual, and for which a changed field has been constant.
     usual_s: f32,
     elsewhere_s: f32,
     /// One-sigma of the heading error due to the field's distance from the usual one, rad.
@@ -56,7 +57,7 @@ pub(super) struct FieldChange {
     pub turn: Option<Turn>,
 }
 
-/// Event in the course of a disturbance.
+/// Event during a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     /// One reading is unusual. It may be a spike; a second one makes it [`Away`](Self::Away).
@@ -65,10 +66,10 @@ pub(super) enum Turn {
     Away,
     /// The field returned to the usual one.
     Back,
-    /// The field has been elsewhere for longer than it was at its initial value. The initial field was the disturbed
-    /// one; the present field becomes the usual one.
+    /// The field has been changed for longer than it was at its initial value. The initial field was the disturbed one;
+    /// the present field becomes the usual one.
     Settled,
-    /// The field has been constant elsewhere for so long that either field may be the Earth's.
+    /// A changed field has been constant for long enough that either field may be the Earth's.
     Lasting,
 }
 
@@ -80,16 +81,16 @@ const CHANGED_SIGMAS: f32 = 4.0;
 const TURNED_RAD: f32 = 0.17;
 const TURNED_SIGMAS: f32 = 3.0;
 const AZIMUTH_S: f32 = 15.0;
-/// The field counts as returned within this share of the limits.
+/// Share of the limits within which the field counts as returned.
 const BACK_SHARE: f32 = 0.5;
 /// Time constant, s, of the usual field; shorter while the field is known for less time.
 const USUAL_S: f32 = 60.0;
-/// A field constant elsewhere for twice the time of the usual one may as well be the Earth's. The time is limited to
-/// this range, s.
+/// Shortest and longest time, s, after which a changed field may be the Earth's. Between them it is twice the time for
+/// which the usual field was observed.
 const LASTING_S: [f32; 2] = [5.0, 180.0];
-/// A usual field of less than this time, s, was only the field at the start.
+/// Least time, s, of a usual field; after a shorter time it was only the field at the start.
 const WRONG_START_S: f32 = 30.0;
-/// Longer intervals between readings, s, count as this one.
+/// Longest interval, s, that one reading counts for.
 const LONGEST_S: f32 = 1.0;
 /// Largest heading one-sigma assumed for the unobserved component, rad.
 const MOST_RAD: f32 = 1.0;

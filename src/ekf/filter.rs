@@ -31,10 +31,10 @@ use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
 use crate::time::Time;
 
-/// Largest one-sigma, rad, to which a gap opens the attitude: beyond it no linearisation holds.
+/// Largest one-sigma of the attitude after a gap, rad: linearisation is invalid beyond it.
 pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 
-/// Memory of the samples themselves, independent of the filter's estimates.
+/// State derived from the samples alone, independent of the filter's estimates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Samples<T> {
     pub integrator: Integrator<T>,
@@ -90,25 +90,26 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) attitude_watch: AttitudeWatch,
     /// Slow error of the last sensor of heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
-    /// Additional error of the sensor of heading beyond its own slow error, rad, according to the fixes.
+    /// Additional one-sigma of the heading sensor's slow error, rad, according to the fixes.
     pub(super) heading_doubt_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// Time when the sensor of heading last disagreed with a heading that had been turned against it.
+    /// Time of the last disagreement of the heading sensor with the filter, after the filter was turned against it.
     pub(super) heading_distrusted: Option<Time>,
-    /// Time when a gap last hid the attitude, until an attitude is measured.
+    /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
     pub(super) heading_revision: HeadingRevision<T>,
     pub(super) barometer: Barometer,
     pub(super) ground: Ground,
     pub(super) antenna_heading: AntennaHeadingMemory,
-    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity likewise, m/s.
+    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity horizontal and
+    /// vertical, m/s.
     pub(super) gps_wander: Option<[f32; 4]>,
     /// Steps over which the covariance is not propagated yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
     /// Angular rate against the ground's axes, less bias, rad/s.
     pub(super) angular_rate_radps: Vector<Body, T>,
-    /// Time since the parameters last relaxed, s, at the last propagation.
+    /// Time from the last relaxation of the parameters to the last propagation, s.
     pub(super) unrelaxed_s: T,
     /// Learned variances of the GPS errors, relative to the stated or configured ones: position, horizontal velocity
     /// and vertical velocity.
@@ -221,8 +222,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
     }
 
-    /// Opens the slow errors of GPS. Position and velocity of a start are those of a fix: their error is the slow error
-    /// of that fix with the opposite sign.
+    /// Raises the variances of the slow GPS errors at a start. Position and velocity of a start are those of a fix:
+    /// their error is the slow error of that fix with the opposite sign.
     ///
     /// # Source
     /// Equation (K14) of docs/equations.md.
@@ -249,8 +250,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Opens the slow errors at a share of `sigma`, correlated with the states `of` that came from the fix; returns
-    /// their one-sigmas.
+    /// Raises the variances of the slow errors to a share of `sigma`, correlated with the states `of` that came from
+    /// the fix. Returns their one-sigmas.
     fn open_block_of_start(
         &mut self,
         first: usize,
@@ -389,8 +390,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
 
-    /// A step over a gap: the state coasts, and the covariance opens by the possible motion. Returns the same as
-    /// [`step`](Self::step).
+    /// A step over a gap: the state coasts, and the covariance grows by the possible motion. Returns the rotation rate
+    /// of NED, rad/s, as [`step`](Self::step) does.
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
         self.catch_up(trace);
         let before = self.state;
@@ -414,7 +415,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// One-sigma of a start velocity, m/s, above which it did not come from a fix.
+/// Largest one-sigma, m/s, of a start velocity from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
 /// [`Ekf::heading_wander`] before the first measured heading.
 const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {

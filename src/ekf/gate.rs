@@ -187,16 +187,16 @@ const DOUBT_S: f64 = 10.0;
 const UNPROVEN_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Innovations whose mean exceeds this, in one-sigmas, are biased: chance does not explain it.
+/// Mean innovation, in one-sigmas, above which innovations are biased: chance does not explain it.
 const LEANING: f32 = 1.5;
 /// Limit, in one-sigmas, of a single innovation in that mean.
 const MOST_LEAN: f32 = 5.0;
 /// Time constant of that mean, s, for frequent innovations.
 const LEANING_S: f64 = 2.0;
-/// Innovations whose mean is below this, in one-sigmas, are unbiased.
+/// Mean innovation, in one-sigmas, below which innovations are unbiased.
 const UPRIGHT: f32 = 0.75;
-/// Largest position innovation with a correct filter velocity: this, m, plus `JUMP_MPS`, m/s, for each second since the
-/// last accepted fix. A larger one is a jump.
+/// Largest position innovation with a correct filter velocity, m; `JUMP_MPS`, m/s, is added for each second since the
+/// last accepted fix. A larger innovation is a jump.
 const JUMP_M: f64 = 5.0;
 const JUMP_MPS: f64 = 10.0;
 /// Time, s, after which a rejected heading is accepted.
@@ -206,9 +206,9 @@ const HEADING_S: f64 = 120.0;
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
 const DISPUTED_MOST_S: f32 = 200.0;
-/// An ambiguity below this, m, is set to zero.
+/// Least ambiguity, m; a smaller one is set to zero.
 const DISPUTED_LEAST_M: f32 = 0.1;
-/// A position fused for less than this, s, has not settled.
+/// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 /// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
 const MOST_BETWEEN_S: f32 = 3.0;
@@ -265,7 +265,7 @@ impl Gates {
         self.doubted_until - time > DOUBT_S
     }
 
-    /// Whether a velocity was reopened recently. Innovations have one sign for a while after that.
+    /// Whether a velocity was reopened recently. Afterwards innovations keep one sign for some seconds.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.lost_until
     }

@@ -6,7 +6,7 @@ use crate::time::Time;
 /// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. Faster than gyro drift, slower than a
 /// passing magnet.
 const FOLLOWED_RADPS: f64 = 0.0017;
-/// Longer intervals between corrections, s, count as this one.
+/// Longest interval, s, that one correction counts for.
 const FARTHEST_APART_S: f64 = 1.0;
 
 /// Total heading change due to errors found in the heading source.
@@ -17,8 +17,8 @@ const FARTHEST_APART_S: f64 = 1.0;
 pub(super) struct HeadingRevision<T> {
     /// Total up to now, rad.
     pub total_rad: T,
-    /// Whether the heading source is a magnetometer, whose error stays constant while the heading does. The error of a
-    /// heading computed by a sensor drifts by itself.
+    /// Whether the heading source is a magnetometer: its error is constant at a constant heading. The error of a
+    /// heading computed by a sensor drifts in time.
     pub is_magnetic: bool,
     /// Change of the error not yet included in the total, rad.
     pending_rad: T,

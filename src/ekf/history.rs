@@ -13,7 +13,7 @@ use crate::time::Time;
 /// Number of entries kept.
 const CAPACITY: usize = 51;
 
-/// Steps are merged into entries of at most this duration, s. [`CAPACITY`] entries then reach back at least half a
+/// Longest duration, s, of an entry, into which steps are merged. [`CAPACITY`] entries then reach back at least half a
 /// second at any sample rate.
 const ENTRY_S: f64 = 0.0101;
 
@@ -54,23 +54,23 @@ pub struct History<T> {
 /// The present state carried back to an earlier moment, and the relation of its errors to the present ones.
 #[derive(Clone, Copy, Debug)]
 pub struct LookBack<T> {
-    /// The state then.
+    /// State at the earlier moment.
     pub state: NavState<T>,
-    /// Angular rate of the body then, rad/s.
+    /// Angular rate of the body at the earlier moment, rad/s.
     pub angular_rate_radps: Vector<Body, T>,
-    /// Acceleration then, low-passed, m/s²; zero if not requested.
+    /// Acceleration at the earlier moment, low-passed, m/s²; zero if not requested.
     pub acceleration_mps2: Vector<Ned, T>,
-    /// Duration of that mean, s.
+    /// Duration, s, over which the acceleration is averaged.
     pub acceleration_over_s: T,
-    /// Time from then to now, s.
+    /// Time from the earlier moment to now, s.
     pub age_s: T,
     /// Part of that time within gaps of the inertial samples, s.
     pub hidden_s: T,
-    /// Velocity change by specific force since then, m/s.
+    /// Velocity change by specific force since the earlier moment, m/s.
     pub force_mps: Vector<Ned, T>,
-    /// Integral of that velocity change from then to now, m.
+    /// Integral of that velocity change from the earlier moment to now, m.
     pub force_m: Vector<Ned, T>,
-    /// Integral of the direction cosines since then, rows north, east, down, s.
+    /// Integral of the direction cosines since the earlier moment, rows north, east, down, s.
     pub turn_s: [[T; 3]; 3],
 }
 
@@ -81,7 +81,7 @@ pub struct FeltSince<To, T> {
     pub velocity_mps: Vector<To, T>,
     /// Duration, s.
     pub duration_s: T,
-    /// Attitude then.
+    /// Attitude at the earlier moment.
     pub attitude: Rotation<Body, To, T>,
     /// Angular rate of the body then, rad/s.
     pub angular_rate_radps: Vector<Body, T>,

@@ -50,7 +50,7 @@ pub trait Layout<const N: usize>:
     const GPS_DELAY: Option<usize> = None;
     /// Error of the ground height below the vehicle, m, up, needed to use a rangefinder.
     const GROUND: Option<usize> = None;
-    /// Whether the filter constrains a vehicle found to be on wheels to its road while fixes are absent.
+    /// Whether the filter assumes, while fixes are absent, that a vehicle on wheels moves only along its road.
     const WHEELS: bool = false;
 }
 

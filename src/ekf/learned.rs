@@ -23,21 +23,22 @@ pub struct Learned {
     pub rectification: [f64; 3],
     /// Share of the level specific force that counts as motion (K23).
     pub level_share: f64,
-    /// Size of the GPS errors against the stated or configured one: variances of position, of horizontal and
+    /// Ratio of the observed variance of the GPS errors to the stated or configured one: position, horizontal velocity,
     /// vertical velocity (M7).
     pub gps_size: [f32; 3],
-    /// One-sigmas of the slow GPS errors: position horizontal and vertical, m, velocity likewise, m/s (M5).
+    /// One-sigmas of the slow GPS errors: position horizontal and vertical, m, then velocity horizontal and vertical,
+    /// m/s (M5).
     pub gps_wander: Option<[f32; 4]>,
     /// Slow error of the source of heading: one-sigma, rad, and correlation time, s.
     pub heading_wander: [f64; 2],
-    /// Antenna offset from its declared position, body axes, m, and the remaining variance of the horizontal velocity
-    /// per (rad/s)² of turn rate (M16).
+    /// Antenna offset from its declared position, body axes, m. Then the remaining variance of the horizontal velocity
+    /// per (rad/s)² of turn rate, m² (M16).
     pub antenna: ([f64; 3], f32),
     /// Mean square swing of the difference between attitude reference and filter, in tilt and heading, rad² (M8).
     pub attitude_swing: [f64; 2],
     /// Time of the last fused attitude or magnetic heading.
     pub attitude_used: Option<Time>,
-    /// Time of the last gap that hid the attitude; `None` after the next attitude measurement (K20).
+    /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement (K20).
     pub attitude_lost: Option<Time>,
     /// Level of the barometer, m, and the variance of its white error, m² (M18).
     pub baro: (f64, f64),

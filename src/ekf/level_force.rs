@@ -10,7 +10,7 @@ use crate::frames::{Ned, Vector};
 
 /// Averaging time of the horizontal specific force, s.
 const AVERAGED_S: f64 = 1.0;
-/// A squared mean force below this number of its own variances does not count as motion.
+/// Least squared mean force that counts as motion, in multiples of its own variance.
 const VARIANCES: f64 = 2.0;
 
 /// Recent mean of the horizontal specific force, and the share of it that is motion.
@@ -30,7 +30,7 @@ impl<T: Scalar> LevelForce<T> {
     /// State before the first sample: the whole force counts as motion.
     pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
-    /// Feeds a step's change of velocity by specific force.
+    /// Feeds the velocity change by specific force over a step, NED, m/s.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
@@ -69,8 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
-    /// Variance of the horizontal force along an axis with the body components `row`, from accelerometer biases and
-    /// from the tilt, which projects `gravity` into it.
+    /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
+    /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
     fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
         let value = |one: usize, other: usize| self.covariance.value(one, other);
         let mut variance = square(gravity) * value(tilt, tilt);

@@ -11,7 +11,7 @@ use super::{single, square};
 use crate::imu::{FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
-/// A slow error above this number of one-sigmas is unusual.
+/// Largest usual slow error, in one-sigmas.
 const UNUSUAL: f64 = 1.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -339,7 +339,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// Interval, s, at which the parameters relax between measurements: a hundredth of the shortest correlation time. The
 /// delay then costs at most a hundredth of the parameters' wander.
 const RELAXED_EVERY_S: f64 = 0.2;
-/// Correlation time of the fixes' delays, s. Rest does not show the delays, so their estimates decay over hours of it.
+/// Correlation time of the fixes' delays, s. The delays are unobservable at rest, so their estimates decay over hours.
 const DELAY_TIME_S: f64 = 10_800.0;
 /// e^(−1/2): decay over half a correlation time.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
@@ -350,7 +350,8 @@ const ACROSS: f64 = 2.5;
 /// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 
-/// Variance per second, by axis, of the integral of a triad whose `vibration` stays correlated over `alike_s`.
+/// Variance per second that noise adds to the integral of a triad, by axis. It is the larger of `walk`² and `share`²
+/// times the variance `vibration` times its correlation time `alike_s`, s.
 #[inline(always)]
 fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
     let (walk, share) = (square(T::of(walk)), square(T::of(share)));

@@ -51,9 +51,9 @@ struct Unexplained {
 /// One-sigmas of a fix, NED, and gravity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
-    /// Of position, m.
+    /// One-sigma of position, m.
     pub position_m: [f64; 3],
-    /// Of velocity, m/s.
+    /// One-sigma of velocity, m/s.
     pub velocity_mps: [f64; 3],
     /// Gravity, m/s².
     pub gravity_mps2: f64,
@@ -76,7 +76,8 @@ const LEAST_S: f64 = 0.8;
 const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Recent acceleration, times this number, explains a change of velocity for any heading and any delay of the fixes.
+/// Factor on the recent acceleration, which then explains a change of velocity for any heading and any delay of the
+/// fixes.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
@@ -84,7 +85,7 @@ const AGILE_S: f64 = 3.0;
 const TIMING: f64 = 0.3;
 /// Usual error of a change of position, m.
 const AGREEMENT_M: f64 = 5.0;
-/// Possible deviation of the velocity between two fixes from their mean, as a share of its change.
+/// Possible deviation of the velocity between two fixes from the mean of both, as a share of the velocity change.
 const MEANWHILE: f64 = 0.5;
 /// Number of one-sigmas allowed for the two fixes together.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
@@ -110,7 +111,8 @@ impl<T: Scalar> SelfContradiction<T> {
         jumped: Time::ZERO,
     };
 
-    /// Adds a step's change by specific force; `whole` is true if the inertial unit measured all of it.
+    /// Adds the velocity change by specific force over a step, m/s; `whole` is true if the inertial unit measured all
+    /// of it.
     pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
         self.felt_mps += felt_mps;
         self.in_part |= !whole;
@@ -221,8 +223,8 @@ impl<T: Scalar> SelfContradiction<T> {
     }
 }
 
-/// Whether the measured change cannot have the length that `change` requires after gravity's `fallen_mps`, at any
-/// attitude: a rotation preserves lengths.
+/// Whether no attitude makes the measured velocity change equal to `change` after gravity's `fallen_mps`. A rotation
+/// preserves lengths, so the lengths are compared.
 fn is_denied(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,

@@ -100,7 +100,7 @@ struct Sample<const N: usize> {
     state: NavState,
     parameters: [f64; N],
     angular_rate_radps: Vector<Body>,
-    /// Ambiguity of its position, horizontal and vertical, m.
+    /// Ambiguity of the filter's position, horizontal and vertical, m.
     disputed_m: [f32; 2],
 }
 
@@ -251,7 +251,7 @@ impl<const N: usize> Adjoint<N> {
         mirror(&mut self.information);
     }
 
-    /// Removes all later information about these states.
+    /// Removes all later information about `states`.
     ///
     /// # Source
     /// Equation (B2) of docs/equations.md, with zero rows of Φ for these states.

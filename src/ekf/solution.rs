@@ -19,17 +19,16 @@ use crate::time::Time;
 pub struct Solution<T = f64> {
     /// Time of the inertial sample at which the solution is valid.
     pub time: Time,
-    /// Position of the point.
+    /// Position of the solution's point.
     pub position: Geodetic,
-    /// The point's velocity over ground, m/s.
+    /// Velocity of the solution's point over ground, m/s.
     pub velocity_mps: Vector<Ned, T>,
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,
     /// Angular rate p, q, r of the body relative to the ground's axes, rad/s, less bias.
     pub angular_rate_radps: Vector<Body, T>,
-    /// Sum of the filter's corrections of the heading, rad, made when the sensor of heading was found in error. The
-    /// vehicle did not turn by that: controllers that hold a heading shift their setpoint by it. 0 if unknown, and
-    /// after smoothing.
+    /// Sum of the heading corrections made because the heading sensor was in error, rad. The vehicle did not turn by
+    /// this angle: controllers that hold a heading shift their setpoint by it. 0 if unknown, and after smoothing.
     pub heading_revision_rad: T,
     /// One-sigma of position, m.
     pub position_sigma_m: Vector<Ned, T>,

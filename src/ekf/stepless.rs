@@ -1,4 +1,4 @@
-//! A solution without steps, for a controller: corrections by measurements are fed in over about a second.
+//! A solution without steps, for a controller: corrections by measurements are released over about a second.
 
 use super::layout::{ATTITUDE, POSITION, VELOCITY};
 use super::scalar::Scalar;
@@ -7,8 +7,8 @@ use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// Corrections not yet fed in that exceed these limits, m/s and m, mean that the solution was replaced: they are
-/// applied at once. A replaced heading is fed in, at any size of the turn.
+/// Limits, m/s and m, of the corrections not yet released. Larger ones mean that the solution was replaced: they are
+/// applied at once. A replaced heading is released gradually, at any size of the turn.
 const ANOTHER_MPS: f64 = 10.0;
 const ANOTHER_M: f64 = 100.0;
 
@@ -40,15 +40,15 @@ pub struct SteplessSolution<T = f64> {
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// Rotation about down, in addition to the attitude; then the total up to the previous solution.
+    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude.
     heading_revision_rad: PendingCorrection<T>,
+    /// Sum of the heading revisions up to the previous solution, rad.
     revised_rad: T,
     velocity_mps: PendingCorrection<T>,
     position_m: PendingCorrection<T>,
 }
 
-/// Limit of a held-back correction and of its rate below which both are set to zero: rad, m/s or m, and the same per
-/// second.
+/// Limit below which a held-back correction and its rate are set to zero: rad, m/s or m, and rad/s, m/s² or m/s.
 const FORGOTTEN: f64 = 1e-12;
 
 /// Held-back correction of one quantity, and its rate of change. Critically damped, so that neither value nor rate
@@ -184,7 +184,7 @@ mod tests {
     use crate::gps::Fix;
     use crate::imu::{ImuSample, Motion};
 
-    /// A minute at rest with fixes that scatter by metres: the filter's solution steps at each fix, the controller's
+    /// A minute at rest with fixes that scatter by metres. The filter's solution steps at each fix, the controller's
     /// does not, and both reach the same value.
     #[test]
     fn fixes_move_it_without_a_step_and_to_the_same_place() {

@@ -1,6 +1,6 @@
 //! Kinds of vehicles.
 
-/// Kind of a vehicle, as its user declares it. It tells the filter whether the vehicle rolls on wheels.
+/// Kind of a vehicle, as its user declares it. It determines whether the filter assumes wheels.
 ///
 /// # Source
 /// Equation (M17) of docs/equations.md.
@@ -18,8 +18,9 @@ pub enum VehicleKind {
     Multirotor,
     /// Aeroplane.
     FixedWing,
-    /// Vehicle on wheels. While fixes are absent, it is held to its road from the first sample on: the line is found
-    /// from the fixes, and is uncertain by the mounting of the inertial unit before that.
+    /// Vehicle on wheels. While fixes are absent, the filter constrains its motion to the road from the first sample
+    /// on. The fixes show the direction of travel in body axes; before that it is uncertain by the mounting of the
+    /// inertial unit.
     Wheeled,
     /// Vessel on water.
     Boat,

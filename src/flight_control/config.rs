@@ -30,11 +30,11 @@ pub struct Fence {
 pub struct FailsafeConfig {
     /// Time for which the autopilot holds position without a pilot before it descends, s, 0 to 600.
     pub pilot_lost_hold_s: f64,
-    /// Rate of this descent, m/s, 0.1 to 2.
+    /// Sink rate of the descent without a pilot, m/s, 0.1 to 2.
     pub descent_mps: f64,
     /// Number of consecutive late cycles after which the pilot gets the sticks back, 1 to 100.
     pub late_cycles: u8,
-    /// Time, s, of a stick at its end after which it is reported, 0.1 to 60.
+    /// Time, s, of a stick at its end before it is reported, 0.1 to 60.
     pub saturation_s: f64,
 }
 

@@ -49,7 +49,8 @@ impl<T: Scalar> FenceWatch<T> {
         self.home = None;
     }
 
-    /// Share of the way from the centre to the side or the top, the greater, 1 at the fence; `None` without a fence.
+    /// Share of the way from the centre to the side or the top, whichever is greater; 1 at the fence. `None` without a
+    /// fence.
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
         let (fence, local) = (self.fence?, self.local?);
         let [north, east, down] = local.displacement(&fence.centre, position).to_array();

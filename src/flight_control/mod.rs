@@ -182,8 +182,8 @@ impl<T: Scalar> FlightControl<T> {
         self.saturated_s > 0.0
     }
 
-    /// Share of the way from the centre of the fence to its side or top, the greater, 1 at the fence; `None` without
-    /// a fence.
+    /// Share of the way from the centre of the fence to its side or top, whichever is greater; 1 at the fence. `None`
+    /// without a fence.
     #[must_use]
     pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
         self.fence.share(position)

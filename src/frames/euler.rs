@@ -89,7 +89,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         [roll_rad, pitch_rad, yaw_rad]
     }
 
-    /// The yaw of [`euler`](Rotation::euler) alone, rad.
+    /// Yaw of [`euler`](Rotation::euler), rad, computed without roll and pitch.
     #[must_use]
     pub fn heading_rad(self) -> T {
         let [x, y, z, w] = self.to_array();

@@ -102,8 +102,8 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         Self::of_array(product(quaternion_of(angle_rad), self.quaternion))
     }
 
-    /// The rotation vector of this rotation, rad, length in [0, π]: the inverse of turning
-    /// [`IDENTITY`](Self::IDENTITY) by it.
+    /// The rotation vector of this rotation, rad, length in [0, π]. Turning [`IDENTITY`](Self::IDENTITY) by it gives
+    /// this rotation.
     ///
     /// # Source
     /// Equation (F3) of docs/equations.md.

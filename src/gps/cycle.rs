@@ -7,9 +7,9 @@ pub(super) type Kinds = u8;
 const MEMORY: usize = 4;
 
 /// Detects the end of an epoch. Receivers send each epoch as a burst of messages and do not mark its end. A fix
-/// delivered at the first message lacks the data of the others. One delivered at the start of the next epoch is late
-/// by a whole epoch. So an epoch is complete when each expected kind has arrived: each kind that was missing at most
-/// once in the last four epochs. A lost message thus has no effect, and an occasional message causes no delay.
+/// delivered at the first message lacks the data of the others. A fix delivered at the start of the next epoch is late
+/// by a whole epoch. So an epoch is complete when each expected kind has arrived. A kind is expected if it was missing
+/// at most once in the last four epochs. A lost message thus has no effect, and an occasional message causes no delay.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycle {
     seen: Kinds,

@@ -42,8 +42,8 @@ impl AntennaHeading {
         Self { time, heading_rad: wrap_angle(heading_rad), sigma_rad, length_m: None }
     }
 
-    /// Whether its numbers are finite and possible. The angle is within one turn in either direction, the one-sigma
-    /// is above zero and informative. The length of the baseline is above zero and fits on a vehicle.
+    /// Whether all numbers are finite and possible. The angle is within one turn in either direction, the one-sigma is
+    /// above zero and informative. The length of the baseline is above zero and fits on a vehicle.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let within =

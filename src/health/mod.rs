@@ -95,7 +95,7 @@ impl<T: Scalar> HealthLimits<T> {
 pub enum Distrust {
     /// There is no estimate.
     Missing,
-    /// A value of it is NaN or infinite.
+    /// A value of the estimate is NaN or infinite.
     NotFinite,
     /// The estimate is too old, or uses another clock.
     Stale,
@@ -250,7 +250,7 @@ impl Health {
             .map(|quantity| quantity.is_ok())
     }
 
-    /// The same without velocity, and therefore without position.
+    /// This health without velocity, and therefore without position; `why` is the reason.
     fn without_velocity(self, why: Distrust) -> Self {
         Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
@@ -267,8 +267,8 @@ impl Health {
         Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
     }
 
-    /// The same without [`Doubt`]. A quantity that was not good enough before must be well within its limit:
-    /// `was_good` in the order of [`are_good`](Self::are_good).
+    /// Health of `solution` at `now` without [`Doubt`]. A quantity that was not good enough before must be well within
+    /// its limit: `was_good` in the order of [`are_good`](Self::are_good).
     fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
         now: Time,

@@ -15,7 +15,7 @@ const FIX_FROZEN_S: f64 = 1.5;
 /// Number of repetitions, and their duration, s, after which an inertial sample counts as frozen.
 const SAMPLE_REPEATS: u8 = 4;
 const SAMPLE_FROZEN_S: f64 = 0.12;
-/// Rejections that make a disagreement, and consecutive acceptances that end it.
+/// Number of rejections that make a disagreement, and of consecutive acceptances that end it.
 const REFUSALS: u8 = 3;
 const ACCEPTANCES: u8 = 3;
 /// Time, s, for which attitude counts as degraded after a suspect sample.

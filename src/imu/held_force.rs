@@ -1,4 +1,4 @@
-//! Specific force during a shock: weighs the readings against the force before it.
+//! Specific force during a shock: weighs the readings against the estimated force from before the shock.
 
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
@@ -8,18 +8,18 @@ const AGILITY_MPS2: f64 = 1.0;
 const MOST_AGILITY_MPS2: f64 = 3.0;
 /// Memory of the force before a shock, s.
 const BEFORE_S: f64 = 0.3;
-/// Growth per second of the variance of a held force, and its value without a shock, (m/s²)².
+/// Growth per second of the variance of the force estimated during a shock, and initial variance, (m/s²)².
 const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
 const AT_EASE: f64 = DRIFT * BEFORE_S;
-/// A shock begins if the vibration costs the integral more than a held force does. The vibration counts as white noise
-/// over this time, s.
+/// Shocks begin when the vibration adds more to the integral's variance than a held force. The vibration counts as
+/// white noise over this time, s.
 const WEIGHED_S: f64 = 0.3;
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
 /// Limit of a clipped reading's distance from the held force, in one-sigmas of the vibration. The result is close to a
 /// median, which a tone clipped on one side does not move.
 const FURTHEST_SIGMAS: f64 = 0.5;
-/// Share of shocks in which the readings are right, as in a catapult launch.
+/// Share of shocks whose readings are true motion, as in a catapult launch.
 const PUSHES: f64 = 0.2;
 /// Memory of the strongest vibration, s, and its smallest decay factor per sample: a tone continues between its peaks.
 const SHAKING_S: f64 = 0.05;
@@ -28,11 +28,11 @@ const LEAST_LEFT: f64 = 0.3;
 /// Tracks the specific force of one inertial unit with a short mean. In a shock, a Kalman filter instead weighs the
 /// vibration against the agility of a vehicle.
 ///
-/// A tone of tens of m/s², sampled a few times per period and clipped, integrates to metres per second that were never
-/// flown. The vehicle's own force hardly changes meanwhile.
+/// A tone of tens of m/s², sampled a few times per period and clipped, integrates to a velocity error of metres per
+/// second. The vehicle's own force hardly changes meanwhile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeldForce<T> {
-    /// Estimated force.
+    /// Estimated force, m/s².
     force_mps2: Vector<Body, T>,
     /// The last two readings, the earlier first.
     readings_mps2: [Vector<Body, T>; 2],
@@ -43,12 +43,12 @@ pub(super) struct HeldForce<T> {
 struct Shock<T> {
     /// Duration of the shock, s; zero without one.
     lasted_s: T,
-    /// Variance of the estimated force per axis, (m/s²)². Without a shock it grows with each reading left out of the
+    /// Variance of the estimated force per axis, (m/s²)². Without a shock it grows with each reading excluded from the
     /// mean.
     variance: T,
     /// Recent vibration variance on the strongest axis, (m/s²)².
     shaking: T,
-    /// Integral of the withheld force, and the greatest square of its length, (m/s)².
+    /// Integral of the withheld force over the shock, m/s, and the greatest square of its length, (m/s)².
     withheld_mps: Vector<Body, T>,
     greatest_withheld: T,
 }
@@ -78,9 +78,9 @@ pub(super) struct Sampling<T> {
 /// Result for one reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held<T> {
-    /// Withheld part of the mean force over the interval.
+    /// Withheld part of the mean force over the interval, m/s².
     pub withheld_mps2: Vector<Body, T>,
-    /// Variance that the interval adds to the integral of each axis, (m/s)²; `None` if the reading was accepted.
+    /// Variance that the interval adds to the integral of each axis, (m/s)²; `None` if the whole reading was used.
     pub variance: Option<T>,
 }
 
@@ -164,13 +164,13 @@ impl<T: Scalar> Shock<T> {
         greatest_withheld: T::ZERO,
     };
 
-    /// Number of the last two readings left out of the mean.
+    /// Number of the last two readings excluded from the mean.
     fn left_out(&self, interval_s: T) -> usize {
         let [left_out, one] = [self.variance - T::of(AT_EASE), T::of(DRIFT) * interval_s];
         usize::from(left_out > T::of(0.5) * one) + usize::from(left_out > T::of(1.5) * one)
     }
 
-    /// Weight of a reading against the estimated force.
+    /// Weight, 0 to 1, of a reading against the estimated force.
     fn weigh(&mut self, shaking: T, interval_s: T) -> T {
         let left = (T::ONE - interval_s * T::of(1.0 / SHAKING_S)).max(T::of(LEAST_LEFT));
         self.shaking = shaking.max(left * self.shaking);
@@ -206,7 +206,7 @@ mod tests {
     const QUIET: f64 = 0.25;
     const FULL_SCALE: f64 = 29.4;
 
-    /// An inertial unit with this sampling interval, s, and this force outside shocks, m/s².
+    /// An inertial unit: its sampling interval, s, and its force outside shocks, m/s².
     struct Unit {
         interval_s: f64,
         momentary: bool,

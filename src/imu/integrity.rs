@@ -85,7 +85,7 @@ impl<T: Scalar> Suspicion<T> {
         withheld_mps2: Vector::ZERO,
     };
 
-    /// The same in another number type.
+    /// This suspicion in another number type.
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Suspicion<U> {
         Suspicion {
@@ -178,16 +178,16 @@ const USUAL_S: f64 = 5.0;
 const LEAST_SEEN_S: f64 = 1.0;
 /// Number of successive repetitions that indicate an inertial unit that does not measure.
 const STUCK: u8 = 2;
-/// Number of successive samples on a straight line, and their least duration, s, that indicate interpolation by a
-/// logger. The samples deviate from the line by less than this share of the usual noise.
+/// Number of successive samples on a straight line that indicate interpolation by a logger, and their least duration,
+/// s. Then the largest deviation from the line, as a share of the usual noise.
 const STRAIGHT: u8 = 5;
 const STRAIGHT_S: f64 = 0.1;
 const STRAIGHT_SHARE: f64 = 0.02;
-/// Accelerometer noise below this, (m/s²)², may be that of a simulation, so straight lines do not count.
+/// Least accelerometer noise, (m/s²)², at which straight lines count: less may be that of a simulation.
 const LEAST_NOISE: f64 = 1e-4;
 /// Number of intervals of usual length before a shock may begin; the shock withholds readings of these intervals.
 const EVEN: u8 = 3;
-/// Vibration below this, (m/s²)², may leave readings unchanged.
+/// Least vibration, (m/s²)², that always changes the readings.
 const LEAST_VIBRATION: f64 = 0.0025;
 
 impl<T: Scalar> Integrity<T> {

@@ -78,5 +78,5 @@ pub struct MeanRates<T = f64> {
     pub specific_force_mps2: Vector<Body, T>,
 }
 
-/// Far beyond any IMU, and far below the overflow of squares.
+/// Largest plausible component, rad/s and m/s²: far beyond any IMU, and far below the overflow of squares.
 const MEASURABLE: f64 = 1e4;

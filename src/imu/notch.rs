@@ -100,13 +100,13 @@ pub fn apparent_hz(frequency_hz: f64, rate_hz: f64) -> f64 {
     libm::fabs(frequency_hz - rate_hz * libm::round(frequency_hz / rate_hz))
 }
 
-/// Three rates and three forces, or their increments.
+/// Number of axes: three rates and three forces, or their increments.
 const AXES: usize = 6;
-/// Gaps longer than this, s, reset the sections.
+/// Longest gap, s, that does not reset the sections.
 const GAP_S: f64 = 0.25;
 /// Weight of a new interval in the mean interval.
 const NEWEST: f64 = 0.01;
-/// The coefficients are recomputed when rate or frequency have changed by this share.
+/// Relative change of rate or frequency after which the coefficients are recomputed.
 const CHANGED: f64 = 0.002;
 
 #[derive(Clone, Copy, Debug, Default)]

@@ -29,7 +29,7 @@ pub struct Rest {
     slow_s: f32,
 }
 
-/// Three rates, then three forces.
+/// Number of axes: three rates, then three forces.
 const AXES: usize = 6;
 
 /// Largest standard deviations at rest: gyros, rad/s, and accelerometers, m/s².
@@ -46,7 +46,7 @@ const FIELD_TURN: f32 = 0.07;
 const STILLNESS_S: f32 = 60.0;
 /// Largest gyro bias, rad/s; a faster turn is not rest.
 const LARGEST_BIAS_RADPS: f32 = 0.05;
-/// Largest velocity of a fix at rest, horizontal, m/s, and of the mean; then the same downwards.
+/// Largest horizontal velocity of a fix at rest, m/s, and of the mean; then the largest downward velocities.
 const FIX_MPS: f32 = 0.5;
 const FIX_MEAN_MPS: f32 = 0.15;
 const FIX_DOWN_MPS: f32 = 1.0;
@@ -56,7 +56,7 @@ const FIX_MEAN_DOWN_MPS: f32 = 0.25;
 const FIX_MEMORY_S: core::ops::RangeInclusive<f32> = 5.0..=30.0;
 /// Time for which a fix is valid, s.
 const FIX_S: f64 = 3.0;
-/// Samples further apart than this, s, leave the motion between them unknown.
+/// Longest interval, s, between two samples that show the motion between them.
 const LONGEST_INTERVAL_S: f64 = 0.1;
 
 /// Sums over the current second, relative to its first sample.
@@ -117,8 +117,8 @@ struct Stillness {
 }
 
 impl Stillness {
-    /// Adds a still second with these mean rates, and its field if measured. Returns whether the second continues the
-    /// stillness.
+    /// Adds a still second with mean rates `rates`, rad/s, and its field if measured. Returns whether the second
+    /// continues the stillness.
     fn goes_on(&mut self, rates: [f32; 3], field: Option<[f32; 3]>) -> bool {
         let changes =
             self.rates.iter().zip(rates).any(|(old, new)| (new - old).abs() > DRIFT_RADPS);

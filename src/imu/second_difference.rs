@@ -3,8 +3,8 @@
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// x_k − 2 x_{k−1} + x_{k−2}: zero for constant values and for constant rates of change. White noise has six times its
-/// own variance in it.
+/// x_k − 2 x_{k−1} + x_{k−2}: zero for constant values and for constant rates of change. For white noise its variance
+/// is six times that of the noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SecondDifference<T> {
     before: [Vector<Body, T>; 2],

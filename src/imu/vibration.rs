@@ -5,8 +5,8 @@ use crate::scalar::Scalar;
 /// Running variance of the change from sample to sample, per axis.
 ///
 /// Measured on the second difference of the samples, which is zero for constant values and constant rates of change.
-/// For white noise its variance is six times that of the noise. Vibration sampled below twice its frequency looks like
-/// white noise.
+/// For white noise its variance is six times that of the noise. Vibration sampled at less than twice its frequency has
+/// the statistics of white noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vibration<T = f64> {
     variance: [T; 3],

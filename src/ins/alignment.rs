@@ -191,7 +191,7 @@ pub struct Aligner {
 /// Running means of the inertial samples since the start of the window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Window {
-    /// Times of its first and last sample.
+    /// Times of the window's first and last sample.
     span: Option<(Time, Time)>,
     count: u32,
     since_fix: SinceFix,
@@ -466,7 +466,7 @@ impl Aligner {
     }
 }
 
-/// A window that begins at a fix starts this long before it, s.
+/// Time, s, by which a window that begins at a fix starts before the fix.
 const BEFORE_S: f64 = 0.05;
 /// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;

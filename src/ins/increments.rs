@@ -1,8 +1,8 @@
 //! Samples to increments: coning and sculling.
 //!
 //! The axes of an inertial unit turn while it integrates. The rotation between two samples is therefore not the
-//! integral of rate (coning), and the velocity change is not the integral of specific force (rotation and sculling).
-//! Both are corrected here to second order in the change of rate and third order in its size.
+//! integral of rate: coning. The velocity change is not the integral of specific force: rotation and sculling. Both are
+//! corrected here to second order in the change of rate and third order in its size.
 //!
 //! # Source
 //! P. G. Savage (1998), Strapdown inertial navigation integration algorithm design, *Journal of

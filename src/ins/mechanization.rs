@@ -13,9 +13,9 @@ pub struct NavState<T = f64> {
     pub time: Time,
     /// Position of the inertial unit.
     pub position: Geodetic,
-    /// Its velocity over the ground, m/s.
+    /// Velocity of the inertial unit over the ground, m/s.
     pub velocity_mps: Vector<Ned, T>,
-    /// Its attitude.
+    /// Attitude of the inertial unit.
     pub body_to_ned: Rotation<Body, Ned, T>,
 }
 
@@ -27,7 +27,7 @@ const TURN_MEMORY_S: f64 = 1.0;
 const MOST_TILTED_RAD: f64 = 0.35;
 const MOST_TURNED_RAD: f64 = 1.0;
 
-/// Faster than any orbit, m/s.
+/// Upper limit of the speed, m/s: faster than any orbit.
 const FASTEST_MPS: f64 = 1e4;
 
 /// Intermediate results of one step of the mechanization, for the covariance and for looking back.

@@ -19,7 +19,7 @@ use crate::frames::{Body, Vector};
 pub struct Mounting {
     /// Position of the inertial unit relative to the point of the solution, body axes, m.
     pub imu_lever_arm_m: Vector<Body>,
-    /// Position of the GPS antenna relative to the same point, body axes, m.
+    /// Position of the GPS antenna relative to the point of the solution, body axes, m.
     pub antenna_lever_arm_m: Vector<Body>,
 }
 

@@ -24,8 +24,8 @@ pub enum Direction {
 /// One channel: the meaning of its widths and the range of its servo.
 ///
 /// A stick fraction is a width about trim, in units of `travel_ms`, the same on both sides. A linear model or
-/// controller thus sees one gain, even for an asymmetric range. If an end of the range is closer than `travel_ms`,
-/// full stick ends there.
+/// controller thus has one gain, even for an asymmetric range. If an end of the range is closer than `travel_ms`, full
+/// stick ends there.
 ///
 /// In TOML, `[servo.lateral]` and so on. A missing key has its default; an invalid value is rejected with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -68,7 +68,7 @@ pub trait PulseCapture {
     /// Error of the source itself; missing pulses are not an error of the source.
     type Error: core::error::Error;
 
-    /// Takes in the pulses that arrived by `now`, without waiting for more, and returns their state.
+    /// Reads the pulses that arrived by `now`, without waiting for more, and returns their state.
     ///
     /// # Errors
     /// The source cannot be read. The previous state is kept and ages.

@@ -26,7 +26,8 @@ pub struct ServoPacket {
     pub sequence: u8,
     /// Width of each channel's last pulse in units of 0.5 µs, if a pulse ended since the previous packet.
     pub width_ticks: Channels<Option<u16>>,
-    /// The same for the sixth channel, aux, which is a switch and has no servo.
+    /// Width of the last pulse on the sixth channel, aux, in units of 0.5 µs, if a pulse ended since the previous
+    /// packet. Aux is a switch and has no servo.
     pub aux_ticks: Option<u16>,
     /// Whether the receiver reports the loss of the transmitter.
     pub receiver_failsafe: bool,
@@ -126,7 +127,7 @@ impl PacketCounts {
 pub struct Received {
     /// The packet.
     pub packet: ServoPacket,
-    /// Number of packets missing before this one, from its number.
+    /// Number of packets missing before this packet, from the packet numbers.
     pub missing: u8,
 }
 

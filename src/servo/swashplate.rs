@@ -59,9 +59,10 @@ pub struct Swashplate {
     /// Travel at full lateral stick of the side where the plate rises most, in stick fractions of a servo. From −1 to
     /// 1, not 0.
     pub lateral: f64,
-    /// The same travel for a full longitudinal stick.
+    /// Travel at full longitudinal stick of the side where the plate rises most, in stick fractions of a servo. From −1
+    /// to 1, not 0.
     pub longitudinal: f64,
-    /// The same travel of all servos for a full collective stick.
+    /// Travel of all servos at full collective stick, in stick fractions of a servo. From −1 to 1, not 0.
     pub collective: f64,
     /// Lowest collective stick that is passed on, −1 to −0.05.
     pub lowest_collective: f64,
@@ -265,7 +266,7 @@ impl Swashplate {
     }
 }
 
-/// NaN for an infinite number too.
+/// `value` if finite; otherwise NaN.
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::NAN }
 }

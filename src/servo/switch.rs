@@ -5,7 +5,7 @@ use super::config::{ConfigError, Direction, within};
 use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::time::Time;
 
-/// Conditions for the pulses of a switch to mean on.
+/// Conditions on the pulses of a switch for the state on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -17,8 +17,8 @@ pub struct SwitchConfig {
     pub threshold_ms: f64,
     /// Distance beyond the threshold that a width needs to change the switch, ms, from 0 to 0.5.
     pub hysteresis_ms: f64,
-    /// Number of consecutive pulses that must mean on before the switch is on, from 1 to 100. A single pulse that
-    /// means off switches it off.
+    /// Number of consecutive pulses beyond the threshold that switch on, from 1 to 100. A single pulse on the other
+    /// side switches off.
     pub pulses: u8,
     /// `normal`: longer pulses are on; `reversed`: shorter pulses are on.
     pub direction: Direction,
@@ -45,10 +45,10 @@ impl SwitchConfig {
     }
 }
 
-/// A switch of the transmitter, off until it has been seen off and then on.
+/// A switch of the transmitter: on once its pulses have meant off and then on.
 ///
-/// A switch may be on when the pulses begin, or when they return after a loss. It then counts as off until the pilot
-/// has opened it. The pilot did not request anything at that moment.
+/// A switch may be on when the pulses begin, or when they return after a loss. The pilot requested nothing at that
+/// moment, so the switch counts as off until the pilot has opened it.
 ///
 /// ```
 /// use hovernav::servo::{Captured, Switch, SwitchConfig};
@@ -70,7 +70,7 @@ impl SwitchConfig {
 pub struct Switch {
     config: SwitchConfig,
     on: bool,
-    /// Whether the switch has been seen off since the pulses began.
+    /// Whether the pulses have meant off since they began.
     seen_off: bool,
     /// Number of consecutive pulses that mean on.
     said_on: u8,

@@ -17,7 +17,7 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// Takes bytes from the ground. The last command among them counts; other bytes are counted and ignored.
+    /// Processes bytes from the ground. The last command among them takes effect; other bytes are counted and ignored.
     pub fn receive(&mut self, bytes: &[u8]) {
         for byte in bytes {
             match byte {
@@ -34,7 +34,7 @@ impl Flow {
         self.on
     }
 
-    /// Number of bytes that were no command: noise on the line, or another protocol.
+    /// Number of bytes that were not a command: noise on the line, or another protocol.
     #[must_use]
     pub const fn ignored(&self) -> u32 {
         self.ignored

@@ -38,7 +38,7 @@ const BODY: usize = 139;
 const SUPPLEMENT_BODY: usize = 50;
 const TEXT_BODY: usize = 12 + TEXT;
 const CHECKSUM: usize = 4;
-/// Checksum, the byte of the stuffing, and the zero.
+/// Overhead of a frame, bytes: checksum, one byte of the stuffing, and the zero.
 const OVERHEAD: usize = CHECKSUM + 2;
 /// Length of a frame without the zero, bytes: the stuffing costs one byte for up to 254.
 const STUFFED: usize = LENGTH - 1;
@@ -175,7 +175,7 @@ fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
     bytes
 }
 
-/// Number and content of the frame in the bytes between two zeros; the bytes are overwritten.
+/// Number and content of the frame whose bytes, between two zeros, are `stuffed`; the bytes are overwritten.
 fn unpack(stuffed: &mut [u8]) -> Result<(u8, Message), FrameError> {
     if !unstuff(stuffed) {
         return Err(FrameError::Stuffing);

@@ -5,8 +5,8 @@ const HELD_UP: u8 = 16;
 
 /// Counts missing frames from frame numbers that count from 0 to 255 and wrap.
 ///
-/// Datagrams can overtake each other: a late frame is first counted as missing, and then no more. A gap of 256 frames
-/// is not detectable from the numbers.
+/// Datagrams can overtake each other: a late frame is first counted as missing; its arrival corrects the count. A gap
+/// of 256 frames is not detectable from the numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sequence {
     before: Option<u8>,
@@ -14,7 +14,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Takes the number of a received frame.
+    /// Processes the number of a received frame.
     pub fn hear(&mut self, number: u8) {
         let gap = self.before.map_or(0, |before| number.wrapping_sub(before).wrapping_sub(1));
         if gap > u8::MAX - HELD_UP {

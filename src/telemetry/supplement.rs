@@ -42,7 +42,7 @@ pub struct ControlFlags {
 }
 
 impl ControlFlags {
-    /// One bit each, in the order of the fields, the first lowest.
+    /// The flags as bits, in the order of the fields, the first lowest.
     #[must_use]
     pub fn bits(self) -> u8 {
         [
@@ -85,7 +85,7 @@ pub struct Supplement {
     pub mode: Option<Mode>,
     /// Flags of flight control.
     pub flags: ControlFlags,
-    /// The checks that keep the autopilot from taking over: see
+    /// The failed checks of the autopilot's readiness: see
     /// [`Readiness::failed_bits`](crate::autopilot::Readiness::failed_bits).
     pub failed_checks: u16,
     /// Width of the pulse on the aux channel, ms.

@@ -31,12 +31,12 @@ pub struct Text {
     pub severity: Severity,
     /// Whether the next text continues the same line.
     pub goes_on: bool,
-    /// Padded with zeros.
+    /// Text in UTF-8, padded with zeros.
     pub(super) bytes: [u8; TEXT],
 }
 
 impl Text {
-    /// The beginning of `line` that fits, and the rest of it; the cut is between characters.
+    /// The longest beginning of `line` that fits into one frame, and the rest of `line`; the cut is between characters.
     #[must_use]
     pub fn first_of(time: Time, severity: Severity, line: &str) -> (Self, &str) {
         let end = (0..=TEXT).rev().find(|&end| line.is_char_boundary(end)).unwrap_or(0);

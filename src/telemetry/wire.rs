@@ -110,7 +110,7 @@ impl Codec<'_> {
         *value = word.steps().map(|steps| steps / per_unit);
     }
 
-    /// The same for several values, which are all known or all unknown.
+    /// Packs or unpacks several values as [`scaled`](Self::scaled) does; all are known, or all unknown.
     pub fn scaled_all<W: Word, const N: usize>(
         &mut self,
         values: &mut Option<[f64; N]>,
@@ -127,7 +127,7 @@ impl Codec<'_> {
         *values = known.then_some(read);
     }
 
-    /// The same for a vector.
+    /// Packs or unpacks a vector as [`scaled`](Self::scaled) does.
     pub fn vector<W: Word, F>(&mut self, value: &mut Option<Vector<F>>, per_unit: f64) {
         let mut components = value.map(Vector::to_array);
         self.scaled_all::<W, 3>(&mut components, per_unit);

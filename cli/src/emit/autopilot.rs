@@ -56,7 +56,7 @@ fn rust_gains(gains: &Gains) -> anyhow::Result<String> {
     Ok(text)
 }
 
-/// Fields of HovernavGains, in the order of hovernav.h; so are the fields of the two lists below.
+/// Fields of HovernavGains, in the order of hovernav.h, as in the two lists below.
 pub(super) const GAINS: [&str; 5] =
     ["heave", "yaw", "pedal_per_collective", "roll_pitch", "attitude"];
 /// Fields of HovernavPidGains.

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use hovernav::ekf::Solution;
 use hovernav_log::Manifest;
 
-/// No format exists.
+/// Export format: none exists in this build.
 #[derive(Clone, Copy)]
 pub enum ExportArgument {}
 
@@ -30,7 +30,7 @@ pub fn check(_: &[ExportArgument], _logs: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// No files.
+/// Exported files: none exist in this build.
 pub struct Exports;
 
 impl Exports {

@@ -4,10 +4,10 @@ use hovernav_log::consistency::PooledInnovations;
 
 use crate::page::Level;
 
-/// Mean squares outside these limits are not explained by chance or by small correlations.
+/// Limits of the mean square of normalised innovations: chance and small correlations do not explain values outside.
 const TIMID_BELOW: f64 = 0.5;
 const SURE_ABOVE: f64 = 2.0;
-/// The result of the comparison in words. Innovations that are too small never reject a solution.
+/// The result of the comparison in words. Innovations below the lower limit never make a solution bad.
 pub fn in_words(pooled: &PooledInnovations) -> (Level, &'static str) {
     let (low, high) = pooled.interval;
     match pooled.mean {

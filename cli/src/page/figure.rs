@@ -103,13 +103,13 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// `quantity` in `unit`.
+    /// An axis for `quantity` in `unit`.
     pub fn linear(quantity: &str, unit: &'static str) -> Self {
         let label = labelled(quantity, unit);
         Self { label, unit, logarithmic: false, to_scale: false, limits: None }
     }
 
-    /// `quantity` in `unit`, for positive values.
+    /// A logarithmic axis for `quantity` in `unit`, for positive values.
     pub fn logarithmic(quantity: &str, unit: &'static str) -> Self {
         Self { logarithmic: true, ..Self::linear(quantity, unit) }
     }

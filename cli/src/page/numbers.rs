@@ -9,7 +9,7 @@ pub struct Numbers {
     digits: Digits,
 }
 
-/// The reference of the five significant digits.
+/// Value to which the five significant digits refer.
 #[derive(Debug)]
 enum Digits {
     OfLargest,

@@ -82,7 +82,7 @@ pub enum Band {
     Around(Numbers),
     /// The distance above and below zero.
     AboutZero(Numbers),
-    /// Between the first and the second.
+    /// The range between the first and the second.
     Between(Numbers, Numbers),
 }
 

@@ -11,7 +11,8 @@ use crate::page::{Level, Verdict};
 
 /// Number of reasons that are listed.
 const NAMED: usize = 5;
-/// Largest time, s, between the last bytes of lines that count as silent together. A receiver sends once a second.
+/// Largest time difference, s, of the last bytes of lines that count as silent together. A receiver sends once a
+/// second.
 const TOGETHER_S: f64 = 2.5;
 /// Time, s, within which lines end one after the other at the end of a flight.
 const CLOSING_S: f64 = 0.25;
@@ -22,7 +23,7 @@ const SILENT_S: f64 = 0.5;
 const ENDING_S: f64 = 2.0;
 const UPSET_RAD: f64 = 0.5;
 const UPSET_MPS: f64 = 4.0;
-/// One late cycle in this number of cycles is acceptable.
+/// Number of cycles of which one may be late.
 const LATE_IN: usize = 1000;
 
 /// The verdict on a flight.

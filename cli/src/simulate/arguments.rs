@@ -154,7 +154,7 @@ pub enum FlightPath {
     Tour,
 }
 
-/// `NAME=VALUE[@SECOND]`: a disturbance, with its start time if given.
+/// Disturbance, with its start time if given, in the form `NAME=VALUE[@SECOND]`.
 #[derive(Clone, Copy)]
 pub struct TimedDisturbance {
     pub disturbance: Disturbance,
@@ -192,7 +192,7 @@ impl FromStr for TimedDisturbance {
     }
 }
 
-/// `calm`, or `SPEED[,FROM[,GUST]]`.
+/// Wind in the form `calm`, or `SPEED[,FROM[,GUST]]`.
 #[derive(Clone, Copy)]
 pub struct WindArgument(pub WindConfig);
 

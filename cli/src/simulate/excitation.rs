@@ -12,7 +12,7 @@ use crate::arguments::{finite, second};
 const FIRST_S: f64 = 30.0;
 const PAUSE_S: f64 = 8.0;
 
-/// `STICK=KIND[:SIZE[:S]][@SECOND]`.
+/// Test input in the form `STICK=KIND[:SIZE[:S]][@SECOND]`.
 #[derive(Clone, Debug)]
 pub struct TestInput {
     excitations: Vec<Excitation>,

@@ -7,7 +7,7 @@ use hovernav_sim::FlightEvent;
 
 use crate::arguments::second;
 
-/// `NAME@SECOND`: a failure and its time.
+/// Failure and its time in the form `NAME@SECOND`.
 #[derive(Clone, Debug)]
 pub struct Failure {
     pub event: FlightEvent,

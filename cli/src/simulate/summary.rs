@@ -50,7 +50,7 @@ pub struct TransitionSummary {
 #[derive(Debug, Serialize)]
 pub struct DisturbanceSummary {
     pub time_s: f64,
-    /// Largest tilt and speed in the 20 s after it.
+    /// Largest tilt, °, and speed, m/s, in the 20 s after the disturbance.
     pub tilt_worst_deg: f64,
     pub speed_worst_mps: f64,
 }

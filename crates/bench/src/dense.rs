@@ -22,12 +22,12 @@ fn transition<const N: usize>() -> P<N> {
     phi
 }
 
-/// Φ P Φᵀ + Q.
+/// Textbook propagation Φ P Φᵀ + Q.
 pub fn propagate<const N: usize>(phi: &P<N>, p: &P<N>, q: &P<N>) -> P<N> {
     phi * p * phi.transpose() + q
 }
 
-/// Joseph form with three axes at once.
+/// Textbook update in Joseph form with three axes at once.
 fn update<const N: usize>(h: &SMatrix<f64, 3, N>, p: &P<N>) -> P<N> {
     let r = SMatrix::<f64, 3, 3>::identity();
     let s = h * p * h.transpose() + r;
@@ -64,7 +64,7 @@ fn time<const N: usize>(calls: u64, clock_ns: f64) -> [Timed; 2] {
     )
 }
 
-/// For both filter sizes.
+/// Times of both steps for both filter sizes.
 pub fn all(calls: u64, clock_ns: f64) -> Vec<Timed> {
     time::<26>(calls, clock_ns).into_iter().chain(time::<15>(calls, clock_ns)).collect()
 }

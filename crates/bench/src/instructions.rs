@@ -48,7 +48,7 @@ impl Work {
         Self { name: WHOLE_CYCLE, states: 15 },
     ];
 
-    /// Does the work `times` times, each time from the same state. Unless `works`, only this state is restored.
+    /// Does the work `times` times, each time from the same state. Without `works` it only restores this state.
     ///
     /// # Errors
     /// If the synthetic flight fails.

@@ -21,7 +21,7 @@ pub const ATTITUDE_EVERY: u64 = 4;
 /// Cycles between two distances to the ground.
 const RANGE_EVERY: u64 = 2;
 
-/// A sample, the attitude and the fix if due, and the solution.
+/// Name of the whole cycle: a sample, the attitude and the fix if due, and the solution.
 pub const WHOLE_CYCLE: &str = "sample, all due, solution";
 
 /// A filter in mid-flight, with its flight.
@@ -213,17 +213,17 @@ fn whole_cycles<L: Layout<N>, const N: usize>(
     Ok(whole)
 }
 
-/// With all blocks of states.
+/// Times of the filter with all blocks of states.
 pub fn full(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     time::<Full, 28>(cycles, clock_ns, 28)
 }
 
-/// With all blocks except those of barometer and rangefinder.
+/// Times of the filter with all blocks except those of barometer and rangefinder.
 pub fn without_height_aids(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     time::<WithoutHeightAids, 26>(cycles, clock_ns, 26)
 }
 
-/// With the fifteen base states.
+/// Times of the filter with the fifteen base states.
 pub fn base(cycles: u64, clock_ns: f64) -> Result<Vec<Timed>, String> {
     let mut timed = time::<Base, 16>(cycles, clock_ns, 15)?;
     timed.retain(|timed| !matches!(timed.name, "attitude" | "magnetic heading" | "barometer"));

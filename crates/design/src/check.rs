@@ -23,19 +23,19 @@ pub struct CheckedDesign {
     pub design: HoverDesign,
     /// Gains of the autopilot.
     pub gains: Gains,
-    /// The loop, cut open at the actuators.
+    /// The closed loop, cut at the actuators for the margins.
     pub closed: Loop,
     /// Stability margins of the loop.
     pub margins: Margins,
     /// Margins in every flight mode, cut at the actuators; `None` where the mode is unstable.
     pub modes: Vec<(FlightMode, Option<Margins>)>,
-    /// Estimator lag that the design includes, or the typical one where it includes none.
+    /// Lag of the estimator in the design, or the typical lag if the design includes none.
     pub lag: EstimatorLag,
-    /// Smallest margins of each flight mode, dB and °, without and with this lag.
+    /// Smallest margins of each flight mode, dB and °, without and with [`lag`](Self::lag).
     pub by_lag: Vec<[(f64, f64); 2]>,
-    /// Margins cut at the measurements, holding velocity.
+    /// Margins in the mode that holds velocity, cut at the measurements.
     pub at_outputs: Option<Margins>,
-    /// Handling qualities of phi, theta and psi, holding attitude.
+    /// Handling qualities of phi, theta and psi in the mode that holds attitude.
     pub handling: Vec<HandlingQualities>,
     /// Number of stable models among those with every derivative perturbed.
     pub perturbed: PerturbedStability,
@@ -45,17 +45,17 @@ pub struct CheckedDesign {
     pub spectral_radius: f64,
     /// Responses to [`TABLE_6_1`] with the sticks at trim.
     pub open_responses: Vec<DisturbanceResponse>,
-    /// Responses to it in closed loop, with sticks without stops.
+    /// Responses to [`TABLE_6_1`] in closed loop, without limits of the sticks.
     pub responses: Vec<DisturbanceResponse>,
-    /// Responses to it with the autopilot's limits on stick travel and rate.
+    /// Responses to [`TABLE_6_1`] in closed loop, with the autopilot's limits on stick travel and rate.
     pub limited: Vec<DisturbanceResponse>,
     /// Cost of a notch before the estimator, if there is one; the margins include it.
     pub notch: Option<NotchCost>,
     /// Gusts of the analysis.
     pub gusts: Gusts,
-    /// Responses to the gusts when holding velocity and position; without unstable modes.
+    /// Responses to the gusts in the modes that hold velocity and position; unstable modes are omitted.
     pub in_gusts: Vec<(FlightMode, GustResponse)>,
-    /// The thesis's own design, for the model printed there.
+    /// The thesis's own design, if the model is the one printed there.
     pub printed: Option<CheckedPrintedDesign>,
     /// Warnings for the reader, one sentence each.
     pub warnings: Vec<String>,
@@ -252,7 +252,7 @@ impl CheckedDesign {
     }
 }
 
-/// Warnings about a disturbance, from its response without stops, `linear`, and `within` the sticks' limits.
+/// Warnings about a disturbance, from its responses without limits of the sticks, `linear`, and with them, `within`.
 fn of_limits(linear: &DisturbanceResponse, within: &DisturbanceResponse) -> Vec<String> {
     let DisturbanceResponse { state, size, .. } = linear;
     let [free_s, within_s] = [linear, within].map(|own| own.recovered_s(0.05));

@@ -49,7 +49,7 @@ impl<'a, T, F: Fn(f64) -> Option<T>> Curve<'a, T, F> {
         found
     }
 
-    /// Maximum of `read` applied to the values: that of the grid, refined by golden-section search between its
+    /// Maximum of `read` applied to the values: the grid's maximum, refined by golden-section search between its
     /// neighbours.
     pub fn peak(&self, read: impl Fn(&T) -> f64) -> Peak {
         let read = |value: Option<&T>| value.map_or(f64::NEG_INFINITY, &read);

@@ -91,7 +91,7 @@ impl<'a> Hold<'a> {
         (self.model.states().len(), self.model.inputs().len())
     }
 
-    /// Selects state and acting input, n + m, from the whole state and the new input.
+    /// Matrix that selects state and acting input, n + m, from the whole state and the new input.
     fn pick(&self, stage: usize) -> DMatrix<f64> {
         let (n, m) = self.sizes();
         let whole = n + self.stages * m;
@@ -102,17 +102,17 @@ impl<'a> Hold<'a> {
         pick
     }
 
-    /// State and input of the first part.
+    /// Matrix that gives state and input of the first part.
     pub fn early(&self) -> DMatrix<f64> {
         self.pick(self.whole + 1)
     }
 
-    /// State at the start of the period and input of the second part.
+    /// Matrix that gives the state at the start of the period and the input of the second part.
     fn late(&self) -> DMatrix<f64> {
         self.pick(self.whole)
     }
 
-    /// State at the start of the second part and its input.
+    /// Matrix that gives the state at the start of the second part and its input.
     fn late_from_its_start(&self) -> Result<DMatrix<f64>, DesignError> {
         let mut late = self.late();
         if self.early_s > 0.0 {

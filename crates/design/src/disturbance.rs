@@ -37,15 +37,15 @@ pub struct DisturbanceResponse {
     pub size: f64,
     /// Time since the disturbance, s.
     pub time_s: Vec<f64>,
-    /// Deviations from trim at those times, in the order of [`DISTURBED`].
+    /// Deviations from trim at the times `time_s`, in the order of [`DISTURBED`].
     pub states: Vec<[f64; 9]>,
-    /// Lateral, longitudinal, collective, pedal about trim; full travel is −1…1. Unlimited unless the function that
-    /// computed the response documents limits.
+    /// Lateral, longitudinal, collective, pedal about trim; full travel is −1…1. Without limits unless the function
+    /// that computed the response documents them.
     pub sticks: Vec<[f64; 4]>,
 }
 
 impl DisturbanceResponse {
-    /// Time from which every state stays within [`SETTLED`] of trim, s; `None` where it does not by the end.
+    /// Time from which every state stays within [`SETTLED`] of trim, s; `None` if a state does not settle by the end.
     #[must_use]
     pub fn settled_s(&self) -> Option<f64> {
         let is_away = |states: &[f64; 9]| {
@@ -58,8 +58,8 @@ impl DisturbanceResponse {
         }
     }
 
-    /// Time from which the disturbed state itself stays within `share` of its disturbance, s; `None` where it does not
-    /// by the end.
+    /// Time from which the disturbed state itself stays within `share` of its disturbance, s; `None` if it does not
+    /// settle by the end.
     #[must_use]
     pub fn recovered_s(&self, share: f64) -> Option<f64> {
         let row = DISTURBED.iter().position(|name| *name == self.state)?;

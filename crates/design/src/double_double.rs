@@ -40,7 +40,7 @@ impl DoubleDouble {
         Self { high, low }
     }
 
-    /// Zeros.
+    /// A matrix of zeros.
     pub fn zeros(rows: usize, columns: usize) -> Self {
         Self::of(DMatrix::zeros(rows, columns))
     }
@@ -57,7 +57,7 @@ impl DoubleDouble {
         Self { high, low }
     }
 
-    /// This plus `sign` times `left`ᵀ times `right`, with `left` in working precision.
+    /// The sum of this and `sign` times `left`ᵀ times `right`, with `left` in working precision.
     pub fn plus_product(&self, sign: f64, left: &DMatrix<f64>, right: &Self) -> Self {
         Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
             let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };
@@ -73,7 +73,7 @@ impl DoubleDouble {
         })
     }
 
-    /// This plus `sign` times `other`.
+    /// The sum of this and `sign` times `other`.
     pub fn plus(&self, sign: f64, other: &Self) -> Self {
         Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
             let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };

@@ -63,7 +63,7 @@ pub enum DesignError {
         re: f64,
         /// Imaginary part.
         im: f64,
-        /// Smallest singular value of the pencil there.
+        /// Smallest singular value of the pencil at the mode.
         singular_value: f64,
     },
     /// The Riccati equation has no stabilising solution.

@@ -17,12 +17,12 @@ pub struct HandlingQualities {
     /// The output: phi, theta or psi.
     pub output: String,
     /// Disturbance rejection bandwidth, rad/s: the frequency at which the sensitivity first rises through −3 dB. `None`
-    /// where slow disturbances are not rejected, or where it never rises so far.
+    /// where slow disturbances are not rejected, or the sensitivity never reaches −3 dB.
     pub rejection_bandwidth_radps: Option<f64>,
     /// Disturbance rejection peak, dB: the maximum of the sensitivity.
     pub rejection_peak_db: f64,
-    /// Bandwidth by phase, rad/s: the frequency at which the response to a command lags by 135°; `None` where it never
-    /// does.
+    /// Bandwidth by phase, rad/s: the frequency at which the response to a command lags by 135°; `None` where the lag
+    /// never reaches 135°.
     pub bandwidth_radps: Option<f64>,
     /// Phase delay, s: slope of the phase beyond 180°. `None` where the phase does not reach 180° in the lower half of
     /// the frequency range.

@@ -12,7 +12,7 @@ use hovernav_model::{StateSpace, TimeDomain};
 /// A state feedback u = −K x with its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regulator {
-    /// The model of the gain; for a sampled design the discrete one, including inputs in transit.
+    /// The model for which the gain was computed; for a sampled design the discrete one, including inputs in transit.
     pub model: StateSpace,
     /// K, one row per input, one column per state of [`model`](Self::model).
     pub gain: DMatrix<f64>,
@@ -118,8 +118,8 @@ impl Regulator {
 /// The steady Kalman gain L, n×p, and the covariance P of the corresponding state.
 ///
 /// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance per step for a discrete one.
-/// `measurement` is p×p likewise. For a continuous model L corrects ẋ̂ by L(y − Cx̂) and P is that of x̂. For a
-/// discrete one L corrects the prediction, and P is that of the prediction.
+/// `measurement` is p×p, the density or covariance of the noise on y. For a continuous model L corrects ẋ̂ by L(y −
+/// Cx̂) and P is that of x̂. For a discrete one L corrects the prediction, and P is that of the prediction.
 ///
 /// # Errors
 /// [`DesignError`] as [`lqr`], with inputs and outputs exchanged: an undamped mode that is not observable is rejected.

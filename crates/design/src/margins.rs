@@ -12,8 +12,8 @@ use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
-/// A loop with negative feedback, cut open: L from the signal into the cut to minus the returning signal, with as many
-/// outputs as inputs.
+/// A loop with negative feedback, cut open. L leads from the signal into the cut to minus the returning signal, with as
+/// many outputs as inputs.
 #[derive(Clone, Debug)]
 pub struct Loop {
     open: StateSpace,
@@ -92,7 +92,7 @@ pub struct Margins {
     /// Margins of each channel.
     pub channels: Vec<ChannelMargins>,
     /// Disk margin α with simultaneous changes of all channels: each may change by any (1 + αδ/2)/(1 − αδ/2), |δ| < 1,
-    /// and the loop stays stable. A lower bound of it, by diagonal scaling.
+    /// and the loop stays stable. The value is a lower bound, by diagonal scaling.
     pub disk: Peak,
     /// Maximum singular value of the sensitivity (I + L)⁻¹.
     pub sensitivity: Peak,
@@ -258,7 +258,7 @@ impl Loop {
         Ok(Margins { channels, disk, sensitivity, complementary })
     }
 
-    /// Smallest gain margin, dB, and phase margin, °, over all channels, from `points` frequencies between 0.05 rad/s
+    /// Smallest gain margin, dB, and phase margin, °, over all channels. Uses `points` frequencies between 0.05 rad/s
     /// and the Nyquist frequency (100 rad/s for a continuous loop). Fast, and accurate to a degree.
     #[must_use]
     pub fn weakest(&self, points: usize) -> (f64, f64) {

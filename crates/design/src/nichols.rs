@@ -55,7 +55,7 @@ impl Nichols {
         [(1.0 - half) / (1.0 + half), (1.0 + half) / (1.0 - half)]
     }
 
-    /// Phase variation, °, under the same condition.
+    /// Phase variation, °, by the disk margin, for any gain within [`disk_gain`](Self::disk_gain).
     #[must_use]
     pub fn disk_phase_deg(&self) -> f64 {
         2.0 * (0.5 * self.disk.value).atan().to_degrees()
@@ -80,7 +80,7 @@ mod tests {
     use hovernav_model::{Signal, TimeDomain};
     use nalgebra::{DMatrix, dmatrix};
 
-    /// gain/(s (s + 1)).
+    /// Chart of the loop gain/(s (s + 1)).
     fn loop_of(gain: f64) -> Nichols {
         let signals = |names: &[&str]| names.iter().map(|name| Signal::new(name, "1")).collect();
         let open = StateSpace::new(

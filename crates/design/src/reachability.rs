@@ -6,15 +6,15 @@ use super::error::DesignError;
 use hovernav_model::linalg::{beside, complex, eigenvalues, exponential, symmetric};
 use hovernav_model::{StateSpace, TimeDomain};
 
-/// Reachability of the states from the inputs or, from [`observability`], their visibility in the outputs.
+/// Reachability of the states from the inputs or, from [`observability`], observability of the states in the outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reachability {
     /// Dimension of the reachable space: rank of [B, AB, A²B, …].
     pub rank: usize,
     /// Number of states.
     pub states: usize,
-    /// Each mode with the smallest singular value of [λI − A, B] there: zero for an uncontrollable mode (Popov,
-    /// Belevitch, Hautus).
+    /// Each mode with the smallest singular value of [λI − A, B]: zero for an uncontrollable mode (Popov, Belevitch,
+    /// Hautus).
     pub modes: Vec<(Complex<f64>, f64)>,
     /// Gramian over the horizon: xᵀW⁻¹x is the least input energy that reaches x from rest.
     pub gramian: DMatrix<f64>,

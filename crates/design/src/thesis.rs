@@ -40,7 +40,7 @@ pub struct PrintedDesign {
 
 /// Indices of the states of [`DISTURBED`](super::DISTURBED) in the closed loop.
 const PLACES: [usize; 9] = [0, 1, 7, 2, 3, 8, 4, 5, 6];
-/// p, q, phi, theta, u, v, w, r, psi, and the integral of w.
+/// Number of states of the closed loop: p, q, phi, theta, u, v, w, r, psi, and the integral of w.
 const SIZE: usize = 10;
 const W: usize = 6;
 const R: usize = 7;
@@ -81,12 +81,13 @@ impl PrintedDesign {
         Ok([both(&self.roll_pitch.model)?, both(&self.yaw.model)?])
     }
 
-    /// Zw and Zcol.
+    /// Derivatives Zw, 1/s, and Zcol of the heave model.
     fn heave_terms(&self) -> [f64; 2] {
         [self.heave.a()[(0, 0)], self.heave.b()[(0, 0)]]
     }
 
-    /// The poles of the closed heave loop, 1/s. The derivative acts on its own sample; the equation is solved for it.
+    /// The poles of the closed heave loop, 1/s. The derivative of w depends on the collective that it determines; the
+    /// equation is solved for the collective.
     ///
     /// # Errors
     /// [`DesignError::Model`] where the eigenvalue computation does not converge.

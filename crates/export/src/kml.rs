@@ -20,7 +20,7 @@ const INTERVAL_S: f64 = 0.2;
 struct Point {
     time: Time,
     position: Geodetic,
-    /// Roll, pitch and yaw.
+    /// Roll, pitch and yaw, °.
     attitude_deg: [f64; 3],
 }
 

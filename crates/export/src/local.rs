@@ -5,10 +5,10 @@ use hovernav::ekf::Solution;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::glam::DQuat;
 
-/// Half a turn about the line between north and east.
+/// Rotation from NED to ENU: half a turn about the line between north and east.
 const ENU_FROM_NED: DQuat =
     DQuat::from_xyzw(std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0);
-/// Half a turn about the nose.
+/// Rotation from forward, left, up to forward, right, down: half a turn about the nose.
 const FRD_FROM_FLU: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 
 /// NED components as east, north, up.

@@ -46,7 +46,7 @@ pub struct LiveConfig {
     pub scene: Scene,
 }
 
-/// Regularity of the flight computer's packets to the servos, without those that the scene cuts off.
+/// Regularity of the flight computer's packets to the servos, without the packets that the scene cuts off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoPackets {
     /// Number of packets received.
@@ -354,7 +354,7 @@ fn moved_by(held: Sticks, moved: Sticks) -> Sticks {
     Sticks::from_array(plus(held, moved, 1.0).to_array().map(|stick| stick.clamp(-1.0, 1.0)))
 }
 
-/// `sticks` plus `times` the `others`.
+/// `sticks` plus `times` times `others`.
 fn plus(sticks: Sticks, others: Sticks, times: f64) -> Sticks {
     let (sticks, others) = (sticks.to_array(), others.to_array());
     Sticks::from_array(std::array::from_fn(|stick| sticks[stick] + times * others[stick]))

@@ -9,7 +9,7 @@ use hovernav::controls::{Channel, Sticks};
 pub enum Act {
     /// The pilot's switch is closed.
     Engage,
-    /// The pilot moves the sticks by this from their held positions.
+    /// The pilot moves the sticks by these values from their held positions.
     Move(Sticks),
     /// The pilot holds the sticks unchanged, except for `Move`, as at a test point.
     Still,

@@ -23,7 +23,7 @@ pub struct LiveStatistics {
     pub velocity_rms_mps: [f64; 3],
     /// Largest difference from the heading at engagement, rad.
     pub heading_rad: f64,
-    /// Largest horizontal distance from the position at which it had settled, m.
+    /// Largest horizontal distance from the position at which the autopilot had settled, m.
     pub place_m: f64,
     /// Largest change of any command from one cycle to the next, with the first 5 s.
     pub stick_step: f64,

@@ -24,7 +24,7 @@ pub enum Unflyable {
     NoVerdict {
         /// Evidence that the model was identified.
         found: &'static str,
-        /// Key of that evidence; a model written by hand does not have it.
+        /// Key of the evidence; a model written by hand does not have this key.
         key: &'static str,
     },
     /// A derivative has an impossible sign.

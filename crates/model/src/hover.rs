@@ -44,9 +44,9 @@ pub fn unit_of(name: &str) -> &'static str {
 pub struct HybridDerivatives {
     /// Time constant of flapping with the bar, s.
     pub tau_f: f64,
-    /// Longitudinal flapping by lateral flapping.
+    /// Longitudinal flapping per lateral flapping, without unit.
     pub ab: f64,
-    /// Lateral flapping by longitudinal flapping.
+    /// Lateral flapping per longitudinal flapping, without unit.
     pub ba: f64,
     /// Lateral flapping by full lateral stick, rad per stick unit.
     pub blat: f64,
@@ -241,10 +241,10 @@ pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, ModelError> {
 }
 
 /// Roll and pitch part of a hover model: p, q, phi, theta, u, v from the cyclic. Fast states are removed first, by
-/// [`quasi_steady`]; likewise in [`heave`] and [`yaw`].
+/// [`quasi_steady`], as in [`heave`] and [`yaw`].
 ///
 /// # Errors
-/// [`ModelError::Unknown`] where the model lacks one of them; likewise for [`heave`] and [`yaw`].
+/// [`ModelError::Unknown`] where the model lacks one of these states or inputs, as in [`heave`] and [`yaw`].
 pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, ModelError> {
     quasi_steady(model)?
         .subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])

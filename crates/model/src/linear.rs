@@ -106,7 +106,7 @@ impl LinearModel {
         self.c.nrows()
     }
 
-    /// Largest magnitude of the eigenvalues of A: below 1 a discrete model is stable. Infinite where a number is not
+    /// Largest magnitude of the eigenvalues of A: a discrete model is stable below 1. Infinite where a number is not
     /// finite.
     #[must_use]
     pub fn spectral_radius(&self) -> f64 {
@@ -123,8 +123,8 @@ impl LinearModel {
         Some(Self { time, a, b, c: self.c.clone(), d: self.d.clone() })
     }
 
-    /// Simulated outputs (samples × p) of a discrete model from the inputs (samples × m) and the initial state `start`,
-    /// without correction by measurements.
+    /// Simulated outputs (samples × p) of a discrete model, without correction by measurements. `inputs` is samples ×
+    /// m, and `start` the initial state.
     ///
     /// An unstable model may overflow to infinities.
     #[must_use]

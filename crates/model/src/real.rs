@@ -28,7 +28,7 @@ pub(super) trait Real:
         if self.value() < 0.0 { -self } else { self }
     }
 
-    /// Limited to a range; outside of it the derivative is zero.
+    /// The number limited to a range; outside of it the derivative is zero.
     fn clamp(self, low: f64, high: f64) -> Self {
         if self.value() < low {
             Self::constant(low)

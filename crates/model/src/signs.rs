@@ -12,9 +12,9 @@ use super::state_space::StateSpace;
 pub struct KnownSign {
     /// Name of the parameter in an identified model.
     pub name: &'static str,
-    /// The state whose derivative it changes.
+    /// The state whose derivative the parameter changes.
     pub row: &'static str,
-    /// The state (entry of A) or the stick (entry of B) that it multiplies.
+    /// The state (entry of A) or the stick (entry of B) that the parameter multiplies.
     pub column: &'static str,
     /// Sign, 1 or −1.
     pub sign: f64,
@@ -91,7 +91,8 @@ impl KnownSign {
         }
     }
 
-    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether it has it at all.
+    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether its sign is wrong
+    /// at all.
     fn is_against(&self, value: f64, sigma: f64) -> bool {
         let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
         self.sign * value < -doubt

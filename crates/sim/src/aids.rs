@@ -18,18 +18,18 @@ pub struct RangefinderConfig {
     pub lever_arm_m: Vector<Body>,
     /// Height of the ground above the ellipsoid at the start of the flight, m.
     pub ground_m: f64,
-    /// One-sigma change of the ground height per metre of horizontal distance, m.
+    /// One-sigma of the change of the ground height per metre of horizontal distance, m.
     pub ground_walk_m: f64,
     /// One-sigma of the white noise, m.
     pub noise_m: f64,
-    /// Additional noise as a part of the distance.
+    /// Additional noise as a share of the distance.
     pub noise_share: f64,
     /// Shortest and longest measurable distance, m.
     pub reach_m: [f64; 2],
 }
 
 impl RangefinderConfig {
-    /// A laser over ground at this height above the ellipsoid, m.
+    /// A laser over ground at the height `ground_m` above the ellipsoid, m.
     #[must_use]
     pub const fn over(ground_m: f64) -> Self {
         Self {
@@ -110,9 +110,9 @@ pub struct AntennasConfig {
     pub baseline_m: Vector<Body>,
     /// One sigma of the heading, rad, which the receiver also reports.
     pub sigma_rad: f64,
-    /// Part of it that is correlated in time, from multipath.
+    /// Share of `sigma_rad` that is correlated in time, from multipath.
     pub wander_share: f64,
-    /// Correlation time of that part, s.
+    /// Correlation time of that share, s.
     pub wander_time_s: f64,
 }
 

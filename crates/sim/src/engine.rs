@@ -17,8 +17,8 @@ pub struct EngineConfig {
 }
 
 impl Default for EngineConfig {
-    /// Blades, bar and tail of the class have about 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW of a 15 cm³ glow
-    /// engine.
+    /// Inertia and torque of the class. Blades, bar and tail have about 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW
+    /// of a 15 cm³ glow engine.
     fn default() -> Self {
         Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, most_torque_nm: 13.0 }
     }
@@ -40,7 +40,7 @@ pub(super) struct Engine {
     config: EngineConfig,
     /// Nominal speed of the main rotor, rad/s.
     nominal_radps: f64,
-    /// Speed over the nominal speed.
+    /// Speed of the main rotor divided by the nominal speed.
     speed: f64,
     powered: bool,
 }

@@ -25,7 +25,7 @@ pub struct GpsConfig {
     pub latency_s: f64,
     /// Latency that is subtracted from the time of arrival to give [`Fix::time`](hovernav::gps::Fix), s. Where it
     /// differs from the true latency, every fix has a wrong time by the difference. A fix arrives at its `time` plus
-    /// this.
+    /// this latency.
     pub assumed_latency_s: f64,
     /// One-sigma of the white noise of the position, m.
     pub position_noise_m: HorizontalVertical,

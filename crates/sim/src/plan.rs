@@ -124,16 +124,16 @@ impl FlightPlan {
         turning.balanced(ENTRY_S, Vector::ZERO, 0.0)
     }
 
-    /// Rolls to `angle_rad`, holds for `held_s`, does the same to the other side, and levels out. The sideways speed
-    /// follows the roll.
+    /// Rolls to `angle_rad`, holds for `held_s`, rolls to the other side in the same way, and levels out. The sideways
+    /// speed follows the roll.
     #[must_use]
     pub fn roll_doublet(self, angle_rad: f64, held_s: f64) -> Self {
         let sideways_mps2 = self.gravity_mps2() * angle_rad.tan();
         self.doublet(Vector::new(0.0, sideways_mps2, 0.0), 0.0, held_s)
     }
 
-    /// Pitches to `angle_rad`, holds for `held_s`, does the same in the other direction, and levels out. The forward
-    /// speed follows the pitch.
+    /// Pitches to `angle_rad`, holds for `held_s`, pitches in the other direction in the same way, and levels out. The
+    /// forward speed follows the pitch.
     #[must_use]
     pub fn pitch_doublet(self, angle_rad: f64, held_s: f64) -> Self {
         let forward_mps2 = -self.gravity_mps2() * angle_rad.tan();
@@ -194,7 +194,8 @@ impl FlightPlan {
         Local::at(&self.start).gravity_mps2
     }
 
-    /// The mean of a smooth change is half-way between its ends.
+    /// Change of the forward, right and down speed, m/s, while the acceleration changes smoothly. The mean acceleration
+    /// is half-way between the values at the ends.
     fn speed_gained_mps(&self, duration_s: f64, acceleration_mps2: Vector<Level>) -> Vector<Level> {
         (self.last().acceleration_mps2 + acceleration_mps2) * (0.5 * duration_s)
     }

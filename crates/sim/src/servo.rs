@@ -16,8 +16,8 @@ pub struct ServoConfig {
 }
 
 impl Default for ServoConfig {
-    /// 0.1 s for 45°, with full travel of 30° to each side, pulses of 400 µs for full travel in steps of 1 µs, and a
-    /// dead band of 1.5 µs.
+    /// A speed of 0.1 s for 45°, with full travel of 30° to each side. Pulses of 400 µs for full travel in steps of 1
+    /// µs, and a dead band of 1.5 µs.
     fn default() -> Self {
         Self {
             bandwidth_hz: 8.0,
@@ -50,7 +50,7 @@ impl ServoConfig {
 #[derive(Clone, Copy, Debug)]
 pub struct SimulatedServo {
     config: ServoConfig,
-    /// Position of the servo.
+    /// Position of the servo, stick units.
     position: f64,
 }
 

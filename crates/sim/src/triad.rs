@@ -161,7 +161,7 @@ impl TriadErrors {
         positive(sensor, "bandwidth", self.bandwidth_hz)
     }
 
-    /// Time constant of the low-pass.
+    /// Time constant of the low-pass, s.
     pub(super) fn lag_s(&self) -> f64 {
         1.0 / (TAU * self.bandwidth_hz)
     }

@@ -109,8 +109,8 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// The disturbance of one state alone by `size`: `phi`, `theta`, `psi` in rad, `p`, `q`, `r` in rad/s, `u`, `v`,
-    /// `w` in m/s; `None` for any other name.
+    /// The disturbance of one state alone by `size`; `None` for an unknown name. The states are `phi`, `theta`, `psi`,
+    /// rad, `p`, `q`, `r`, rad/s, `u`, `v`, `w`, m/s.
     #[must_use]
     pub fn of_state(state: &str, size: f64) -> Option<Self> {
         let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
@@ -208,7 +208,7 @@ impl Vehicle {
         self.engine.stop();
     }
 
-    /// Speed of the main rotor over its nominal speed.
+    /// Speed of the main rotor divided by its nominal speed.
     #[must_use]
     pub const fn rotor_speed(&self) -> f64 {
         self.engine.drive().speed
@@ -284,8 +284,8 @@ impl Vehicle {
         change
     }
 
-    /// Lift near the ground over lift away from it: 1 above three rotor radii. It decreases with speed, because the
-    /// vehicle leaves its ground cushion behind.
+    /// Lift near the ground divided by the lift away from it: 1 above three rotor radii. The ratio decreases with
+    /// speed, because the vehicle leaves its ground cushion behind.
     ///
     /// # Source
     /// Cheeseman and Bennett (1955), *The effect of the ground on a helicopter rotor in forward flight*, ARC

@@ -132,7 +132,7 @@ pub fn to_value<T: Serialize + ?Sized>(value: &T) -> Result<toml::Value, toml::s
     toml::Value::try_from(Recording::of(value)?)
 }
 
-/// `base` overridden by `table`: tables key by key, everything else as a whole.
+/// `base` with the values of `table`: tables are merged key by key, all other values are replaced.
 ///
 /// # Errors
 /// [`ValueError`] as in [`from_table`], and for values that TOML cannot represent.
@@ -170,14 +170,14 @@ impl ValueError {
         <Self as serde::de::Error>::custom(reason).below(key)
     }
 
-    /// The same error of a value below `key`.
+    /// This error for a value below `key`: adds `key` to its path.
     #[must_use]
     pub fn below(mut self, key: &str) -> Self {
         self.place.push(Place::Key(key.to_owned()));
         self
     }
 
-    /// The same error with its line in `text`, the contents of the file `path`, from which the value was read.
+    /// This error with its line in `text`, the contents of the file `path`, from which the value was read.
     #[must_use]
     pub fn in_text(&self, text: &str, path: &Path) -> TomlError {
         TomlError::at(path, text, offset_of(text, &self.place).unwrap_or(0), &self.to_string())

@@ -220,7 +220,7 @@ impl Serializer for Recorder {
 
 /// A list being recorded.
 struct List {
-    /// The variant that the list is the content of.
+    /// The variant whose content is the list, if any.
     variant: Option<&'static str>,
     list: Vec<Recording>,
 }
@@ -300,7 +300,7 @@ impl SerializeMap for Map {
 
 /// A structure being recorded.
 struct Struct {
-    /// The variant that the structure is the content of.
+    /// The variant whose content is the structure, if any.
     variant: Option<&'static str>,
     name: &'static str,
     fields: Vec<(&'static str, Recording)>,

@@ -1,7 +1,8 @@
-//! The measuring instrument of the filter: every set and every case through the estimator, as one table.
+//! Evaluation of the filter: the estimator's results on every set and every case, as one table.
 //!
-//! [`find`] lists the sets, [`run`] flies them, and [`moved`] compares two tables. The program `validate` writes the
-//! table to `docs/validation`. Every number comes from the functions that `hovernav estimate` calls.
+//! [`find`] lists the sets, [`run`] runs the estimator on them, and [`moved`] compares two tables. The program
+//! `validate` writes the table to `docs/validation`. Every number comes from the functions that `hovernav estimate`
+//! calls.
 
 mod markdown;
 mod moved;

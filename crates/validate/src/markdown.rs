@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::row::{Row, short};
 
-/// An error over sigma outside of this range is set in bold.
+/// Range of the ratio of error to sigma that is consistent; ratios outside are set in bold.
 const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.3;
 
 const HEAD: &str = "# Every set
@@ -40,7 +40,7 @@ const REFUSED: &str = "## Refused
 
 ";
 
-/// Words of a refusal that the page shows.
+/// Number of words of an error message that the page shows.
 const WORDS: usize = 16;
 
 /// The rows as a Markdown page.
@@ -110,7 +110,7 @@ pub fn markdown(rows: &[Row]) -> String {
 const GROUPS: [&str; 3] =
     ["position_within_3_sigma", "velocity_within_3_sigma", "attitude_within_3_sigma"];
 
-/// Adds a table whose cells behind set and run are those of `cells`.
+/// Adds a table with columns for set and run, followed by those of `cells`.
 fn table<'a>(
     page: &mut String,
     intro: &str,
@@ -126,7 +126,8 @@ fn table<'a>(
     page.push('\n');
 }
 
-/// The row's numbers in `columns`, a dash for each that is unknown; empty where all are.
+/// The row's numbers in `columns`, joined by `between`, with a dash for each unknown number; empty where all are
+/// unknown.
 fn numbers(row: &Row, columns: &[&str], between: &str) -> String {
     let number = |column: &&str| row.numbers.get(*column);
     if columns.iter().all(|column| number(column).is_none()) {
@@ -154,7 +155,7 @@ fn drifts(row: &Row, list: &str) -> String {
     }
 }
 
-/// The first words of a refusal, its vertical bars escaped.
+/// The first words of the error message of a refused run, its vertical bars escaped.
 fn first_words(text: &str) -> String {
     let words: Vec<&str> = text.split_whitespace().collect();
     let more = if words.len() > WORDS { " …" } else { "" };

@@ -37,7 +37,7 @@ pub fn moved(old: &[Row], new: &[Row]) -> Vec<String> {
     lines
 }
 
-/// A number's old value, new value and ratio, where it moved.
+/// Old value, new value and ratio of a number that changed by more than 2 %; `None` otherwise.
 fn number_moved(pair: (Option<&f64>, Option<&f64>)) -> Option<String> {
     match pair {
         (Some(&old), Some(&new)) => {

@@ -1,10 +1,10 @@
-//! The drift in windows without GPS, each window flown by itself.
+//! Drift of the solution in windows without GPS, each window evaluated separately.
 //!
-//! Until the first fix of a window is withheld, a flight with the window and one without it are the same. One pass over
-//! the log therefore leaves a copy of the estimator at the start of each window, and only the window is flown from
-//! there, without its fixes. The result is that of a whole flight with this one window, to the bit. `hovernav
-//! estimate` with several `--outage` flies all windows in one run: the fixes withheld earlier change what the filter
-//! has learned before a later window.
+//! Up to the first withheld fix of a window, a run with the window equals a run without it. One pass over the log
+//! therefore leaves a copy of the estimator at the start of each window. Each copy then runs over its window without
+//! the fixes. The result equals that of a whole run with this one window, to the bit. `hovernav estimate` with several
+//! `--outage` runs all windows in one pass. Earlier withheld fixes then change the learned sensor errors of the filter
+//! before a later window.
 
 use std::iter::once;
 
@@ -14,17 +14,17 @@ use hovernav::event::Event;
 use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
 use rayon::prelude::*;
 
-/// How far a flight drifts in a window without GPS.
+/// Drift of the solution in a window without GPS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Largest horizontal distance from the reference, m.
     pub horizontal_m: f64,
-    /// Root of the mean square of the error over its one-sigma, north and east.
+    /// Root mean square of the error divided by its one-sigma, north and east.
     pub over_sigma: Option<f64>,
 }
 
-/// The drift in each of the `outages`, each flown as if it were the only one; `None` where solution and reference
-/// together do not cover it.
+/// Drift in each of the `outages`, each evaluated as if it were the only one. `None` where solution or reference does
+/// not cover the outage.
 #[must_use]
 pub fn drifts(
     dataset: &Dataset,
@@ -70,7 +70,7 @@ fn begins(outage: &Outage, event: &Event) -> bool {
     }
 }
 
-/// The solutions from the start of `outage` to its end, flown without its fixes.
+/// The solutions from the start of `outage` to its end, without the fixes of the window.
 fn within(
     outage: &Outage,
     mut estimator: Estimator<Full, 28>,
@@ -84,7 +84,7 @@ fn within(
             Event::Imu(sample) if sample.time > end => break,
             _ => estimator.push(&event, |_| ()),
         }
-        // A sample that was refused leaves the state where it was.
+        // A rejected sample leaves the state unchanged.
         let of_sample = |solution: &Solution| matches!(event, Event::Imu(sample) if sample.time == solution.time);
         solutions.extend(estimator.solution().filter(of_sample));
     }

@@ -42,11 +42,11 @@ pub const NUMBERS: [&str; 33] = [
     "findings",
 ];
 
-/// The columns of text before the numbers, and behind them.
+/// Columns of text before the numbers, and after them.
 const BEFORE: [&str; 3] = ["set", "run", "reference"];
 const BEHIND: [&str; 2] = ["kinds", "refused"];
 
-/// The axes that a filter gives a one-sigma of: position, velocity, attitude.
+/// Axes with a one-sigma of the filter: position, velocity, attitude.
 const GROUPS: [(&str, [Axis; 3]); 3] = [
     ("position", [Axis::North, Axis::East, Axis::Down]),
     ("velocity", [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown]),
@@ -58,15 +58,15 @@ const GROUPS: [(&str, [Axis; 3]); 3] = [
 pub struct Row {
     /// The set's name.
     pub set: String,
-    /// `causal`, `smoothed`, `outages` with the length of the windows, or `estimate` where it was refused.
+    /// `causal`, `smoothed`, `outages` with the length of the windows, or `estimate` where the log was rejected.
     pub run: String,
     /// Description of the reference; empty without one.
     pub reference: String,
-    /// Numbers by their column, one of [`NUMBERS`]; without an entry where unknown.
+    /// Numbers by column, one of [`NUMBERS`]; unknown numbers are absent.
     pub numbers: BTreeMap<String, f64>,
-    /// The kinds of the findings, each with its number.
+    /// Kinds of the findings, each with its count.
     pub kinds: String,
-    /// Why the run was refused; empty where it was not.
+    /// Reason why the log was rejected; empty if it was not.
     pub refused: String,
 }
 
@@ -82,7 +82,7 @@ impl Row {
         self.numbers.extend(value.map(|value| (column.to_owned(), value)));
     }
 
-    /// Errors by [`Axis::name`]; those without a column are ignored.
+    /// Sets the errors by [`Axis::name`]; errors without a column are ignored.
     pub(crate) fn set_errors(&mut self, errors: impl Iterator<Item = (&'static str, Statistics)>) {
         for (name, statistics) in errors.filter(|(name, _)| NUMBERS.contains(name)) {
             self.set(name, Some(statistics.rmse));
@@ -116,7 +116,7 @@ impl Row {
     }
 }
 
-/// A number with four significant digits, whole from 1000 on.
+/// A number with four significant digits, as an integer from 1000 on.
 pub(crate) fn short(value: f64) -> String {
     if value.fract() == 0.0 {
         return format!("{value}");

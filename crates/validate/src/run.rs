@@ -1,4 +1,4 @@
-//! The flights: every set as `hovernav estimate` runs it, causal, smoothed, and without GPS in its windows.
+//! Runs of the estimator on every set, as by `hovernav estimate`: causal, smoothed, and without GPS in windows.
 
 use std::convert::Infallible;
 use std::path::PathBuf;
@@ -15,8 +15,8 @@ use crate::outages::{Drift, drifts};
 use crate::row::Row;
 use crate::sets::{Set, Windows};
 
-/// Flies `sets` on the threads of the current pool, with the keys of the files `settings` over those of each set's
-/// `dataset.toml`. The rows have the order of the sets for any number of threads.
+/// Runs the estimator on `sets`, on the threads of the current pool. The keys of the files `settings` override those of
+/// each set's `dataset.toml`. The rows have the order of the sets for any number of threads.
 #[must_use]
 pub fn run(sets: &[Set], settings: &[PathBuf]) -> Vec<Row> {
     let rows = |set: &Set| {
@@ -29,7 +29,7 @@ pub fn run(sets: &[Set], settings: &[PathBuf]) -> Vec<Row> {
     sets.par_iter().flat_map_iter(rows).collect()
 }
 
-/// A set that can be flown, and what to compare with.
+/// A log on which the estimator can run, and the data for its evaluation.
 struct Flight<'a> {
     set: &'a Set,
     dataset: Dataset,
@@ -75,7 +75,7 @@ fn estimate(dataset: &Dataset, config: &EstimatorConfig) -> Run {
 }
 
 impl Flight<'_> {
-    /// The row of `solutions`, which the filter's `run` led to.
+    /// The row of `solutions` from the filter's `run`.
     fn row(&self, name: &str, run: &Run, solutions: &[Solution], more: Vec<Finding>) -> Row {
         let mut row = Row::new(&self.set.name, name);
         if let (Some(reference), Some((first, _))) = (&self.reference, self.dataset.sample_span()) {
@@ -112,7 +112,7 @@ impl Flight<'_> {
         self.row("smoothed", &smoothed.forward, &solutions, smoothed.denied)
     }
 
-    /// A row for each length of window; none where no reference has positions.
+    /// A row for each length of window; no rows where no reference has positions.
     fn outages(&self) -> Vec<Row> {
         let Some(reference) = &self.reference else { return Vec::new() };
         let rows = self.set.windows.iter().map(|windows| self.outage_row(windows, reference));
@@ -136,7 +136,7 @@ impl Flight<'_> {
         row
     }
 
-    /// The set's own words on its reference, up to the first aside.
+    /// Description of the reference in the set's manifest, up to the first parenthesis or semicolon.
     fn kind_of_reference(&self) -> String {
         let manifest = &self.dataset.manifest;
         let quality = manifest.reference.quality.split(['(', ';']).next().unwrap_or_default();

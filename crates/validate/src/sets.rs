@@ -7,28 +7,28 @@ use std::path::{Path, PathBuf};
 use hovernav::time::Time;
 use hovernav_log::Outage;
 
-/// A log to fly.
+/// A log for the evaluation.
 #[derive(Clone, Debug)]
 pub struct Set {
-    /// Its name in the table.
+    /// Name of the set in the table.
     pub name: String,
-    /// The directory or file.
+    /// Directory or file of the log.
     pub path: PathBuf,
-    /// Its windows without GPS, one entry for each length.
+    /// Windows without GPS, one entry for each length.
     pub windows: Vec<Windows>,
 }
 
 /// Windows without GPS of one length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows {
-    /// The length, s.
+    /// Length of each window, s.
     pub duration_s: f64,
-    /// The windows that `docs/validation.md` names: start of the first, s on the set's clock, seconds from start to
-    /// start, and their number.
+    /// The windows that `docs/validation.md` names: start of the first, s on the set's clock, interval of the starts,
+    /// s, and number of windows.
     pub documented: Option<(f64, f64, u32)>,
 }
 
-/// Seconds from start to start of the windows over the whole log.
+/// Interval between the starts of windows over the whole log, s.
 const SPACING_S: f64 = 12.0;
 
 impl Windows {
@@ -54,7 +54,7 @@ impl Windows {
     }
 }
 
-/// The windows of the set `name`, as `docs/validation.md` lists them; 10 s long where it lists none.
+/// The windows of the set `name`, as `docs/validation.md` lists them; 10 s long if the set is not listed.
 fn windows(name: &str) -> Vec<Windows> {
     let of = |duration_s, first_s, every_s, count| Windows {
         duration_s,
@@ -72,7 +72,7 @@ fn windows(name: &str) -> Vec<Windows> {
 /// both comes from the checkout.
 ///
 /// # Errors
-/// A directory that the file system does not list. A missing directory counts as empty.
+/// A directory that cannot be read. A missing directory counts as empty.
 pub fn find(checkout: &Path, shared: &Path) -> io::Result<Vec<Set>> {
     let mut sets = Vec::new();
     let own = entries(&checkout.join("datasets"))?;

@@ -86,7 +86,7 @@ mod board {
     /// Silence of the receiver, s, that ends an epoch.
     const SILENT_S: f64 = 0.05;
 
-    /// The one clock of the flight.
+    /// The time on the one clock of the flight.
     fn now() -> Time {
         Time::from_nanoseconds(Instant::now().as_micros() as i64 * 1_000)
     }
@@ -112,7 +112,7 @@ mod board {
         Some(Sensors::new(dmu, gps, now()))
     }
 
-    /// `None` for settings that cannot be flown.
+    /// The flight computer of this program; `None` for settings that cannot be flown.
     fn computer(servos: Channels<Servo>) -> Option<FlightComputer<Servo>> {
         // Insert the output of `hovernav design --emit rust` for the vehicle here.
         let mut gains = Gains::default();

@@ -43,7 +43,7 @@ pub fn config() -> EstimatorConfig {
     config
 }
 
-/// The same settings for a flight with an unknown heading.
+/// The vehicle's settings for a flight with an unknown heading.
 #[must_use]
 pub fn config_without_heading() -> EstimatorConfig {
     let mut config = config();
@@ -133,10 +133,10 @@ pub enum Work {
     Search,
     /// A sample and a fix before the heading is known.
     SearchFix,
-    /// The solution without steps, and a step of the autopilot.
+    /// The solution without steps for the controller, and a step of the autopilot.
     Autopilot,
-    /// The same with all of flight control: the pilot's pulses, the checks, the choice between pilot and autopilot,
-    /// and the widths.
+    /// The solution without steps, and a step of all of flight control: the pilot's pulses, the checks, the choice
+    /// between pilot and autopilot, and the widths.
     Control,
 }
 
@@ -153,7 +153,7 @@ impl Work {
         Self::Control,
     ];
 
-    /// Its name in the table.
+    /// Name of the work in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

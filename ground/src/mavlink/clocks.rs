@@ -3,7 +3,7 @@
 //! Source: MAVLink, *common message set*: a field `time_usec` counts from the start of 1970 or from boot, depending on
 //! its magnitude.
 
-/// Time stamps from this value on count from the start of 1970, µs. A time since boot would mean thirty years of
+/// Smallest time stamp that counts from the start of 1970, µs. As a time since boot it would mean thirty years of
 /// operation.
 const SINCE_BOOT_US: u64 = 1_000_000_000_000_000;
 /// Largest lead of a time stamp over the newest clock reading, s: the interval between two readings.

@@ -200,7 +200,8 @@ impl Translator {
         values
     }
 
-    /// `None` before the first heartbeat, because the outputs depend on the type of autopilot.
+    /// Channel values of the outputs; `None` before the first heartbeat, because the outputs depend on the type of
+    /// autopilot.
     fn servos(&self, m: &SERVO_OUTPUT_RAW_DATA) -> Option<Values> {
         let pulses = [
             m.servo1_raw,

@@ -216,7 +216,7 @@ fn page(port: u16) -> Option<String> {
     page["webSocketDebuggerUrl"].as_str().map(str::to_owned)
 }
 
-/// Source: RFC 4648, section 4.
+/// Decodes base64. Source: RFC 4648, section 4.
 fn base64(text: &str) -> Vec<u8> {
     let value = |byte: u8| match byte {
         b'A'..=b'Z' => byte - b'A',

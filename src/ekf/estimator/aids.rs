@@ -66,8 +66,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
-    /// Checks whether the magnetic field behind a heading, or behind the inertial unit's own attitude, is as usual.
-    /// Returns whether it can give a heading.
+    /// Checks whether the magnetic field is usual for a heading, or for the inertial unit's own attitude. Returns
+    /// whether the field can give a heading.
     #[inline(never)]
     pub(super) fn watch_field(
         &mut self,

@@ -25,7 +25,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.phase == Phase::Searching && self.filter.attitude_lost.is_some()
     }
 
-    /// After a reset, or a gap of `length_s` that ended at `time`: searches again if the gap hid the heading, and
+    /// Handles a reset, or a gap of `length_s` that ended at `time`. Searches the heading again if the gap hid it, and
     /// checks roll and pitch.
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// After a sample: searches again if suspect readings have left the heading too uncertain to linearise about.
+    /// Searches the heading again after a sample, if suspect readings have made it too uncertain to linearise about.
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
@@ -111,7 +111,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// A start with the one-sigma of its heading about `axis` instead, about which its attitude is unknown.
+/// `start` with the one-sigma of its heading about `axis`; the attitude is unknown about this axis.
 pub(super) fn open_about(start: Start, axis: Vector<Ned>) -> Start {
     let [.., open_rad] = start.attitude_sigma_rad.to_array();
     HeadingSearch::turned_start(start, axis, 0.0, open_rad)

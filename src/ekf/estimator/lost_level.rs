@@ -2,8 +2,8 @@
 //!
 //! A vehicle that rolls may have any attitude after a gap. A filter linearised about a wrong attitude soon becomes
 //! certain of it. So a second alignment runs in parallel with the filter, on the next samples and fixes. It starts
-//! after a gap, and when a velocity is rejected soon after samples that hid the motion. It takes as many samples as any
-//! alignment. The fixes determine the direction of the specific force independently of the filter.
+//! after a gap, and when a velocity is rejected soon after samples that hid the motion. It needs as many samples as the
+//! first alignment. The fixes determine the direction of the specific force independently of the filter.
 
 use super::super::heading_search::HeadingMethod;
 use super::super::innovation::{Channel, Verdict};
@@ -21,7 +21,7 @@ use crate::ins::{Alignment, HeadingSource, Start};
 /// State of the check of roll and pitch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
-    /// No evidence against them.
+    /// No evidence against roll and pitch.
     Believed,
     /// A second alignment is running.
     Doubted,
@@ -33,7 +33,7 @@ pub(super) enum Level {
 const LOST_RAD: f64 = 0.26;
 /// Largest one-sigma, rad, of an alignment that counts as evidence against the filter.
 const SURE_RAD: f64 = 0.2;
-/// Least difference from the filter, in one-sigmas, that counts as such evidence.
+/// Least difference from the filter, in one-sigmas, that counts as evidence against the filter.
 const SIGMAS: f64 = 3.0;
 /// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;

@@ -44,7 +44,7 @@ pub enum Notice {
         sigma_rad: f64,
     },
     /// The magnetic field differs from the usual one in strength, dip or direction: a current or iron is nearby.
-    /// Headings by the field are less accurate until it is back.
+    /// Magnetic headings are less accurate until the field returns.
     FieldDisturbed {
         /// Time of the event.
         time: Time,
@@ -60,11 +60,12 @@ pub enum Notice {
     FieldUsual {
         /// Time of the event.
         time: Time,
-        /// Whether the field did not return: it has stayed different for long enough to be the usual one from now on.
+        /// Whether the field did not return: the changed field has been constant for long enough to become the usual
+        /// one.
         changed: bool,
     },
     /// Turns show that the antenna is not at its lever arm. From now on the filter uses the estimated position. The
-    /// notice comes again when the estimate has become far more certain.
+    /// notice repeats when the estimate has become far more certain.
     AntennaElsewhere {
         /// Time of the event.
         time: Time,
@@ -73,15 +74,15 @@ pub enum Notice {
         /// One-sigma of each component, m.
         sigma_m: f64,
     },
-    /// The fixes show that the vehicle rolls on wheels. While fixes are absent, its motion sideways and up from the
-    /// road is held at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
+    /// The fixes show that the vehicle rolls on wheels. While fixes are absent, the filter holds its velocity across
+    /// and perpendicular to the road at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     OnWheels {
         /// Time of the event.
         time: Time,
-        /// One-sigma of the velocity across, m/s.
+        /// One-sigma of the velocity across the direction of travel, m/s.
         sigma_mps: f64,
     },
-    /// The vehicle does not roll on wheels: it is not held to a road.
+    /// The vehicle does not roll on wheels: the filter does not constrain its motion to a road.
     OffWheels {
         /// Time of the event.
         time: Time,
@@ -142,7 +143,7 @@ impl Notice {
         }
     }
 
-    /// For a measurement whose `report` stays where it was written.
+    /// The notice of a measurement: its `report`, or the reason why it was not compared.
     pub(super) fn of_report(
         time: Time,
         aid: Aid,

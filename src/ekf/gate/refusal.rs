@@ -8,9 +8,9 @@ use crate::time::Time;
 const LEAST_REFUSALS: u8 = 3;
 /// Time, s, for which the filter is suspect after its velocity was reopened.
 const LOST_S: f64 = super::DOUBT_S;
-/// A spread beyond this shows that the filter diverged before the first rejection.
+/// Largest spread of a filter that had not diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
-/// Without a reported velocity, the filter has diverged once a position innovation grew by this factor.
+/// Growth factor of a position innovation without a reported velocity that shows a diverged filter.
 const GROWN: f32 = 2.0;
 
 /// Evidence for and against the filter when a measurement is rejected.
@@ -18,7 +18,7 @@ const GROWN: f32 = 2.0;
 struct Evidence {
     /// A barometer agrees with the filter, so the receiver's height is wrong.
     witness: bool,
-    /// That barometer's level came from this receiver, and the height has a constant offset.
+    /// The level of the agreeing barometer came from this receiver, and the height has a constant offset.
     level_disputed: bool,
     /// A velocity was reopened recently.
     was_lost: bool,

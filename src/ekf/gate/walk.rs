@@ -3,9 +3,9 @@
 /// Recent shift of the expected position of the next fix, other than by the vehicle's motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
-    /// North and east, m.
+    /// Shift north and east, m.
     moved_m: [f32; 2],
-    /// Whether the shift exceeds that of correct fixes.
+    /// Whether the shift exceeds that of correct fixes: the positions drift.
     walks: bool,
 }
 
@@ -30,7 +30,8 @@ impl Walk {
         self.moved_m = self.moved_m.map(|moved_m| left * moved_m);
     }
 
-    /// Decides whether positions drift: from `least_m` on, until they are within half of it again.
+    /// Decides whether positions drift. A drift starts when the shift exceeds `least_m`, m, and ends when the shift is
+    /// below half of that.
     pub fn judge(&mut self, least_m: f32) {
         let [north, east] = self.moved_m;
         self.walks = libm::hypotf(north, east) > if self.walks { 0.5 * least_m } else { least_m };

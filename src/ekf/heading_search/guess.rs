@@ -13,7 +13,7 @@ const ATTITUDE: usize = 3;
 /// One value for each state.
 type Row = [f32; STATES];
 
-/// Covariance of these states.
+/// Covariance of the states of a guess.
 pub type Block = [Row; STATES];
 
 /// Share of a velocity change that counts as error: fixes and samples differ in time.
@@ -47,13 +47,13 @@ impl Felt {
 pub(super) struct Measured {
     /// Velocity, m/s, and its variance, (m/s)²; `None` for an axis that the fix does not measure.
     pub axes: [Option<(f32, f32)>; 3],
-    /// Whether it is the mean since the previous fix, from positions.
+    /// Whether the velocity is the mean since the previous fix, from positions.
     pub is_mean: bool,
     /// Velocity of the antenna against the inertial unit, in the body axes at the start of the bank, m/s.
     pub swing_mps: [f32; 3],
 }
 
-/// Result of a measurement.
+/// Likelihood of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surprise {
     /// Sum of the squared normalised innovations of the horizontal axes.
@@ -67,7 +67,7 @@ pub(super) struct Surprise {
 pub(super) struct Prior {
     /// Direction about which the attitude is open, NED.
     pub axis: [f32; 3],
-    /// One-sigma of the attitude across it, rad.
+    /// One-sigma of the attitude across `axis`, rad.
     pub tilt_sigma_rad: f32,
     /// One-sigma of the gyro bias, rad/s.
     pub bias_sigma_radps: f32,

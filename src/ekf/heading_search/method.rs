@@ -9,7 +9,7 @@ use crate::ins::Start;
 use crate::time::Time;
 
 /// Method by which an [`Estimator`](super::super::Estimator) finds the heading if nothing gives it at the start:
-/// [`HeadingSearch`], or [`NoHeadingSearch`] for none. Sealed.
+/// [`HeadingSearch`], or [`NoHeadingSearch`] without a search. Sealed.
 pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 
 /// No search and no memory for one. Alignment waits for a heading from a sensor, or from the course if the
@@ -23,7 +23,7 @@ impl<T: Scalar> HeadingMethod<T> for NoHeadingSearch {}
 pub(in super::super) mod sealed {
     use super::*;
 
-    /// The default of each function is that of no search.
+    /// Interface of the search; each default implementation is that of no search.
     pub trait Method<T>: Sized {
         /// Whether the method searches.
         const SEARCHES: bool;

@@ -40,8 +40,8 @@ const GUESSES: usize = 12;
 const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
-/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s, which is the bias of the
-/// filter.
+/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
+/// monitor uses the bias of the filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
 /// Random walks that a monitor allows beyond the noise of the sensors: of the tilt and heading, rad/√s, and of the
 /// velocity, m/s/√s. Without them the monitor would attribute errors outside the guesses' states to the heading.
@@ -78,7 +78,7 @@ pub struct HeadingSearch<T = f64> {
     guesses: [Guess; GUESSES],
     /// Attitude at the start of the bank, before it is turned for each guess.
     start_to_ned: Rotation<Body, Ned, T>,
-    /// Axis about which the attitude was unknown then.
+    /// Axis, NED, about which the attitude was unknown at the start.
     axis: [f32; 3],
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite if unknown.
@@ -110,7 +110,7 @@ pub struct HeadingSearch<T = f64> {
     judgement: Judgement,
 }
 
-/// The receiver of a fix, according to the filter.
+/// Error model, antenna and gyro bias for a fix, as the filter assumes them.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a, T> {
     /// Error model of the receiver.
@@ -449,7 +449,7 @@ impl<T: Scalar> HeadingSearch<T> {
         (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
-    /// Whether fixes during recent motion have given this share of the information on an agreed heading.
+    /// Whether fixes during recent motion have given the share `share` of the information on an agreed heading.
     fn has_evidence(&self, share: f64) -> bool {
         f64::from(self.evidence) * square(AGREED_RAD) > share
     }
@@ -460,7 +460,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 }
 
-/// A value and its variance in single precision, if both are finite there.
+/// A value and its variance in single precision, if both are finite in it.
 fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
     let (value, variance) = (value as f32, variance as f32);
     (value * value + variance).is_finite().then_some((value, variance))

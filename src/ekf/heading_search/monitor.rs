@@ -5,10 +5,10 @@ use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
 use crate::time::Time;
 
-/// A wrong heading is off by more than this, rad (25°), and by this number of one-sigmas.
+/// Least error of a wrong heading, rad (25°), and in one-sigmas.
 const WRONG_RAD: f64 = 0.44;
 const WRONG_SIGMAS: f64 = 4.0;
-/// A suspect heading is off by more than this, rad (5°), and by this number of one-sigmas of both.
+/// Least error of a suspect heading, rad (5°), and in one-sigmas of both headings.
 const SUSPECT_RAD: f64 = 0.09;
 const SUSPECT_SIGMAS: f64 = 2.5;
 /// Least duration, s, and least number of fixes of a disagreement.
@@ -18,7 +18,7 @@ const WRONG_FIXES: u8 = 4;
 /// Heading confirmed by the fixes while the heading of the filter is wrong or suspect.
 #[derive(Clone, Copy, Debug)]
 pub struct BetterHeading {
-    /// Turn of the filter's heading to it, clockwise, rad.
+    /// Turn from the filter's heading to the better one, clockwise, rad.
     pub turn_rad: f64,
     /// One-sigma, rad.
     pub sigma_rad: f64,

@@ -36,7 +36,7 @@ impl<'a> Fields<'a> {
         Ok(field)
     }
 
-    /// The next field, with any content but a single letter.
+    /// The next field; a single letter in it is an error.
     fn numeral(&mut self) -> Result<&'a [u8], Malformed> {
         let field = self.text()?;
         let is_letter = single(field).is_some_and(|byte| byte.is_ascii_alphabetic());
@@ -71,7 +71,7 @@ impl<'a> Fields<'a> {
         Ok(single(self.text()?).filter(u8::is_ascii_digit))
     }
 
-    /// A field that holds the letter of a unit, or nothing.
+    /// Checks that the next field is the letter of a unit, or empty.
     pub fn unit(&mut self, letter: u8) -> Result<(), Malformed> {
         match self.text()? {
             [] => Ok(()),
@@ -80,12 +80,12 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// A decimal number.
+    /// The next field as a decimal number.
     pub fn number(&mut self) -> Result<Option<f64>, Malformed> {
         Ok(decimal(self.numeral()?))
     }
 
-    /// A number without sign and fraction.
+    /// The next field as a number without sign and fraction.
     pub fn count(&mut self) -> Result<Option<u32>, Malformed> {
         match self.text()? {
             [] => Ok(None),
@@ -93,7 +93,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// `hhmmss.sss` as nanoseconds since midnight.
+    /// The next field, `hhmmss.sss`, as nanoseconds since midnight.
     pub fn time_of_day_ns(&mut self) -> Result<Option<u64>, Malformed> {
         let field = self.numeral()?;
         let (digits, fraction) = split_at(field, b'.').unwrap_or((field, &[]));
@@ -115,7 +115,7 @@ impl<'a> Fields<'a> {
         Ok(Some(whole_s * 1_000_000_000 + fraction_ns))
     }
 
-    /// `ddmmyy` as days since 1 January 1970; the years are 1983 to 2082.
+    /// The next field, `ddmmyy`, as days since 1 January 1970; the years are 1983 to 2082.
     pub fn day(&mut self) -> Result<Option<i32>, Malformed> {
         let field = self.numeral()?;
         let [d1, d0, m1, m0, y1, y0] = field else {
@@ -175,7 +175,7 @@ fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
     Some(f64::from(whole(degrees)?) + decimal(minutes).filter(|minutes| *minutes >= 0.0)? / 60.0)
 }
 
-/// Only digits, at most nine.
+/// A number of at most nine digits, without any other character.
 fn whole(field: &[u8]) -> Option<u32> {
     if field.is_empty() || field.len() > 9 {
         return None;
@@ -186,7 +186,7 @@ fn whole(field: &[u8]) -> Option<u32> {
     })
 }
 
-/// The digits after the point of a second; digits beyond the ninth are ignored.
+/// Nanoseconds from the digits after the point of a second; digits beyond the ninth are ignored.
 fn nanoseconds(fraction: &[u8]) -> Option<u64> {
     let mut unit_ns = 1_000_000_000;
     fraction.iter().try_fold(0u64, |value, byte| {
@@ -196,7 +196,7 @@ fn nanoseconds(fraction: &[u8]) -> Option<u64> {
     })
 }
 
-/// An optional minus, digits, and at most one point before, between or after them.
+/// A decimal number: an optional minus, digits, and at most one point before, between or after them.
 ///
 /// Numbers of up to 15 digits are correctly rounded. Their digits and the power of ten that divides them are exact,
 /// and the division rounds once. Further digits after the point are ignored, an error below one part in 10¹⁴. More

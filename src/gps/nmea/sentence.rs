@@ -32,7 +32,7 @@ pub(super) struct RecommendedMinimum {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct GroundVelocity {
     pub speed_mps: Option<f64>,
-    /// From true north, clockwise.
+    /// Direction over ground from true north, clockwise, rad.
     pub direction_rad: Option<f64>,
 }
 
@@ -50,7 +50,7 @@ pub(super) enum Content {
     Rmc(RecommendedMinimum),
     Vtg(GroundVelocity),
     Gsa(Geometry),
-    /// One-sigma, m.
+    /// Sentence GST: one-sigma of position, north, east, down, m.
     Gst(Option<Vector<Ned>>),
     /// The receiver reports that it has no fix, or no usable one.
     NoFix,
@@ -70,7 +70,7 @@ pub(super) enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sentence {
     pub kind: Kind,
-    /// Since midnight, where the sentence has it.
+    /// Time of day since midnight, ns, if the sentence contains it.
     pub time_of_day_ns: Option<u64>,
     pub content: Content,
 }
@@ -79,9 +79,9 @@ pub(super) struct Sentence {
 pub(super) enum Refusal {
     /// A sentence that does not contribute to a fix.
     Unknown,
-    /// Its text does not match its name.
+    /// The text of the sentence does not match its name.
     Malformed,
-    /// An impossible value.
+    /// A value of the sentence is impossible.
     Impossible,
 }
 
@@ -125,7 +125,7 @@ impl Sentence {
 
 type Reading = Result<Content, Refusal>;
 
-/// Position, quality, satellites, HDOP, altitude, `M`, separation, `M`.
+/// Reads GGA: position, quality, satellites, HDOP, altitude, `M`, separation, `M`.
 fn gga(mut fields: Fields<'_>) -> Reading {
     let place = fields.place()?;
     let quality = fields.digit()?.filter(|quality| *quality <= b'8').ok_or(Malformed)?;
@@ -155,8 +155,8 @@ fn gga(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// Position, a mode for each satellite system, satellites, HDOP, altitude, separation, age of the corrections, their
-/// station, status.
+/// Reads GNS: position, a mode for each satellite system, satellites, HDOP, altitude, separation, age of the
+/// corrections, their station, status.
 fn gns(mut fields: Fields<'_>) -> Reading {
     let place = fields.place()?;
     let mode = best_mode(fields.text()?).ok_or(Malformed)?;
@@ -187,8 +187,8 @@ fn gns(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// Status, position, speed in knots, course, date, magnetic variation and its letter, mode (since version 2.3),
-/// navigational status (since version 4.1).
+/// Reads RMC: status, position, speed in knots, course, date, magnetic variation and its letter, mode (since version
+/// 2.3), navigational status (since version 4.1).
 fn rmc(mut fields: Fields<'_>) -> Reading {
     let status = fields.letter()?.filter(|status| b"ADV".contains(status)).ok_or(Malformed)?;
     let place = fields.place()?;
@@ -209,7 +209,7 @@ fn rmc(mut fields: Fields<'_>) -> Reading {
     }))
 }
 
-/// True course, `T`, magnetic course, `M`, speed in knots, `N`, speed in km/h, `K`.
+/// Reads VTG: true course, `T`, magnetic course, `M`, speed in knots, `N`, speed in km/h, `K`.
 fn vtg(mut fields: Fields<'_>) -> Reading {
     let direction_deg = fields.number()?;
     fields.unit(b'T')?;
@@ -221,8 +221,8 @@ fn vtg(mut fields: Fields<'_>) -> Reading {
     Ok(Content::Vtg(ground_velocity(speed_knots, direction_deg)?))
 }
 
-/// Selection of the dimension, dimension, twelve satellites, PDOP, HDOP, VDOP, satellite system (one digit, since
-/// version 4.1).
+/// Reads GSA: selection of the dimension, dimension, twelve satellites, PDOP, HDOP, VDOP, satellite system (one digit,
+/// since version 4.1).
 fn gsa(mut fields: Fields<'_>) -> Reading {
     fields.letter()?.filter(|choice| b"MA".contains(choice)).ok_or(Malformed)?;
     let dimension = match fields.digit()? {
@@ -247,7 +247,7 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
     Ok(Content::Gsa(Geometry { dimension, dilution }))
 }
 
-/// RMS of the residuals, the error ellipse (two axes, orientation), one-sigma north, east, up.
+/// Reads GST: RMS of the residuals, the error ellipse (two axes, orientation), one-sigma north, east, up.
 fn gst(mut fields: Fields<'_>) -> Reading {
     for _ in 0..4 {
         fields.number()?;
@@ -264,7 +264,7 @@ fn best_mode(modes: &[u8]) -> Option<u8> {
     best.copied().filter(|_| known)
 }
 
-/// The position of a sentence that claims to have one.
+/// The range-checked position of a sentence with a fix.
 fn on_earth(place: Option<Degrees>) -> Result<Horizontal, Refusal> {
     place
         .filter(|(_, longitude_deg)| libm::fabs(*longitude_deg) <= 180.0)
@@ -291,8 +291,8 @@ fn ground_velocity(
         .ok_or(Refusal::Impossible)
 }
 
-/// Receivers send 0, 50 or 99.9 for an unknown dilution. This check rejects these values; the limit for use belongs
-/// to the quality checks.
+/// A dilution above 0 and below 1000. Receivers send 0, 50 or 99.9 for an unknown one; the limit for use belongs to the
+/// quality checks.
 fn dilution(value: Option<f64>) -> Option<f64> {
     value.filter(|value| *value > 0.0 && *value < 1e3)
 }

@@ -19,8 +19,8 @@ const SATELLITES_LAST_S: f64 = 10.0;
 ///
 /// A fix needs position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix, or a superpacket
 /// (0x8F-20, 0x8F-23) alone. It is delivered as soon as they have arrived. A position without velocity is delivered
-/// when the second ends (0x82) or the next begins. 0x4A, with steps of 2 m, gives no fix. Satellites and dilutions
-/// are those of the last 0x6D, which follows the fix that it describes.
+/// when the second ends (0x82) or the next begins. The packet 0x4A has steps of 2 m and gives no fix. Satellites and
+/// dilutions are those of the last 0x6D, which follows the fix that it describes.
 ///
 /// Heights are interpreted as above the ellipsoid unless the last 0x55 reported otherwise; [`Startup`] configures
 /// this. The week comes from the last 0x41; a floor resolves its rollover.

@@ -40,7 +40,7 @@ pub struct VelocityXyz {
 pub struct Version {
     /// Navigation processor: major, minor, month, day, year minus 1900.
     pub navigation: [u8; 5],
-    /// Signal processor: the same; later units count the year from 2000.
+    /// Signal processor: major, minor, month, day, year minus 1900; later units count the year from 2000.
     pub signal: [u8; 5],
 }
 

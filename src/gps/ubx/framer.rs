@@ -29,7 +29,7 @@ pub(super) struct Message<'a> {
     pub class: u8,
     pub id: u8,
     pub payload: &'a [u8],
-    /// Arrival of its first byte.
+    /// Arrival of the message's first byte.
     pub arrival: Time,
 }
 
@@ -69,7 +69,7 @@ impl Framer {
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
         let spent = core::mem::take(&mut self.spent);
         self.discard(spent);
-        // Turns: at most two for each buffered or new byte: each takes in or discards a byte.
+        // Turns: at most two for each buffered or new byte: each buffers or discards a byte.
         loop {
             if !self.may_start_a_message() {
                 self.discard(1);

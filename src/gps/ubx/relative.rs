@@ -7,10 +7,11 @@ use crate::frames::wrap_angle;
 use crate::gps::{AntennaHeading, ReceiverHeading};
 use crate::time::Time;
 
-/// Class and id.
+/// Class and id of NAV-RELPOSNED.
 pub(super) const NAV_RELPOSNED: (u8, u8) = (0x01, 0x3C);
 
-/// `gnssFixOK`, `relPosValid`, both bits of `carrSoln` and `relPosHeadingValid`: a fixed carrier phase solution is 2.
+/// Flags that a heading needs: `gnssFixOK`, `relPosValid`, `relPosHeadingValid`, and a `carrSoln` of 2, a fixed carrier
+/// phase solution.
 const WANTED: u32 = 1 | 1 << 2 | 3 << 3 | 1 << 8;
 const FIXED: u32 = 1 | 1 << 2 | 2 << 3 | 1 << 8;
 

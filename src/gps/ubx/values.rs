@@ -10,7 +10,7 @@ use crate::time::Time;
 /// An impossible value.
 pub(super) struct Impossible;
 
-/// The fix of a NAV-PVT that claims to be one.
+/// The fix of a NAV-PVT whose status reports a fix.
 pub(super) fn pvt_fix(pvt: &Pvt, arrival: Time) -> Result<ReceiverFix, Impossible> {
     let Position { latitude_deg, longitude_deg, .. } = pvt.position;
     let mut fix = ReceiverFix::new(arrival, horizontal(latitude_deg, longitude_deg)?);
@@ -32,7 +32,7 @@ pub(super) fn pvt_fix(pvt: &Pvt, arrival: Time) -> Result<ReceiverFix, Impossibl
     Ok(fix)
 }
 
-/// Both heights and the one-sigma of position.
+/// Sets both heights and the one-sigma of position.
 pub(super) fn set_heights(fix: &mut ReceiverFix, position: &Position) -> Result<(), Impossible> {
     fix.height_m = Some(height(position.height_m)?);
     fix.altitude_msl_m = Some(height(position.altitude_msl_m)?);
@@ -41,7 +41,7 @@ pub(super) fn set_heights(fix: &mut ReceiverFix, position: &Position) -> Result<
     Ok(())
 }
 
-/// The week, which NAV-PVT does not give, from its date.
+/// GPS time of a NAV-PVT, which has no week: the week follows from its date.
 fn pvt_time(pvt: &Pvt) -> Option<ReceiverTime> {
     let time_of_week_ns = u64::from(pvt.time_of_week_ms) * 1_000_000;
     day_and_time_ns(&pvt.utc)

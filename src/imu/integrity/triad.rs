@@ -11,15 +11,16 @@ use crate::scalar::Scalar;
 /// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Readings below this do not count as a learned full scale.
+    /// Least reading, in the sensor's unit, that counts as a learned full scale.
     least_scale: f64,
-    /// Largest value that vehicles reach, which bounds readings beyond full scale; zero without such a bound.
+    /// Largest value that vehicles reach, in the sensor's unit. It bounds readings beyond full scale; zero without a
+    /// bound.
     fastest: f64,
-    /// Least usual vibration: below it any touch would be a shock.
+    /// Least usual vibration, one-sigma, in the sensor's unit: below it any touch would count as a shock.
     least_shaking: f64,
-    /// Least vibration of a strong shock.
+    /// Least vibration, one-sigma, in the sensor's unit, that counts as a strong shock.
     least_blow: f64,
-    /// One-sigma of the motion hidden by a stuck axis.
+    /// One-sigma, in the sensor's unit, of the motion hidden by a stuck axis.
     stuck_sigma: f64,
 }
 
@@ -54,7 +55,7 @@ pub(super) struct Timing<T> {
     pub interval_s: T,
     /// Usual length of the interval, s.
     pub typical_s: T,
-    /// Excess of a late sample's interval over that, s; zero if not late.
+    /// Excess of a late sample's interval over the usual length, s; zero if not late.
     pub lost_s: T,
     /// Weight of the sample in the mean of the present vibration.
     pub now: T,
@@ -64,16 +65,17 @@ pub(super) struct Timing<T> {
     pub usual_is_known: bool,
 }
 
-/// A maximum repeated this often is the full scale.
+/// Number of repetitions that make a maximum the full scale.
 const REPEATS: u32 = 4;
 /// Memory of the present vibration, s.
 pub(super) const NOW_S: f64 = 0.15;
-/// Present vibration above this multiple of the usual variance is a shock.
+/// Least present vibration of a shock, in multiples of the usual variance.
 const SHOCK: f64 = 8.0;
-/// Vibration above this multiple of the usual variance, and above `least_blow`, is a strong shock. A landing stays
-/// below, a breaking propeller exceeds it.
+/// Least vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_blow`. A landing
+/// stays below, a breaking propeller exceeds it.
 const BLOW: f64 = 50.0;
-/// A reading at full scale belongs to a tone, not to a push, if the present vibration exceeds this share of it.
+/// Least present vibration, as a share of full scale, at which a reading at full scale belongs to a tone, not to a
+/// push.
 const CUT_OFF_SHARE: f64 = 0.2;
 /// Longest time, s, for which a stuck axis has one constant error.
 const LONGEST_STUCK_S: f64 = 5.0;
@@ -84,7 +86,8 @@ const BEYOND_GYRO: f64 = 0.25;
 /// Decay time of a clipping burst, and the longest time for which it has one constant error, s.
 const BURST_S: f64 = 0.3;
 const LONGEST_BURST_S: f64 = 0.5;
-/// A burst shorter than this, s, is set to zero: its decay would end in denormal numbers, which slow the processor.
+/// Shortest burst, s; a shorter one is set to zero, because its decay would end in denormal numbers, which slow the
+/// processor.
 const FORGOTTEN_BURST_S: f64 = 1e-6;
 
 /// Faults found in the last readings of three axes.
@@ -93,7 +96,7 @@ pub(super) struct Found<T> {
     /// Vibration of the axes, if any has a shock.
     pub shock: Option<Shaking<T>>,
     pub shaken: bool,
-    /// Variance that the interval adds to the integral: hidden by clipping and shocks, and from all other causes.
+    /// Variance that the interval adds to the integral: from clipping and shocks, and from other causes.
     pub hidden: [T; 3],
     pub variance: [T; 3],
     /// Axes that repeat one reading although the inertial unit vibrates.

@@ -6,7 +6,7 @@ use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::scalar::Scalar;
 
-/// One-sigma of a completely unknown angle.
+/// One-sigma of a completely unknown angle, rad.
 const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
 /// Least one-sigma of a two-antenna heading at the start, rad: the vehicle may have turned since.
 const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
@@ -16,15 +16,16 @@ pub(super) struct Oriented {
     pub body_to_ned: Rotation<Body, Ned>,
     pub heading: HeadingSource,
     pub tilt_sigma_rad: f64,
-    /// One-sigma about `axis`.
+    /// One-sigma of the attitude about `axis`, rad.
     pub heading_sigma_rad: f64,
     /// Direction about which the attitude is unknown until a source gives the heading.
     pub axis: Vector<Ned>,
-    /// Zero if unknown.
+    /// Acceleration of the vehicle, m/s²; zero if unknown.
     pub acceleration_mps2: Vector<Ned>,
 }
 
-/// Turns about an axis that is not vertical approach an azimuth in steps; within this, rad, it counts as reached.
+/// Largest distance, rad, from an azimuth that counts as reached. Turns about an axis that is not vertical approach an
+/// azimuth in steps.
 const POINTED_RAD: f64 = 1e-6;
 const MOST_TURNS: usize = 100;
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);

@@ -9,9 +9,9 @@ use crate::scalar::Scalar;
 
 /// Usable time between two fixes, s: over less, the acceleration is too inaccurate; over more, gyro errors accumulate.
 const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
-/// Possible unreported delay of a receiver's velocity, s; a turning vehicle has turned meanwhile.
+/// Possible unreported delay of a receiver's velocity, s, during which a vehicle turns.
 const LATE_S: f64 = 0.15;
-/// Below this force, m/s², as in near free fall, fixes cannot show its direction.
+/// Least force, m/s², whose direction fixes show; it is less in near free fall.
 const WEAK_MPS2: f64 = 5.0;
 /// Share of the specific force by which the magnitudes from the inertial unit and the fixes may differ.
 const ALIKE_SHARE: f64 = 0.1;
@@ -38,7 +38,7 @@ pub(super) struct Pull {
     pub ned: Vector<Ned>,
     /// One-sigma of the direction, rad.
     pub sigma_rad: f64,
-    /// Whether both have the same magnitude.
+    /// Whether both forces have the same magnitude.
     pub agrees: bool,
     /// Whether the body turned so far that the mean force belongs to no single attitude.
     pub has_turned: bool,

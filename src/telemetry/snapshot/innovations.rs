@@ -2,8 +2,8 @@
 
 use crate::ekf::{Channel, Innovation, Verdict};
 
-/// The largest innovation of each kind since the last snapshot, in units of its predicted one-sigma; `None` without
-/// an innovation of this kind.
+/// The largest innovation of each kind since the last snapshot, divided by its predicted one-sigma; `None` without an
+/// innovation of this kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Innovations {
     /// GPS position.
@@ -21,7 +21,7 @@ pub struct Innovations {
 }
 
 impl Innovations {
-    /// Takes one more innovation into account; an innovation that is not a number is skipped.
+    /// Updates the largest innovation of the kind; an innovation that is not a number is skipped.
     pub fn note(&mut self, innovation: &Innovation) {
         let size = libm::fabs(innovation.normalised());
         let largest = match innovation.channel {

@@ -75,7 +75,7 @@ impl StatusFlags {
     /// All flags set.
     pub const ALL: Self = Self::from_bits(u16::MAX);
 
-    /// One bit each, in the order of the fields, the first lowest.
+    /// The flags as bits, in the order of the fields, the first lowest.
     #[must_use]
     pub fn bits(self) -> u16 {
         [

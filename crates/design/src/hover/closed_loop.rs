@@ -59,7 +59,7 @@ pub(super) fn parts(
     Ok(Parts { plant, controller })
 }
 
-/// The part of `whole` that moves in `mode`, with the held position.
+/// The states of `whole` that `mode` controls, with the held position.
 pub(super) fn flown(whole: &StateSpace, mode: FlightMode) -> Result<StateSpace, DesignError> {
     match mode {
         FlightMode::Velocity => Ok(whole.clone()),
@@ -88,7 +88,7 @@ pub(super) fn servos_s(design: &HoverDesign) -> [f64; 4] {
     [design.servo_s, design.servo_s, design.servo_s, design.tail_servo_s]
 }
 
-/// As [`plant`], with servos of these time constants.
+/// As [`plant`], with servos of the time constants `servos_s`, s.
 pub(super) fn plant_behind(
     design: &HoverDesign,
     servos_s: [f64; 4],
@@ -200,7 +200,7 @@ pub enum Cut {
     Outputs,
 }
 
-/// `whole` with its position error in the axes of the heading: the integrals of u, v and w.
+/// `whole` with the position error in the axes of the heading as further states: the integrals of u, v and w.
 fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     let n = whole.states().len();
     let mut a = whole.a().clone().resize(n + 3, n + 3, 0.0);
@@ -247,7 +247,7 @@ pub(super) fn drift(
     response.respond(state, size, duration_s)
 }
 
-/// Controllers in parallel, each with the index of its first measurement.
+/// Parallel connection of controllers, each with the index of its first measurement.
 fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     let states = parts.iter().map(|(part, _)| part.a.nrows()).sum();
     let sticks = parts.iter().map(|(part, _)| part.c.nrows()).sum();
@@ -270,7 +270,7 @@ fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     all
 }
 
-/// States: the used hidden states, pending commands, integrals.
+/// The regulator as a linear model. States: the used hidden states, pending commands, integrals.
 fn regulator<const Y: usize, const H: usize, const U: usize>(
     gains: &RegulatorGains<Y, H, U>,
     period_s: f64,
@@ -320,7 +320,8 @@ fn regulator<const Y: usize, const H: usize, const U: usize>(
     LinearModel { time: TimeDomain::Discrete { period_s }, a, b, c, d }
 }
 
-/// States: the integral, and for a derivative also its filter and the previous measurement.
+/// The PID controller as a linear model. States: the integral, and for a derivative also its filter and the previous
+/// measurement.
 fn pid(gains: &PidGains, period_s: f64) -> LinearModel {
     let time = TimeDomain::Discrete { period_s };
     if gains.derivative_s == 0.0 {

@@ -23,8 +23,8 @@ pub struct HoverDesign {
     /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: that of
     /// [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// Time constant with which integrals follow a limited command, s. A heading integral more than ten times as slow
-    /// follows in half its own integration time.
+    /// Time constant with which integrals follow a limited command, s. A heading integral whose integration time is
+    /// more than ten times this follows in half its integration time.
     pub tracking_s: f64,
     /// Roll and pitch with velocity.
     pub roll_pitch: RollPitchWeights,

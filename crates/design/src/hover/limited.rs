@@ -60,7 +60,8 @@ pub(super) fn respond(
 }
 
 /// Time after which the disturbance of `linear`, a response without stops, stays within 5 % of its size with stops, s.
-/// Infinite where it does not by the end of `linear`; `None` where no stick command exceeds its travel.
+/// Infinite where the disturbance has not decayed by the end of `linear`; `None` where no stick command exceeds its
+/// travel.
 pub(super) fn back_with_stops_s(
     design: &HoverDesign,
     model: &StateSpace,
@@ -162,8 +163,8 @@ mod tests {
         assert!(found_s > free_s + 0.1, "{found_s} {free_s}");
     }
 
-    /// A heading integral of 17 s that follows in half a second leaves an error of 2° for half a minute, also on the
-    /// nonlinear helicopter.
+    /// A heading integral of 17 s whose tracking time is half a second leaves an error of 2° for half a minute. The
+    /// nonlinear helicopter shows the same.
     #[test]
     fn a_slow_integral_is_not_moved_by_what_the_pedal_could_not_do_for_a_moment() {
         let model = shipped::raptor60();

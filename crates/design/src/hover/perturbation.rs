@@ -16,9 +16,9 @@ const SEED: u64 = 20_050_613;
 /// alike. The covariance distinguishes them, if the model has one, but contains only the information of the
 /// identification. A design has to withstand both: the set with the worse result counts.
 pub(super) struct Perturbed {
-    /// With every derivative perturbed.
+    /// Plants with every derivative perturbed.
     off: Vec<StateSpace>,
-    /// Drawn from the covariance; empty without one.
+    /// Plants drawn from the covariance; empty without one.
     drawn: Vec<StateSpace>,
 }
 

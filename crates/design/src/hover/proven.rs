@@ -29,9 +29,9 @@ pub struct ProvenRadius {
 
 /// A stable loop x⁺ = (M + Σ ξₖ Mₖ) x with unknown ξ.
 pub(super) struct UncertainLoop {
-    /// From the rows to which the parameters add to the columns by which they do.
+    /// Response of the loop from the rows that the parameters change to the columns through which they act.
     answer: FrequencySweep,
-    /// vec X to vec Σ MₖᵀX Mₖ, rows and columns of Mₖ as above.
+    /// Linear map from vec X to vec Σ MₖᵀX Mₖ, with the rows and columns of `answer`.
     moved: DMatrix<f64>,
     period_s: f64,
 }
@@ -122,7 +122,7 @@ impl UncertainLoop {
         Some(least.max(0.0).sqrt()).filter(|gain| gain.is_finite())
     }
 
-    /// Φ(X).
+    /// The map Φ(X) = Σ (MₖT)* X MₖT.
     fn map(
         &self,
         answer: &DMatrix<Complex<f64>>,

@@ -11,7 +11,7 @@ use hovernav_model::{LinearModel, StateSpace};
 /// Weights that a regulator minimises.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weights<'a> {
-    /// Weights of the measured states, which come first.
+    /// Weights of the measured states, which are the first states.
     pub states: &'a [f64],
     /// Indices of the integrated measured states.
     pub integrated: &'a [usize],

@@ -14,7 +14,7 @@ use hovernav_model::StateSpace;
 struct Requirements {
     /// Recovery time of a disturbance, s: of φ, θ, p, q, u and v; of heading and yaw rate; of w.
     back_s: [f64; 3],
-    /// Part of its size within which a disturbance counts as recovered.
+    /// Share of its size within which a disturbance counts as recovered.
     band: f64,
     /// Margins of every loop, dB and °.
     gain_db: f64,
@@ -203,7 +203,7 @@ impl Flown {
         Ok(Self { controller, period_s: design.period_s })
     }
 
-    /// Growth rate of the slowest mode of `plant` under it, 1/s, to some hundredths.
+    /// Growth rate of the slowest mode of `plant` under this autopilot, 1/s, to some hundredths.
     fn growth_per_s(&self, plant: &StateSpace) -> Result<f64, DesignError> {
         let closed = Loop::at_plant_input(plant, &self.controller)?;
         Ok(growth_per_s(&closed, self.period_s))
@@ -212,7 +212,7 @@ impl Flown {
 
 /// Growth rate of the slowest mode of a `closed` loop, 1/s, to some hundredths; infinite where it is not finite.
 pub(super) fn growth_per_s(closed: &Loop, period_s: f64) -> f64 {
-    /// After 2 to this power samples only the slowest mode remains.
+    /// Number of squarings of the step: after 2 to this power samples only the slowest mode remains.
     const SQUARINGS: i32 = 14;
     let open = closed.open();
     let mut step = open.a() - open.b() * open.c();

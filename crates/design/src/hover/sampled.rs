@@ -37,7 +37,7 @@ pub struct SampledRobustness {
 pub struct SampledMode {
     /// The mode.
     pub mode: FlightMode,
-    /// Number of vehicles that are stable in it.
+    /// Number of vehicles that are stable in the mode.
     pub stable: usize,
     /// Fifth percentile over the vehicles of the smallest gain margin, dB, and phase margin, °, of any loop. An
     /// unstable vehicle counts as without margin.
@@ -129,8 +129,8 @@ impl Flown<'_> {
         if growth < 0.0 { Some(closed.weakest(FREQUENCIES)) } else { None }
     }
 
-    /// The slope of the loop along each direction is the difference between plus and minus one sigma. `None` where it
-    /// is not finite.
+    /// Bound of proven stability. The slope of the loop along each direction is the difference between plus and minus
+    /// one sigma. `None` where it is not finite.
     fn proven(&self) -> Result<Option<ProvenRadius>, DesignError> {
         let step = |sigmas: &DVector<f64>| -> Result<DMatrix<f64>, DesignError> {
             let closed = self.closed(sigmas)?;

@@ -165,7 +165,8 @@ impl Evaluated {
     }
 }
 
-/// Weight of a slow heading integral over that of the heading, 1/s²: seventeen seconds.
+/// Ratio of the weight of a slow heading integral to that of the heading, 1/s²; the integration time is then seventeen
+/// seconds.
 const SLOW: f64 = 1.0 / 300.0;
 
 /// A search variable with its limits.

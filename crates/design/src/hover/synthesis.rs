@@ -201,7 +201,7 @@ impl HoverDesign {
         regulator::regulate(part, servo_s, self.period_s, self.tracking_s, weights)
     }
 
-    /// Pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
+    /// Gains of heave by pole placement on ẇ = Zw w + Zcol δ under PI: s² + (Zcol Kp − Zw) s + Zcol Ki.
     ///
     /// # Source
     /// Equation (L9) of docs/equations.md.

@@ -135,7 +135,7 @@ impl Equation<'_> {
         None
     }
 
-    /// Whether the closed loop is stable by more than rounding and slow convergence could simulate.
+    /// Whether the closed loop is stable by more than the errors of rounding and slow convergence.
     pub fn is_inside(&self, gain: &DMatrix<f64>) -> bool {
         let closed = self.a - self.b * gain;
         let border = if self.discrete { 1.0 - 1e-8 } else { -1e-8 * closed.norm() };

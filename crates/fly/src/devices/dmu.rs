@@ -61,7 +61,7 @@ pub struct DmuDevice<S = GivenPackets> {
     pub firmware: Firmware,
     /// Format of the next packet.
     pub mode: Mode,
-    /// Whether it is in continuous mode.
+    /// Whether the IMU is in continuous mode.
     pub continuous: bool,
     source: S,
     sent: Option<Time>,
@@ -79,8 +79,8 @@ pub struct GivenPackets {
 }
 
 impl DmuDevice {
-    /// An IMU just switched on, in polled voltage mode, that measures `packets` at their times, in time order.
-    /// Their timers are replaced.
+    /// An IMU just switched on, in polled voltage mode, that measures `packets` at their times, in time order. The
+    /// device replaces the timers in the packets.
     #[must_use]
     pub fn new(packets: Vec<(Time, AnglePacket)>) -> Self {
         Self::measuring_by(GivenPackets { packets, next: 0 })

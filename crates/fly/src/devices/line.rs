@@ -18,7 +18,7 @@ pub(super) struct Line {
 
 #[derive(Clone, Debug)]
 struct Message {
-    /// Time at which its first byte begins.
+    /// Time at which the first byte of the message begins.
     start: Time,
     bytes: Vec<u8>,
     /// Number of bytes already taken.

@@ -33,11 +33,11 @@ pub struct CycleTimer {
 /// Timing of a complete cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CycleTiming {
-    /// Duration of its work, s.
+    /// Duration of the cycle's work, s.
     pub work_s: f64,
-    /// Whether it began more than half a cycle late.
+    /// Whether the cycle began more than half a cycle late.
     pub woke_late: bool,
-    /// Whether it met its deadline.
+    /// Whether the cycle met its deadline.
     pub on_time: bool,
 }
 
@@ -57,8 +57,9 @@ impl CycleTimer {
         }
     }
 
-    /// Reports that the interval to the packet of this cycle was `behind_s` longer on arrival than when sent. Then
-    /// the loop woke late. But if the loop ran by the clock in between and found no packet, the line delayed it.
+    /// Reports that the packet of this cycle was `behind_s` later on arrival than when sent, compared with the previous
+    /// packet. The loop woke late, unless it ran by the clock in between and found no packet: then the line delayed the
+    /// packet.
     pub fn packet_behind(&mut self, behind_s: f64) {
         let by_the_line = std::mem::take(&mut self.ran_by_clock);
         self.woke_late |= behind_s > 0.5 * self.cycle_s && !by_the_line;

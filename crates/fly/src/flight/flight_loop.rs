@@ -49,7 +49,7 @@ pub struct FlightLoop {
     /// The estimate at the last sample.
     solution: Option<Solution>,
     stepless: SteplessSolution,
-    /// The same solution without steps, for the autopilot.
+    /// The solution at the last sample without steps, for the autopilot.
     flown: Option<Solution>,
     monitor: HealthMonitor,
     /// Last reported trust in attitude, velocity and position; `None` before the first solution.

@@ -17,7 +17,7 @@ pub struct Notification {
     pub time: Time,
     /// Severity.
     pub level: Level,
-    /// The sensor or part that caused it.
+    /// The sensor or part that caused the event.
     pub part: Part,
     /// Text of the event.
     pub text: ShortText,

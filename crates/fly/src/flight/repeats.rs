@@ -5,11 +5,11 @@ use hovernav_log::record::{Level, Part, ShortText};
 
 /// Number of texts tracked at a time; a new one replaces the one with the oldest occurrence.
 const WATCHED: usize = 16;
-/// Shortest pause from the first report to the second, s; it doubles with each report,
+/// Shortest pause from the first report to the second, s; it doubles with each report.
 const FIRST_PAUSE_S: f64 = 2.0;
-/// up to this.
+/// Longest pause between reports, s.
 const LONGEST_PAUSE_S: f64 = 60.0;
-/// and up to this for critical messages.
+/// Longest pause between reports of a critical message, s.
 const LONGEST_CRITICAL_PAUSE_S: f64 = 4.0;
 /// Time without an occurrence after which a message is over, s.
 const OVER_S: f64 = 10.0;

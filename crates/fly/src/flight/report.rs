@@ -27,8 +27,8 @@ pub struct FlightReport {
     pub jitter: DurationHistogram,
     /// Delay of timed wake-ups of the loop.
     pub wake_latency: DurationHistogram,
-    /// Number of cycles whose work took longer than a cycle, or that began more than half a cycle late because the
-    /// loop woke late. Delays of the line are not counted.
+    /// Number of cycles that missed the deadline: the work took longer than a cycle, or the loop woke more than half a
+    /// cycle late. Delays of the line are not counted.
     pub missed_deadlines: u64,
     /// Number of restarts of the link to the IMU.
     pub dmu_restarts: u64,

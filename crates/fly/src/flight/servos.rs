@@ -104,7 +104,7 @@ enum ServoOutput {
 pub struct Sent {
     /// Widths sent to the servos, ms; `None` before the pilot's first pulses.
     pub widths_ms: Channels<Option<f64>>,
-    /// Whether the output accepted them.
+    /// Whether the output accepted the widths.
     pub good: bool,
     /// Time of the output; `None` if nothing was sent.
     pub at: Option<Time>,

@@ -6,20 +6,19 @@ use hovernav_log::record::{Level, ShortText};
 
 /// Change of the receiver's UTC that is reported, ns: more than the variation of the latency of fixes.
 const MOVED_NS: i64 = 1_000_000_000;
-/// Error of this computer's clock from which on a warning is given, s.
+/// Least error of this computer's clock, s, that causes a warning.
 const OFF_S: f64 = 2.0;
 
 /// UTC from the receiver, relative to the flight clock.
 #[derive(Clone, Copy, Debug)]
 pub struct UtcClock {
-    /// UTC since 1970 minus the flight clock, ns: from this computer, and the last reported value from the
-    /// receiver.
+    /// UTC since 1970 minus the flight clock, ns, of this computer; then the last reported value from the receiver.
     system_ns: i64,
     told_ns: Option<i64>,
 }
 
 impl UtcClock {
-    /// `unix_ns` is this computer's UTC, ns since 1970, at `now` on the flight clock.
+    /// A clock for which this computer's UTC was `unix_ns`, ns since 1970, at `now` on the flight clock.
     pub const fn new(now: Time, unix_ns: i64) -> Self {
         Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), told_ns: None }
     }

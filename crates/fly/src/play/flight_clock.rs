@@ -6,8 +6,7 @@ use std::time::Duration;
 use crate::serial::Clock;
 use hovernav::time::Time;
 
-/// Time before the flight that the clock shows when the devices are switched on, s. It is so long that no
-/// measurement is due before the flight begins.
+/// Time, s, by which the devices' clock starts before the flight: no measurement is due until the flight begins.
 const BEFORE_S: f64 = 1e8;
 
 /// Time from the last byte to the end of the flight, s: the host needs it to read that byte.

@@ -154,18 +154,18 @@ impl EmulatedPort {
 pub enum Begin {
     /// As soon as every port is open and the IMU has received a request for packets.
     WhenAsked,
-    /// After this time from the creation of the ports, whether or not they are open.
+    /// After a time from the creation of the ports, whether or not they are open.
     After(Duration),
 }
 
 /// Statistics of a port, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EmulatedPortCounts {
-    /// Sent to the host.
+    /// Bytes sent to the host.
     pub sent: u64,
-    /// Not sent: the port was not open, its buffer was full, or the line was cut.
+    /// Bytes not sent: the port was not open, its buffer was full, or the line was cut.
     pub lost: u64,
-    /// Received from the host.
+    /// Bytes received from the host.
     pub received: u64,
 }
 

@@ -11,7 +11,7 @@ use serialport::{SerialPort as _, TTYPort};
 use super::PlayError;
 use super::far_end::Received;
 
-/// Bytes written at once: a pseudo-terminal with room for one byte has room for this many.
+/// Number of bytes written at once: a pseudo-terminal with room for one byte has room for all of them.
 const CHUNK: usize = 256;
 
 /// The device's end of a pseudo-terminal, with a link to the host's end. Dropping it removes both.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use super::emulation::Emulation;
 use hovernav::time::Time;
 
-/// Later than any flight.
+/// A time later than any flight.
 const NEVER: Time = Time::from_nanoseconds(i64::MAX);
 /// UTC at the start of an emulation: 20 March 2026, 04:09:30, as in the emulated receiver.
 const EMULATED_UNIX_NS: i64 = 1_773_979_770_000_000_000;

@@ -18,8 +18,8 @@ const LONGEST_BACK_OFF_S: f64 = 0.5;
 /// Time for which a port must stay open to reset the back-off, s.
 const STEADY_S: f64 = 1.0;
 
-/// Bytes written at once. A terminal with room for one byte has room for this many: drivers wake a writer only when
-/// there is room for hundreds.
+/// Number of bytes written at once. A terminal with room for one byte has room for all of them: drivers wake a writer
+/// only when there is room for hundreds.
 const WRITE_CHUNK: usize = 64;
 
 /// Path and settings of a line: eight data bits, one stop bit, no flow control.
@@ -53,9 +53,9 @@ impl PortConfig {
 pub enum PortFault {
     /// There is no such device.
     Missing,
-    /// No permission to open it.
+    /// No permission to open the device.
     Denied,
-    /// Another program uses it.
+    /// Another program uses the device.
     Busy,
     /// The device was disconnected.
     HungUp,
@@ -149,11 +149,11 @@ pub struct PortCounts {
     pub bytes_read: u64,
     /// Bytes written.
     pub bytes_written: u64,
-    /// Number of times it was opened.
+    /// Number of times the port was opened.
     pub opened: u64,
-    /// Number of failed attempts to open it.
+    /// Number of failed attempts to open the port.
     pub failed_to_open: u64,
-    /// Number of times it was lost.
+    /// Number of times the port was lost.
     pub lost: u64,
 }
 

@@ -11,7 +11,7 @@ use hovernav::time::Time;
 /// Largest number of bytes per read.
 const PIECE: usize = 256;
 
-/// Silence after data that is reported, s: receivers do not pause this long within an epoch.
+/// Least silence after data that is reported, s: receivers do not pause that long within an epoch.
 const SILENCE_S: f64 = 0.05;
 
 /// Longest delay until the thread notices a command or the end, s.
@@ -60,7 +60,7 @@ impl std::ops::Deref for Piece {
 pub struct Dropped {
     /// Number of items.
     pub items: u64,
-    /// Number of bytes in them.
+    /// Number of bytes in the lost items.
     pub bytes: u64,
 }
 

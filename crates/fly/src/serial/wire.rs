@@ -23,7 +23,7 @@ pub(super) struct Wire {
 struct State {
     to_host: VecDeque<u8>,
     to_device: VecDeque<u8>,
-    /// Whether the host has opened it.
+    /// Whether the host has opened the line.
     is_open: bool,
     /// Whether the device's end was removed.
     is_gone: bool,

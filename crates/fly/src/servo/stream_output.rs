@@ -35,10 +35,10 @@ impl StreamOutput {
         }
     }
 
-    /// Sends `widths_ms`.
+    /// Sends `widths_ms`, ms.
     ///
     /// # Errors
-    /// The line did not take the packet.
+    /// The line did not accept the packet.
     pub fn write(&mut self, widths_ms: &Channels<f64>) -> Result<(), WriteError> {
         let packet = ServoPacket {
             sequence: self.sequence,

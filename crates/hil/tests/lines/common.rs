@@ -148,12 +148,12 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
     config
 }
 
-/// Flies it with emulated time. The replay of the record must give bitwise equal sticks.
+/// Flies `setup` with emulated time. The replay of the record must give bitwise equal sticks.
 pub fn flown(setup: &Setup) -> Flown {
     flown_by(&Clock::emulated(), setup)
 }
 
-/// Flies it with `clock`.
+/// Flies `setup` with `clock`.
 pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     let directory = tempfile::tempdir().unwrap();
     let config = configuration(directory.path(), setup);
@@ -213,7 +213,7 @@ fn ground(directory: &Path, clock: &Clock, lost_s: f64) -> Player {
     Player::start(ports, clock, Begin::After(Duration::ZERO)).unwrap()
 }
 
-/// Flies all of them, in parallel on all processors.
+/// Flies all `flights`, in parallel on all processors.
 pub fn all_flown<T: Sync>(flights: &[T], setup: impl Fn(&T) -> Setup + Sync) -> Vec<Flown> {
     let next = AtomicUsize::new(0);
     let fly_some = || {

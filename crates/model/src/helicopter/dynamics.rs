@@ -1,4 +1,4 @@
-//! Forces, moments and flapping, written once for plain and for differentiating numbers.
+//! Forces, moments and flapping, generic over plain numbers and numbers with a derivative.
 
 use super::Helicopter;
 use super::parameters::{Fin, HelicopterParameters, Rotor};
@@ -9,10 +9,10 @@ use crate::real::Real;
 pub(super) struct Motion<T> {
     pub velocity: [T; 3],
     pub wind: [T; 3],
-    /// Unit vector down.
+    /// Unit vector of the vertical, pointing down.
     pub down: [T; 3],
     pub rate: [T; 3],
-    /// Longitudinal, lateral.
+    /// Longitudinal and lateral flapping, rad.
     pub flapping: [T; 2],
     pub bar: [T; 2],
     pub drive: Drive<T>,
@@ -21,14 +21,14 @@ pub(super) struct Motion<T> {
 /// Drive of the rotors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive<T> {
-    /// Speed over the nominal speed, above 0; the tail rotor is geared to the main rotor.
+    /// Speed of the rotors divided by the nominal speed, above 0; the tail rotor is geared to the main rotor.
     pub speed: T,
     /// Whether an engine drives the rotors; the fuselage reacts its torque.
     pub powered: bool,
 }
 
 impl<T: Real> Drive<T> {
-    /// At the nominal speed, with engine power.
+    /// Drive at the nominal speed, with engine power.
     pub fn nominal() -> Self {
         Self { speed: T::constant(1.0), powered: true }
     }
@@ -58,15 +58,15 @@ pub(super) struct Rigging {
 /// Constants of one rotor; its thrust is `coefficient · scale_n`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Disc {
-    /// aσ/2.
+    /// Thrust slope aσ/2, with lift slope a and solidity σ.
     slope: f64,
-    /// ρA(ΩR)², N.
+    /// Thrust scale ρA(ΩR)², N.
     scale_n: f64,
     tip_speed_mps: f64,
     per_tip_speed: f64,
-    /// ρA(ΩR)²R, N·m.
+    /// Torque scale ρA(ΩR)²R, N·m.
     torque_scale_nm: f64,
-    /// σ Cd0/8.
+    /// Profile torque coefficient σ Cd0/8.
     profile_torque: f64,
 }
 
@@ -87,8 +87,8 @@ impl Disc {
     /// Inflow ratio in axial flow, where the momentum balance 2(x − m)|x| = slope·(pitch − x/2) is a
     /// quadratic: `pitch` is θ/3, `climb` is m.
     ///
-    /// The solution is the rotor that thrusts against its own inflow. It continues without a jump into a steep descent,
-    /// where momentum theory is invalid.
+    /// The solution belongs to a rotor that thrusts against its own inflow. It continues without a jump into a steep
+    /// descent, where momentum theory is invalid.
     ///
     /// # Source
     /// Equation (V4) of docs/equations.md.
@@ -135,7 +135,7 @@ impl Disc {
 
 impl Disc {
     /// Inflow ratio in a steep descent, from a momentum balance with air carried off by turbulence: 2(x − m)√(μ² + x² +
-    /// s²) = slope·(pitch − x/2). s² is the part `disturbed` of a third of |C_T|/2.
+    /// s²) = slope·(pitch − x/2). The term s² is |C_T|/6 times the share `disturbed`, 0 to 1.
     ///
     /// Downflow turns to upflow without a jump, unlike in Glauert's balance alone, whose left side falls where the flow
     /// through the disc vanishes. The root is found by bisection, with a fixed number of steps like Newton's method.
@@ -172,7 +172,7 @@ impl Disc {
 
 /// Descent rates, in hover inflow, at which the wake begins to recirculate through the disc and does so completely.
 const DISTURBED: [f64; 2] = [0.5, 1.5];
-/// Part of the momentum's velocity squared by which turbulence carries air off in such a descent. A third puts the
+/// Share of the momentum's velocity squared by which turbulence carries air off in a steep descent. A third puts the
 /// vertical autorotation near 1.8 times the induced velocity of hover.
 ///
 /// # Source
@@ -188,17 +188,17 @@ fn disturbed(climb: f64) -> f64 {
     part * part * (3.0 - 2.0 * part)
 }
 
-/// Enough for rounding accuracy up to 20 m/s: Newton's method doubles the digits, and the axial start is close.
+/// Number of steps of Newton's method: enough for rounding accuracy up to 20 m/s, because the axial start is close.
 const NEWTON_STEPS: usize = 4;
 
-/// Constants derived once from the parameters.
+/// Constants of the equations of motion, derived once from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Constants {
     main: Disc,
     tail: Disc,
     /// Inflow ratio of the main rotor that carries the weight at its nominal speed.
     hover_inflow: f64,
-    /// Speed of the tail rotor over that of the main rotor.
+    /// Speed of the tail rotor divided by that of the main rotor.
     tail_gear: f64,
     per_flapping_time: f64,
     flapping_coupling: f64,
@@ -242,11 +242,11 @@ impl Helicopter {
             .clamp(lowest, highest)
     }
 
-    /// The equations of motion with sticks without stops.
+    /// The equations of motion without limits of the sticks.
     ///
     /// # Source
     /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md, with all tip speeds multiplied by
-    /// the rotor's speed over its nominal.
+    /// the rotor's relative speed.
     pub(super) fn unstopped<T: Real>(&self, motion: &Motion<T>, sticks: &[T; 4]) -> Change<T> {
         let (par, con, rigging) = (&self.parameters, &self.constants, &self.rigging);
         let [lateral, longitudinal, collective, pedal] = *sticks;

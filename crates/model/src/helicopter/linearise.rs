@@ -16,9 +16,9 @@ const STATES: [&str; 13] =
 const STICKS: [&str; 4] = Sticks::NAMES;
 
 impl Helicopter {
-    /// The continuous linear model about `trim` in a steady wind: 13 states u, v, w, p, q, r, phi, theta, psi, a, b, c,
-    /// d; inputs lateral, longitudinal, collective, pedal in stick −1…1. States and inputs are deviations from the
-    /// trim.
+    /// The continuous linear model about `trim` in a steady wind. Its 13 states are u, v, w, p, q, r, phi, theta, psi,
+    /// a, b, c, d. Its inputs are lateral, longitudinal, collective, pedal in stick −1…1. States and inputs are
+    /// deviations from the trim.
     ///
     /// The derivatives of the equations come from forward-mode differentiation and are exact to rounding. Valid at a
     /// pitch other than ±90°, as in every trim.

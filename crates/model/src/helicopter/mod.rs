@@ -86,8 +86,8 @@ pub struct StateDerivative {
 /// Drive of the rotors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorDrive {
-    /// Speed of the main rotor over its nominal speed; the tail rotor is geared to it. Limited to at least a tenth: a
-    /// slower rotor carries nothing.
+    /// Speed of the main rotor divided by its nominal speed; the tail rotor is geared to it. Limited to at least a
+    /// tenth: a slower rotor carries nothing.
     pub speed: f64,
     /// Whether an engine drives the rotors; the fuselage reacts its torque. Otherwise they turn freely.
     pub powered: bool,

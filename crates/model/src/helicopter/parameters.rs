@@ -20,7 +20,7 @@ pub struct Rotor {
 }
 
 impl Rotor {
-    /// Blade area over disc area.
+    /// Solidity: blade area divided by disc area.
     #[must_use]
     pub fn solidity(&self) -> f64 {
         self.blades * self.chord_m / (PI * self.radius_m)
@@ -182,7 +182,7 @@ impl HelicopterParameters {
         16.0 / (self.lock_number() * self.main_rotor.speed_radps)
     }
 
-    /// Lock number of a main blade, γ: aerodynamic over inertial moment.
+    /// Lock number of a main blade, γ: ratio of aerodynamic to inertial moment.
     #[must_use]
     pub fn lock_number(&self) -> f64 {
         let rotor = &self.main_rotor;

@@ -17,7 +17,7 @@ pub struct Trim {
     pub controls: Sticks,
 }
 
-/// Roll, pitch, the two flapping angles, the two bar angles, then the four sticks.
+/// Unknowns of a trim: roll, pitch, the two flapping angles, the two bar angles, then the four sticks.
 type Unknowns = SVector<f64, 10>;
 
 const MOST_STEPS: usize = 50;

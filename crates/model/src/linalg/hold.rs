@@ -122,7 +122,7 @@ struct Propagator {
 }
 
 impl Propagator {
-    /// Taylor's series, for ‖A‖t ≤ 1.
+    /// e^{At} and its integral by Taylor's series, for ‖A‖t ≤ 1.
     fn new(a: &DMatrix<f64>, b: &DMatrix<f64>, t: f64) -> Self {
         const TERMS: u32 = 17;
         let n = a.nrows();

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-/// Below this ratio of the triangular factor's diagonal, columns count as dependent.
+/// Smallest ratio of the triangular factor's diagonal elements at which columns count as independent.
 const DEPENDENT: f64 = 1e-11;
 
 /// The x of smallest ‖a x − b‖; where columns of `a` are dependent, also of smallest norm in units of those columns.

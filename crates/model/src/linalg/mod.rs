@@ -68,7 +68,7 @@ pub fn invert(matrix: &mut DMatrix<f64>) -> Option<f64> {
     Some(log_determinant)
 }
 
-/// The symmetric part.
+/// Symmetric part of a square matrix.
 #[must_use]
 pub fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     (matrix + matrix.transpose()) * 0.5
@@ -85,7 +85,7 @@ pub fn symmetrise(matrix: &mut DMatrix<f64>) {
     }
 }
 
-/// Two matrices, the columns of `left` first.
+/// Matrix of two matrices in adjacent columns, `left` first.
 #[must_use]
 pub fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let mut both = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());

@@ -14,11 +14,11 @@ pub struct Stein {
 
 /// Largest number of squarings of F: enough for a spectral radius of 1 − 1e-8.
 const MOST_SQUARINGS: usize = 30;
-/// Powers of F below this contribute less than rounding, because they enter squared.
+/// Largest magnitude of a power of F that is negligible: powers enter squared, so their contribution is below rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 
 impl Stein {
-    /// The equation of `f`, n×n; `None` where its spectral radius is not below that limit.
+    /// The equation of `f`, n×n; `None` where its spectral radius is not below 1 − 1e-8.
     #[must_use]
     pub fn new(f: &DMatrix<f64>) -> Option<Self> {
         let mut powers = vec![f.clone()];

@@ -57,15 +57,15 @@ pub struct Campaign {
     pub least_gust_mps: f64,
     /// Sensor grades, with equal probability.
     pub grades: Vec<SensorGrade>,
-    /// Definition of a hover at the end.
+    /// Bounds within which a flight counts as a hover at its end.
     pub hover: HoverBounds,
-    /// Part of the flights with one GPS outage.
+    /// Share of the flights with one GPS outage.
     pub outage_share: f64,
     /// Shortest and longest outage, s.
     pub outage_s: Range<f64>,
-    /// Part of the flights in which the engine stops once.
+    /// Share of the flights in which the engine stops once.
     pub power_loss_share: f64,
-    /// Part of the flights in which one servo jams, each with equal probability.
+    /// Share of the flights in which one servo jams, each servo with equal probability.
     pub jam_share: f64,
     /// Fuel in a full tank, kg, half of it included in the nominal mass; 0 for constant mass. A flight starts with a
     /// random amount, from the fuel that it burns to a full tank. It burns a tank in twelve minutes, or in its own
@@ -90,12 +90,12 @@ pub struct HoverBounds {
     /// Largest distance from the position when it was first judged, m; it allows for the drift of the receiver's
     /// position.
     pub distance_m: f64,
-    /// Largest change from the heading at that time, rad.
+    /// Largest change from the heading when it was first judged, rad.
     pub turned_rad: f64,
 }
 
 impl Default for HoverBounds {
-    /// 5 s, 1.5 m/s, 15°, 15 m, 20°.
+    /// The bounds 1.5 m/s, 15°, 15 m and 20° over the last 5 s.
     fn default() -> Self {
         Self { lasts_s: 5.0, speed_mps: 1.5, tilt_rad: 0.26, distance_m: 15.0, turned_rad: 0.35 }
     }
@@ -186,11 +186,11 @@ pub struct CampaignResult {
     pub outcome: Outcome,
     /// Time of the crash, s, if it crashed.
     pub crashed_s: Option<f64>,
-    /// Hover quality from [`Campaign::judged_from_s`] on, if it lasted until then.
+    /// Hover quality from [`Campaign::judged_from_s`] on, if the flight lasted until then.
     pub hover: Option<HoverStatistics>,
-    /// Steepest tilt from then on, °; 0 where it did not last until then.
+    /// Steepest tilt from [`Campaign::judged_from_s`] on, °; 0 if the flight ended earlier.
     pub tilt_worst_deg: f64,
-    /// Largest distance from the position at that time, m; likewise.
+    /// Largest distance from the position at [`Campaign::judged_from_s`], m; 0 if the flight ended earlier.
     pub distance_worst_m: f64,
 }
 
@@ -342,8 +342,8 @@ impl Campaign {
     }
 }
 
-/// The value that the part `share` of `values` does not exceed, by linear interpolation between ranks; NaN for no
-/// values. NaN values are ignored.
+/// The value that the share `share`, 0 to 1, of `values` does not exceed, by linear interpolation between ranks; NaN
+/// for no values. NaN values are ignored.
 #[must_use]
 pub fn percentile(values: &[f64], share: f64) -> f64 {
     let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();

@@ -53,9 +53,9 @@ pub enum Kind {
 /// Allowed values of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Values {
-    /// A number from the first to the last of these; the middle one is the default.
+    /// A number from the first to the last value; the middle value is the default.
     Number(f64, f64, f64),
-    /// One of these words; the first is the default.
+    /// One of the words; the first is the default.
     Words(&'static [&'static str]),
     /// No value.
     None,
@@ -64,13 +64,13 @@ pub enum Values {
 /// Default duration of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lasts {
-    /// The whole log.
+    /// The fault lasts for the whole log.
     Throughout,
-    /// From a time on to the end of the log.
+    /// The fault lasts from a time on to the end of the log.
     Onwards,
-    /// This duration, s.
+    /// The fault lasts for this duration, s.
     For(f64),
-    /// Its value, s.
+    /// The fault lasts for its value, s.
     ItsValue,
 }
 
@@ -83,7 +83,7 @@ pub struct Entry {
     pub name: &'static str,
     /// Allowed values.
     pub values: Values,
-    /// Unit of its number.
+    /// Unit of the fault's number.
     pub unit: &'static str,
     /// Default duration.
     pub lasts: Lasts,

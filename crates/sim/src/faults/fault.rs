@@ -21,9 +21,9 @@ use crate::noise::Noise;
 pub struct Fault {
     /// Kind.
     pub kind: Kind,
-    /// Its number, in the unit of its [`Entry`](super::Entry); NaN for a kind without a number.
+    /// Number of the fault, in the unit of its [`Entry`](super::Entry); NaN for a kind without a number.
     pub number: f64,
-    /// Its word; empty for a kind without a word.
+    /// Word of the fault; empty for a kind without a word.
     pub word: &'static str,
     /// Start, s on the log's clock; random if `None`.
     pub start_s: Option<f64>,

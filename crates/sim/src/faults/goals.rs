@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::campaign::Outcome;
 use super::catalogue::Kind;
 
-/// A figure of one run, and whether it meets the goal.
+/// Figure of one run, and whether the figure meets the goal.
 type Judged = Option<(f64, bool)>;
 
 /// A goal for every run that it applies to.
@@ -25,7 +25,7 @@ pub struct Verdict {
     pub goal: &'static str,
     /// Number of runs to which the goal applies.
     pub runs: usize,
-    /// Number of runs that met it.
+    /// Number of runs that met the goal.
     pub met: usize,
     /// Worst figure.
     pub worst: f64,

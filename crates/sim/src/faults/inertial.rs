@@ -236,7 +236,7 @@ impl<'a> Inertial<'a> {
     }
 }
 
-/// −1 for each axis in `word`.
+/// Factor of each axis: −1 for the axes in `word`, 1 for the others.
 fn signs(word: &str) -> [f64; 3] {
     ['x', 'y', 'z'].map(|axis| if word.contains(axis) { -1.0 } else { 1.0 })
 }

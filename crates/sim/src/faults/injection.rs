@@ -23,11 +23,11 @@ const HEADING: &str = "heading.csv";
 const ROTOR: &str = "rotor.csv";
 /// File with the faults of a faulty copy.
 const FAULTS: &str = "faults.json";
-/// Files of a dataset that, if already present, would be mistaken for files of the copy.
+/// Files of a dataset: one that is already in the directory would be mistaken for a file of the copy.
 const OWN: [&str; 10] =
     [MANIFEST, IMU, GPS, MAG, BARO, RANGE, HEADING, ROTOR, "controls.csv", "reference.csv"];
 
-/// Reasons for a missing faulty copy.
+/// Reasons why a faulty copy cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum InjectError {
     /// The log cannot be read, or the copy cannot be written.

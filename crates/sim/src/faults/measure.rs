@@ -41,17 +41,17 @@ pub struct Measures {
     pub nan: bool,
     /// Whether the errors of the last ten seconds exceed 5 m/s or 50 m, or these seconds have no solution.
     pub diverged: bool,
-    /// Part of the samples inside 3 sigma on each of [`AXES`].
+    /// Share of the samples inside 3 sigma on each of [`AXES`].
     pub inside: [f64; 9],
-    /// The part for velocity and attitude together; each axis and sample counts once.
+    /// Share of the samples inside 3 sigma for velocity and attitude together; each axis and sample counts once.
     pub inside_motion: f64,
-    /// The part for position.
+    /// Share of the samples inside 3 sigma for position.
     pub inside_position: f64,
-    /// Part of the samples with velocity and attitude inside 3 sigma on all axes simultaneously.
+    /// Share of the samples with velocity and attitude inside 3 sigma on all axes simultaneously.
     pub inside_jointly: f64,
     /// Root mean square of error over sigma on each of [`AXES`].
     pub normalised: [f64; 9],
-    /// The root mean square for velocity and attitude together.
+    /// Root mean square of error over sigma for velocity and attitude together.
     pub normalised_motion: f64,
     /// Root mean square error of velocity, m/s, all axes.
     pub velocity_rmse_mps: f64,
@@ -67,12 +67,12 @@ pub struct Measures {
     pub worst_horizontal_m: f64,
     /// Largest horizontal difference between the solutions with and without the fault, m.
     pub pulled_m: f64,
-    /// Largest difference in velocity, m/s.
+    /// Largest difference in velocity between the solutions with and without the fault, m/s.
     pub pulled_mps: f64,
-    /// Largest difference in yaw, °.
+    /// Largest difference in yaw between the solutions with and without the fault, °.
     pub pulled_yaw_deg: f64,
-    /// Time from the end of the last fault that ends until the velocity is inside its 3 sigma for a second, s; infinite
-    /// if it never is.
+    /// Time, s, until the velocity is inside its 3 sigma for a second, from the end of the last fault with an end.
+    /// Infinite if the velocity never is.
     pub back_after_s: f64,
     /// Errors relative to those of the run without fault: velocity, horizontal position, tilt, yaw.
     pub cost: [f64; 4],
@@ -110,7 +110,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Mean of the known zeros and ones; NaN without any.
+/// Share of ones among the known values; NaN without any.
 fn share(known: impl Iterator<Item = Option<bool>>) -> f64 {
     let (mut inside, mut count) = (0.0, 0.0);
     for is_inside in known.flatten() {
@@ -187,7 +187,7 @@ pub(super) fn measure(
 }
 
 impl Measures {
-    /// Adds the differences to the run of the same flight without fault.
+    /// Adds the differences to the run of this flight without fault.
     pub(super) fn against(
         &mut self,
         solutions: &[Solution],
@@ -233,7 +233,7 @@ pub(super) fn names(sentence: &str, named_by: &[&str]) -> bool {
     named_by.iter().any(|name| name.split('+').all(|part| sentence.contains(part)))
 }
 
-/// Time from `end_s` until the velocity is inside 3 sigma for a second.
+/// Time, s, from `end_s` until the velocity is inside 3 sigma for a second.
 fn back_after_s(compared: &[Compared], end_s: f64) -> f64 {
     if end_s.is_nan() {
         return f64::NAN;

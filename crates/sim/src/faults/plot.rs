@@ -24,7 +24,7 @@ struct Plot {
     goal: f64,
 }
 
-/// The part inside 3 sigma from 80 % on, and costs from 0.8 to 80 times on a logarithmic axis.
+/// Plots of the share of samples inside 3 sigma, from 80 % on, and of the cost, 0.8 to 80 times on a logarithmic axis.
 const PLOTS: [Plot; 2] = [
     Plot {
         title: "velocity and attitude inside 3σ, % of all samples",
@@ -42,7 +42,7 @@ const PLOTS: [Plot; 2] = [
     },
 ];
 
-/// An SVG of all runs, with one row per fault. It shows the part of the samples inside 3 sigma, and the cost of the
+/// An SVG of all runs, with one row per fault. It shows the share of the samples inside 3 sigma, and the cost of the
 /// fault, orange where no warning names it. Values beyond the axis are drawn at its end. Runs without a solution are
 /// omitted.
 #[must_use]

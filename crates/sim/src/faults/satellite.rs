@@ -13,9 +13,9 @@ const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
 /// Metres per degree of latitude, accurate enough for a glitch (the ellipsoid's value differs by less than 0.6 %).
 const M_PER_DEG: f64 = 111_320.0;
 
-/// One sigma of random height, relative to that of north and of east.
+/// One-sigma of the random height divided by that of north and of east.
 const GARBAGE_HEIGHT: f64 = 2.5;
-/// One sigma of random north, east and down velocity, 1/s, relative to that of the north and east position.
+/// One-sigma of the random velocity, north, east and down, divided by that of north and east position, 1/s.
 const GARBAGE_VELOCITY_PER_S: [f64; 3] = [0.2, 0.2, 0.75];
 /// Correlation time of random position and height, s. Consecutive fixes of a 1 Hz receiver differ greatly, and some
 /// resemble motion.

@@ -11,7 +11,8 @@ use crate::noise::Noise;
 const SECTION: &str = "[gps]";
 const KEY: &str = "antenna_lever_arm_m";
 
-/// `text`, which is `manifest`, with `fault`; `None` where it is not a fault of the set-up, or the lever arm is zero.
+/// Manifest `text`, parsed as `manifest`, with `fault` applied. `None` where it is not a fault of the set-up, or the
+/// lever arm is zero.
 pub(super) fn make(
     text: &str,
     manifest: &Manifest,

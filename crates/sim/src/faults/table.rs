@@ -167,7 +167,7 @@ fn number(field: &str) -> f64 {
     field.trim_matches(BLANK).parse().unwrap_or(f64::NAN)
 }
 
-/// Whether two fields contain the same number, or both none.
+/// Whether two fields contain the same number, or neither contains a number.
 fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
 }

@@ -40,7 +40,7 @@ fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f6
     values.get(rank).copied().unwrap_or(f64::NAN)
 }
 
-/// Axis with the smallest part inside 3 sigma, in the worst run.
+/// Axis with the smallest share inside 3 sigma, in the worst run.
 fn worst_axis(cell: &Cell<'_>) -> String {
     let worst = (0..6)
         .map(|axis| (axis, quantile(cell, 0.0, |m| m.inside[axis])))
@@ -70,7 +70,7 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// Median and worst value.
+/// Median and worst value of a measure, as text.
 fn both(cell: &Cell<'_>, of: impl Fn(&Measures) -> f64) -> String {
     let (median, worst) = (quantile(cell, 0.5, &of), quantile(cell, 1.0, &of));
     match cell.len() {

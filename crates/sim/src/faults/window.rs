@@ -11,7 +11,7 @@ pub struct Window {
     pub duration_s: f64,
 }
 
-/// An end of the log is written as null.
+/// Serialises `seconds`, or null for an infinite value, which means an end of the log.
 fn finite<S: serde::Serializer>(seconds: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     serde::Serialize::serialize(&seconds.is_finite().then_some(*seconds), serializer)
 }

@@ -15,7 +15,7 @@ use hovernav_log::{Dataset, Manifest, Truth};
 pub struct FlightSample {
     /// State of the centre of gravity.
     pub truth: Truth,
-    /// The estimate; the autopilot uses it without its steps. The truth if that is the feedback.
+    /// The estimate, or the truth if that is the feedback. The autopilot uses the estimate without its steps.
     pub solution: Option<Solution>,
     /// Mode of the autopilot.
     pub mode: Mode,

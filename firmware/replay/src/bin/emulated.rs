@@ -32,7 +32,7 @@ mod emulated {
         loop {}
     }
 
-    /// The timer counts down, with 24 bits.
+    /// Largest count of the timer, which counts down and has 24 bits.
     const TIMER: u32 = 0x00ff_ffff;
 
     fn elapsed(before: u32, after: u32) -> u32 {
