@@ -25,6 +25,8 @@ pub(super) struct SelfContradiction<T> {
     agility_mps2: [f32; 2],
     /// Number of recent contradictions, less the number of usual fixes, 0 to [`MOST`].
     contradictions: u8,
+    /// Whether a contradiction was proven, and not all of it has been withdrawn since.
+    proven: bool,
     /// Last change of velocity minus the measured one, m/s.
     left_mps: [f32; 3],
     /// Sum of these changes since a jump, m/s, its largest length, and the time of the jump.
@@ -91,7 +93,8 @@ const MEANWHILE: f64 = 0.5;
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
 /// Time, s, after a velocity jump during which fixes do not reset the filter, unless the velocity returns.
 const JUMPED_S: f64 = 15.0;
-/// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance.
+/// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance, until usual
+/// fixes have withdrawn them all.
 const REFUSED: u8 = 2;
 /// Upper limit of the count.
 const MOST: u8 = 3;
@@ -105,6 +108,7 @@ impl<T: Scalar> SelfContradiction<T> {
         unexplained: Unexplained::NONE,
         agility_mps2: [0.0; 2],
         contradictions: 0,
+        proven: false,
         left_mps: [0.0; 3],
         jump_mps: [0.0; 3],
         farthest_mps: 0.0,
@@ -126,7 +130,7 @@ impl<T: Scalar> SelfContradiction<T> {
 
     /// Whether the fixes contradicted each other repeatedly. Such fixes are rejected.
     pub const fn is_proven(&self) -> bool {
-        self.contradictions >= REFUSED
+        self.proven
     }
 
     /// Feeds a fix; `own_mps` is the filter's velocity.
@@ -177,6 +181,7 @@ impl<T: Scalar> SelfContradiction<T> {
         } else {
             self.contradictions
         };
+        self.proven = self.contradictions >= REFUSED || self.proven && self.contradictions > 0;
         self.unexplained = unexplained;
     }
 
@@ -308,6 +313,26 @@ mod tests {
     fn readings_to_and_fro_that_nobody_felt_contradict_each_other_until_they_agree_again() {
         let told = [0.0, 8.0, -6.0, 9.0, -7.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         assert_eq!(contradictions(told, AT_REST), [0, 0, 1, 2, 3, 3, 2, 1, 0, 0]);
+    }
+
+    #[test]
+    fn proof_ends_with_the_last_contradiction() {
+        let told = [0.0, 8.0, -6.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let mut watch = SelfContradiction::<f64>::NONE;
+        let position = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        let proven = told.into_iter().zip(1_u8..).map(|(north_mps, second)| {
+            let fix = Fix {
+                horizontal_velocity_mps: Some([north_mps, 0.0]),
+                ..Fix::at(Time::ZERO + f64::from(second), position)
+            };
+            watch.add(AT_REST.into(), true);
+            watch.push(&fix, Vector::ZERO, &EXPECTED);
+            (watch.contradictions, watch.is_proven())
+        });
+        let proven: Vec<_> = proven.collect();
+        assert!(proven.iter().any(|&(count, proven)| count == 1 && proven), "{proven:?}");
+        assert!(proven.iter().all(|&(count, proven)| count > 0 || !proven), "{proven:?}");
+        assert_eq!(proven.last(), Some(&(0, false)));
     }
 
     #[test]
