@@ -323,6 +323,7 @@ mod tests {
         let proven = told.into_iter().zip(1_u8..).map(|(north_mps, second)| {
             let fix = Fix {
                 horizontal_velocity_mps: Some([north_mps, 0.0]),
+                down_velocity_mps: Some(0.0),
                 ..Fix::at(Time::ZERO + f64::from(second), position)
             };
             watch.add(AT_REST.into(), true);
