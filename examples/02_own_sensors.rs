@@ -52,8 +52,10 @@ fn event(time: Time, reading: &Reading) -> Option<Event> {
 /// The solution after all readings, in the order of their arrival.
 fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> {
     let mut estimator = Estimator::new(settings());
+    let mut now = Time::ZERO;
     for (seconds, reading) in readings {
-        let event = event(Time::from_seconds(seconds), &reading)?;
+        now = Time::from_seconds(seconds);
+        let Some(event) = event(now, &reading) else { continue };
         estimator.push(&event, |notice| match notice {
             Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
                 println!("{time}: {aid} not used: {reason}");
@@ -63,7 +65,7 @@ fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> 
         });
     }
     let solution = estimator.solution()?; // position, velocity, attitude, biases, one-sigmas
-    solution.health(solution.time).velocity.is_ok().then_some(solution)
+    solution.health(now).velocity.is_ok().then_some(solution)
 }
 
 // Instead of your drivers, a simulated cart. It rolls to and fro along heading 40°; its vertical gyro is wrong by

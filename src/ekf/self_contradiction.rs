@@ -25,6 +25,8 @@ pub(super) struct SelfContradiction<T> {
     agility_mps2: [f32; 2],
     /// Number of recent contradictions, less the number of usual fixes, 0 to [`MOST`].
     contradictions: u8,
+    /// Time of the last contradiction.
+    contradicted: Time,
     /// Whether a contradiction was proven, and not all of it has been withdrawn since.
     proven: bool,
     /// Last change of velocity minus the measured one, m/s.
@@ -96,6 +98,9 @@ const JUMPED_S: f64 = 15.0;
 /// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance, until usual
 /// fixes have withdrawn them all.
 const REFUSED: u8 = 2;
+/// Longest time, s, for which a contradiction counts: rejected fixes leave the attitude to drift, and then no fix is
+/// usual.
+const CONTRADICTED_S: f64 = 30.0;
 /// Upper limit of the count.
 const MOST: u8 = 3;
 
@@ -108,6 +113,7 @@ impl<T: Scalar> SelfContradiction<T> {
         unexplained: Unexplained::NONE,
         agility_mps2: [0.0; 2],
         contradictions: 0,
+        contradicted: Time::ZERO,
         proven: false,
         left_mps: [0.0; 3],
         jump_mps: [0.0; 3],
@@ -144,6 +150,10 @@ impl<T: Scalar> SelfContradiction<T> {
             self.begin(reading);
             return;
         };
+        if self.contradictions > 0 && reading.time - self.contradicted > CONTRADICTED_S {
+            self.contradictions = 0;
+            self.proven = false;
+        }
         let interval_s = reading.time - before.time;
         if (0.0..LEAST_S).contains(&interval_s) {
             return;
@@ -175,6 +185,7 @@ impl<T: Scalar> SelfContradiction<T> {
         self.judge_jump(reading.time, left_mps, is_denied);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
+            self.contradicted = reading.time;
             (self.contradictions + 1).min(MOST)
         } else if is_usual {
             self.contradictions.saturating_sub(1)
@@ -334,6 +345,24 @@ mod tests {
         assert!(proven.iter().any(|&(count, proven)| count == 1 && proven), "{proven:?}");
         assert!(proven.iter().all(|&(count, proven)| count > 0 || !proven), "{proven:?}");
         assert_eq!(proven.last(), Some(&(0, false)));
+    }
+
+    #[test]
+    fn proof_ends_thirty_seconds_after_the_last_contradiction_of_a_slow_receiver() {
+        let mut watch = SelfContradiction::<f64>::NONE;
+        let start = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        for (second, north_m) in [(0, 0.0), (1, 60.0), (2, -60.0), (3, 60.0), (4, -60.0)] {
+            let position = start.displaced(Vector::new(north_m, 0.0, 0.0));
+            let fix = Fix::at(Time::ZERO + f64::from(second), position);
+            watch.push(&fix, Vector::ZERO, &EXPECTED);
+        }
+        assert!(watch.is_proven());
+        // A fix each 3 s is too late for a comparison.
+        for second in (7..37).step_by(3) {
+            let fix = Fix::at(Time::ZERO + f64::from(second), start);
+            watch.push(&fix, Vector::ZERO, &EXPECTED);
+        }
+        assert!(!watch.is_suspected());
     }
 
     #[test]

@@ -66,8 +66,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Adopts attitude, horizontal velocity and gyro bias from the heading search. Returns `false`, and changes nothing, if they
-    /// are impossible for a vehicle.
+    /// Adopts attitude, horizontal velocity and gyro bias from the heading search. Returns `false`, and changes nothing,
+    /// if they are impossible for a vehicle.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.

@@ -18,9 +18,9 @@ pub enum VehicleKind {
     Multirotor,
     /// Aeroplane.
     FixedWing,
-    /// Vehicle on wheels. While fixes are absent, the filter constrains its motion to the road from the first sample
-    /// on. The fixes show the direction of travel in body axes; before that it is uncertain by the mounting of the
-    /// inertial unit.
+    /// Vehicle on wheels. From 2.5 s after the last fix it is held to its road, from the first sample on: the line is
+    /// found from the fixes, and is uncertain by the mounting of the inertial unit before that. Only layouts with
+    /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS) have this constraint; in others the kind has no effect.
     Wheeled,
     /// Vessel on water.
     Boat,

@@ -74,7 +74,7 @@ pub enum Notice {
         /// One-sigma of each component, m.
         sigma_m: f64,
     },
-    /// The fixes show that the vehicle rolls on wheels. While fixes are absent, the filter holds its velocity across
+    /// The vehicle rolls on wheels, as declared or as the fixes show. While fixes are absent, the filter holds its velocity across
     /// and perpendicular to the road at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     OnWheels {
         /// Time of the event.

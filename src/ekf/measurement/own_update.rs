@@ -16,8 +16,11 @@ use crate::frames::{Body, Vector};
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// Largest time by which a reading may be ahead of the last inertial sample, s.
+/// Largest time by which a reading may be ahead of the last inertial sample, s, and after it.
 const AHEAD_S: f64 = 0.1;
+const LATE_S: f64 = 0.5;
+/// Longest lever arm, m.
+const LONGEST_ARM_M: f64 = 1e3;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses a reading of a user's own sensor, valid at `time`: up to 0.5 s before the last inertial sample, and up to
@@ -28,7 +31,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Errors
     /// [`Unusable`] if the reading cannot be compared: [`NotFinite`](Unusable::NotFinite) for a row with impossible
-    /// numbers or more than six rows, [`OutOfRange`](Unusable::OutOfRange) without any row, and
+    /// numbers, a lever arm beyond 1 km or more than six rows, [`OutOfRange`](Unusable::OutOfRange) without any row, and
     /// [`TooOld`](Unusable::TooOld) or [`AheadOfImu`](Unusable::AheadOfImu). A reading that is compared and rejected is
     /// no error.
     ///
@@ -47,14 +50,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let earth = Local::about(&self.state.position);
         let back = self.history.look_back(&self.state, &earth, time, false);
-        let back = back.ok_or(Unusable::TooOld)?;
+        // Within a gap of the samples the motion since the reading is unknown.
+        let is_known = |back: &LookBack<T>| back.age_s <= T::of(LATE_S) && back.hidden_s == T::ZERO;
+        let back = back.filter(is_known).ok_or(Unusable::TooOld)?;
         let arm = LeverArm(measurement.lever_arm_m() - self.mounting.imu_lever_arm_m);
+        // The comparison also rejects NaN.
+        if !(arm.0.norm() <= LONGEST_ARM_M) {
+            return Err(Unusable::NotFinite);
+        }
         let mut rows = Rows::default();
         measurement.compare(&back.expected(time, &arm), &mut rows);
         if rows.is_empty() {
             return Err(Unusable::OutOfRange);
         }
-        if !rows.are_possible() || !arm.0.is_finite() {
+        if !rows.are_possible() {
             return Err(Unusable::NotFinite);
         }
         self.relax(trace);
