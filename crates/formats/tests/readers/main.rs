@@ -4,6 +4,7 @@ mod aids;
 mod cross_check;
 mod damage;
 mod damage_foreign;
+mod inputs;
 mod logs;
 mod mapped;
 mod mapping;
