@@ -6,6 +6,8 @@
 
 use std::fmt;
 
+use rayon::prelude::*;
+
 use super::found::Found;
 use super::frequency_domain::{PairCost, SideBySide};
 use super::identify::Search;
@@ -15,7 +17,10 @@ use crate::methods::prediction_error;
 /// The time domain is rejected where its cost J of any coherent response exceeds that of the responses' own fit by this
 /// factor and by this difference.
 const FACTOR: f64 = 2.0;
-const MARGIN: f64 = 2.0;
+const MARGIN: f64 = 10.0;
+/// Factor on the bounds of the responses' fit where the time domain fits as well: both come from the same gusts, and the
+/// errors of neighbouring frequencies are alike.
+const ALIKE: f64 = 2.0;
 
 /// A parameter on which both domains differ by more than chance allows.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +49,7 @@ impl fmt::Display for Conflict {
 impl Search<'_> {
     /// Replaces each of `parts` by the better estimate. Where the time domain fits every coherent response of
     /// `measured` as well as the responses' own fit, the parameters on which both agree are merged by their information.
-    /// Where it does not, the fit to the responses enters with all its parameters.
+    /// Where it does not, the fit to the responses enters with all its parameters. Only the latter where not `merges`.
     ///
     /// # Source
     /// Tischler and Remple, chapter 14: the frequency domain's result starts the time domain and fixes what it knows.
@@ -52,12 +57,15 @@ impl Search<'_> {
         &self,
         parts: &mut [Found],
         measured: Option<&Measured>,
+        merges: bool,
     ) -> Vec<Conflict> {
         let Some(measured) = measured else { return Vec::new() };
-        parts.iter_mut().flat_map(|part| self.reconcile_part(part, measured)).collect()
+        let conflicts =
+            parts.par_iter_mut().map(|part| self.reconcile_part(part, measured, merges));
+        conflicts.flatten().collect()
     }
 
-    fn reconcile_part(&self, part: &mut Found, measured: &Measured) -> Vec<Conflict> {
+    fn reconcile_part(&self, part: &mut Found, measured: &Measured, merges: bool) -> Vec<Conflict> {
         let identified = &part.identified;
         let Ok(fitted) = measured.of_part(&identified.structure).fit(identified) else {
             return Vec::new();
@@ -65,12 +73,18 @@ impl Search<'_> {
         let is_worse = |pair: &&PairCost| pair.time > FACTOR * pair.frequency + MARGIN;
         let worst = fitted.costs.iter().filter(is_worse);
         let worst = worst.max_by(|one, other| one.time.total_cmp(&other.time));
+        let alike = if worst.is_some() { 1.0 } else { ALIKE };
+        if worst.is_none() && !merges {
+            return Vec::new();
+        }
         let known: Vec<(usize, f64, f64)> = (fitted.places.iter().zip(&fitted.parameters))
             .filter(|(_, own)| worst.is_some() || !own.disagrees())
-            .map(|(&place, own)| (place, own.frequency.0, own.frequency.1))
+            .map(|(&place, own)| (place, own.frequency.0, alike * own.frequency.1))
             .collect();
         let settings = self.settings(part.kind);
-        let merged = prediction_error::identify_with(identified, &known, self.stretches, &settings);
+        let starts = worst.is_some();
+        let merged =
+            prediction_error::identify_with(identified, &known, starts, self.stretches, &settings);
         let Ok(merged) = merged else { return Vec::new() };
         let apart = fitted.parameters.iter().filter(|own| own.disagrees());
         let conflicts = apart

@@ -72,20 +72,24 @@ pub fn identify_from(
     identify_on(&moved, experiments, settings)
 }
 
-/// Repeats the search from the result `found` with what another method `knows`: index, value and one sigma of
-/// parameters. Their values are the start, and count as one more measurement in place of the structure's own prior.
+/// Repeats the search from the result `found` with what another method found, `known`: index, value and one sigma of
+/// parameters. Each value counts as one more measurement in place of the structure's own prior. The search starts from
+/// these values where `starts`, else from those of `found`.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
 pub fn identify_with(
     found: &Identified,
     known: &[(usize, f64, f64)],
+    starts: bool,
     experiments: &[Experiment],
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
     let mut moved = found.clone();
     for &(place, value, sigma) in known {
-        moved.theta[place] = value;
+        if starts {
+            moved.theta[place] = value;
+        }
         moved.structure.parameters[place].prior = Some((value, sigma));
     }
     let mut found_with = identify_on(&moved, experiments, settings)?;
