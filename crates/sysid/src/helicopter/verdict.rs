@@ -160,7 +160,8 @@ impl Identification {
         let mut pairs = self.strong_correlations(SAME);
         pairs.retain(|(one, other, _)| {
             let is_one_lateness = is_late(one) && is_late(other) && ending(one) == ending(other);
-            !is_one_lateness && !(is_known(one) && is_known(other))
+            let is_harmless = is_one_lateness || (is_known(one) && is_known(other));
+            !is_harmless
         });
         pairs
     }
