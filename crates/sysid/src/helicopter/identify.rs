@@ -184,12 +184,10 @@ pub fn identify(
         estimated_s = all.iter().map(Experiment::duration_s).sum();
         let search = Search { stretches: &all, ..search };
         let mut parts = search.on_from(&mut parts)?;
-        conflicts = search.reconcile(&mut parts, measured(&[]).as_ref(), true);
+        conflicts = search.reconcile(&mut parts, measured(&[]).as_ref());
         Some(search.whole(kind, &parts)?)
     };
-    // What decides on the model is judged; a merge changes the fit by less than its noise.
-    let is_final = on_all.is_none();
-    let of_judged = search.reconcile(&mut parts, measured(&held_back).as_ref(), is_final);
+    let of_judged = search.reconcile(&mut parts, measured(&held_back).as_ref());
     let judged = search.whole(kind, &parts)?;
     let validation = match validation.as_slice() {
         [] => None,

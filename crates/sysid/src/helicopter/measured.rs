@@ -137,6 +137,17 @@ pub(super) struct Fitted {
     pub modelled: Responses,
 }
 
+impl Fitted {
+    /// Whether the parameter `place` of `structure` is the delay of a stick whose lag the fit holds: up to 4 Hz only their
+    /// sum is known, and the bound of the delay holds for this lag alone.
+    pub fn depends_on_lag(&self, structure: &Structure, place: usize) -> bool {
+        let pairs = structure.delays.iter().zip(&structure.lags);
+        let mut lags =
+            pairs.filter(|(delay, _)| **delay == Some(place)).filter_map(|(_, lag)| *lag);
+        lags.any(|lag| !self.places.contains(&lag))
+    }
+}
+
 impl Measured {
     /// The responses of the outputs of `structure` to its sticks, from the test points or from all flight near a hover,
     /// without the points `held_back`.

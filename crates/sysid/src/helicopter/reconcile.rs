@@ -18,9 +18,10 @@ use crate::methods::prediction_error;
 /// factor and by this difference.
 const FACTOR: f64 = 2.0;
 const MARGIN: f64 = 10.0;
-/// Factor on the bounds of the responses' fit where the time domain fits as well: both come from the same gusts, and the
-/// errors of neighbouring frequencies are alike.
-const ALIKE: f64 = 2.0;
+/// Largest bound of a parameter in the fit to the responses, as a part of its bound in the time domain, for which a merge
+/// is worth it. Both come from the same gusts: estimates of like bounds err alike, and two of them are no better than
+/// one.
+const MUCH_BETTER: f64 = 0.25;
 
 /// A parameter on which both domains differ by more than chance allows.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,9 +48,9 @@ impl fmt::Display for Conflict {
 }
 
 impl Search<'_> {
-    /// Replaces each of `parts` by the better estimate. Where the time domain fits every coherent response of
-    /// `measured` as well as the responses' own fit, the parameters on which both agree are merged by their information.
-    /// Where it does not, the fit to the responses enters with all its parameters. Only the latter where not `merges`.
+    /// Replaces each of `parts` by the better estimate. Where the time domain fits a coherent response of `measured`
+    /// worse than the responses' own fit does, that fit enters with all its parameters. Elsewhere it enters with those on
+    /// which both agree and which it knows much better.
     ///
     /// # Source
     /// Tischler and Remple, chapter 14: the frequency domain's result starts the time domain and fixes what it knows.
@@ -57,15 +58,13 @@ impl Search<'_> {
         &self,
         parts: &mut [Found],
         measured: Option<&Measured>,
-        merges: bool,
     ) -> Vec<Conflict> {
         let Some(measured) = measured else { return Vec::new() };
-        let conflicts =
-            parts.par_iter_mut().map(|part| self.reconcile_part(part, measured, merges));
+        let conflicts = parts.par_iter_mut().map(|part| self.reconcile_part(part, measured));
         conflicts.flatten().collect()
     }
 
-    fn reconcile_part(&self, part: &mut Found, measured: &Measured, merges: bool) -> Vec<Conflict> {
+    fn reconcile_part(&self, part: &mut Found, measured: &Measured) -> Vec<Conflict> {
         let identified = &part.identified;
         let Ok(fitted) = measured.of_part(&identified.structure).fit(identified) else {
             return Vec::new();
@@ -73,24 +72,27 @@ impl Search<'_> {
         let is_worse = |pair: &&PairCost| pair.time > FACTOR * pair.frequency + MARGIN;
         let worst = fitted.costs.iter().filter(is_worse);
         let worst = worst.max_by(|one, other| one.time.total_cmp(&other.time));
-        let alike = if worst.is_some() { 1.0 } else { ALIKE };
-        if worst.is_none() && !merges {
-            return Vec::new();
-        }
+        let is_denied = worst.is_some();
+        let is_better =
+            |own: &SideBySide| !own.disagrees() && own.frequency.1 < MUCH_BETTER * own.time.1;
         let known: Vec<(usize, f64, f64)> = (fitted.places.iter().zip(&fitted.parameters))
-            .filter(|(_, own)| worst.is_some() || !own.disagrees())
-            .map(|(&place, own)| (place, own.frequency.0, alike * own.frequency.1))
+            .filter(|(_, own)| is_denied || is_better(own))
+            .filter(|(place, _)| !fitted.depends_on_lag(&identified.structure, **place))
+            .map(|(&place, own)| (place, own.frequency.0, own.frequency.1))
             .collect();
-        let settings = self.settings(part.kind);
-        let starts = worst.is_some();
-        let merged =
-            prediction_error::identify_with(identified, &known, starts, self.stretches, &settings);
-        let Ok(merged) = merged else { return Vec::new() };
         let apart = fitted.parameters.iter().filter(|own| own.disagrees());
         let conflicts = apart
             .map(|own| Conflict { parameter: own.clone(), denied_by: worst.cloned() })
             .collect();
-        part.identified = merged;
+        if !known.is_empty() {
+            let settings = self.settings(part.kind);
+            let merged =
+                prediction_error::identify_with(identified, &known, self.stretches, &settings);
+            match merged {
+                Ok(merged) => part.identified = merged,
+                Err(_) => return Vec::new(),
+            }
+        }
         conflicts
     }
 }

@@ -73,23 +73,20 @@ pub fn identify_from(
 }
 
 /// Repeats the search from the result `found` with what another method found, `known`: index, value and one sigma of
-/// parameters. Each value counts as one more measurement in place of the structure's own prior. The search starts from
-/// these values where `starts`, else from those of `found`.
+/// parameters. Each value is its parameter's start, and counts as one more measurement in place of the structure's own
+/// prior.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
 pub fn identify_with(
     found: &Identified,
     known: &[(usize, f64, f64)],
-    starts: bool,
     experiments: &[Experiment],
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
     let mut moved = found.clone();
     for &(place, value, sigma) in known {
-        if starts {
-            moved.theta[place] = value;
-        }
+        moved.theta[place] = value;
         moved.structure.parameters[place].prior = Some((value, sigma));
     }
     let mut found_with = identify_on(&moved, experiments, settings)?;
