@@ -23,9 +23,6 @@ const MARGIN: f64 = 10.0;
 /// one.
 const MUCH_BETTER: f64 = 0.25;
 
-/// Factor on the bounds of the fit to the responses: the errors of neighbouring frequencies are alike.
-const ALIKE: f64 = 2.0;
-
 /// A parameter on which both domains differ by more than chance allows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conflict {
@@ -81,7 +78,7 @@ impl Search<'_> {
         let known: Vec<(usize, f64, f64)> = (fitted.places.iter().zip(&fitted.parameters))
             .filter(|(_, own)| is_denied || is_better(own))
             .filter(|(place, _)| !fitted.depends_on_lag(&identified.structure, **place))
-            .map(|(&place, own)| (place, own.frequency.0, ALIKE * own.frequency.1))
+            .map(|(&place, own)| (place, own.frequency.0, own.frequency.1))
             .collect();
         let apart = fitted.parameters.iter().filter(|own| own.disagrees());
         let conflicts = apart
