@@ -11,3 +11,4 @@ mod preprocess;
 mod r50_flight;
 mod second_opinion;
 mod subspace;
+mod units;

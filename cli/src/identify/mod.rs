@@ -28,6 +28,10 @@ pub struct Arguments {
     /// states with flapping), hover (8 states without flapping), r50 (13 states with stabiliser bar and yaw gyro)
     #[arg(long, default_value_t = Kind::Hybrid, value_name = "MODEL")]
     model: Kind,
+    /// Signal to read as the vehicle's input, as in RATE, RCIN or vehicle_torque_setpoint [default: the nearest to the
+    /// actuators that moves]
+    #[arg(long, value_name = "NAME")]
+    input: Option<String>,
     /// Directory to write [default: out/NAME-identify]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -42,7 +46,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let log = &arguments.log;
-    let Log { mut dataset, record, .. } = memory::open(log, &Options::default(), 2)?;
+    let mut options = Options::default();
+    options.input.clone_from(&arguments.input);
+    let Log { mut dataset, record, .. } = memory::open(log, &options, 2)?;
     let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use crate::format::Format;
-use crate::log::Log;
+use crate::inputs::{Chosen, Inputs};
+use crate::log::{Log, Options};
 use crate::onboard::{Onboard, OnboardInnovation, OnboardMoment};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
@@ -29,7 +30,7 @@ pub(crate) struct Assembly {
     magnetometer: Rows<(Time, Vector<Body>)>,
     headings: Rows<AntennaHeading>,
     ranges: Rows<RangeReading>,
-    controls: Rows<(Time, [f64; 4])>,
+    inputs: Inputs,
     moments: Vec<OnboardMoment>,
     innovations: Vec<OnboardInnovation>,
     imu_remarks: Remarks,
@@ -53,7 +54,7 @@ impl Assembly {
             magnetometer: Rows::new(),
             headings: Rows::new(),
             ranges: Rows::new(),
-            controls: Rows::new(),
+            inputs: Inputs::default(),
             moments: Vec::new(),
             innovations: Vec::new(),
             imu_remarks: remarks("inertial unit"),
@@ -140,12 +141,19 @@ impl Assembly {
         }
     }
 
-    /// Adds stick positions: lateral, longitudinal, collective, pedal.
-    pub fn controls(&mut self, place: u64, time: Time, sticks: [f64; 4]) {
-        // An unconnected stick is common and needs no warning.
-        if sticks.iter().all(|stick| stick.abs() <= 2.0) {
-            self.controls.push(place, (time, sticks));
-        }
+    /// Selects the source of the controls that `options` name.
+    pub fn select_input(&mut self, options: &Options) {
+        self.inputs.wanted.clone_from(&options.input);
+    }
+
+    /// Adds lateral, longitudinal, collective and pedal of the source `name`.
+    pub fn controls(&mut self, name: &'static str, place: u64, time: Time, inputs: [f64; 4]) {
+        self.inputs.take(name, place, (time, inputs));
+    }
+
+    /// Adds the value that a system identification mode injected on a stick.
+    pub fn injected(&mut self, time: Time, stick: usize, value: f64) {
+        self.inputs.inject(time, stick, value);
     }
 
     /// Adds a moment of the onboard estimator, in any order.
@@ -204,7 +212,8 @@ impl Assembly {
         let (headings, _) =
             self.headings.in_time_order(|row| &mut row.time, path, steps, others)?;
         let (ranges, _) = self.ranges.in_time_order(|row| &mut row.time, path, steps, others)?;
-        let (controls, _) = self.controls.in_time_order(|row| &mut row.0, path, steps, others)?;
+        let Chosen { controls, injected, note } = self.inputs.choose(path, steps, others)?;
+        self.notes.extend(note);
         if imu.is_empty() && fixes.is_empty() {
             let format = format.with_article();
             let mut reason = format!("found {format} without inertial samples and without fixes");
@@ -234,6 +243,7 @@ impl Assembly {
             headings,
             ranges,
             controls,
+            injected,
             warnings,
             notes,
             ..Dataset::default()

@@ -20,6 +20,7 @@ mod difference;
 mod format;
 #[cfg(feature = "text")]
 mod init;
+mod inputs;
 mod integrals;
 mod latency;
 mod log;

@@ -17,6 +17,9 @@ pub struct Options {
     pub magnetometer: Option<usize>,
     /// Number of the barometer; default as for `imu`.
     pub baro: Option<usize>,
+    /// Name of the signal that moves the vehicle, as in `RATE` or `vehicle_torque_setpoint`. Default: the nearest to
+    /// the actuators that moves.
+    pub input: Option<String>,
     /// Name of the ROS 2 topic with the receiver's velocity, or `none`. Default: a topic that names a receiver, has
     /// the frame of the fixes, or has one message per fix.
     pub velocity: Option<String>,

@@ -50,13 +50,19 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
 /// Rejects options that the format does not support: a sensor number where a log has one of each, a topic where it
 /// has no topics.
 fn ensure_choice(format: Format, path: &Path, options: &Options) -> Result<(), LogError> {
-    let Options { imu, gps, magnetometer, baro, velocity, .. } = options;
+    let Options { imu, gps, magnetometer, baro, velocity, input, .. } = options;
     let numbers = [imu, gps, magnetometer, baro].into_iter().flatten();
     let has_one = matches!(format, Format::Dataset | Format::Record | Format::Raw | Format::Text);
+    let has_inputs =
+        matches!(format, Format::Ulog | Format::Dataflash | Format::DataflashText | Format::Tlog);
     let reason = match numbers.max() {
         Some(wanted @ 1..) if has_one => {
             format!("found no instance {wanted}; {} has one of each sensor", format.with_article())
         }
+        _ if input.is_some() && !has_inputs => format!(
+            "found no inputs to choose from; {} has one set of sticks",
+            format.with_article()
+        ),
         _ if velocity.is_some() && format != Format::Ros2 => {
             format!("found no topic of velocity; {} has no topics", format.with_article())
         }

@@ -79,7 +79,7 @@ impl ClockSteps {
         remarks: &mut Remarks,
     ) -> Shifts {
         let usual_s = median_interval_s(times).unwrap_or(0.0).max(0.0);
-        if are_shuffled(times, usual_s) {
+        if times.is_empty() || are_shuffled(times, usual_s) {
             return Shifts::default();
         }
         let steps: Vec<usize> =

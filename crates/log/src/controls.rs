@@ -16,8 +16,10 @@ pub(crate) const STICKS: [&str; 4] = Sticks::NAMES;
 pub(crate) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
-/// Largest stroke from trim: it may exceed 1 if trim is off centre.
+/// Largest stroke from trim, in fractions of full travel: it may exceed 1 if trim is off centre.
 const LONGEST_STROKE: f64 = 2.0;
+/// Largest value in any unit, such as the pulse of a servo in nanoseconds.
+const LARGEST: f64 = 1e7;
 
 /// Rows of a `controls.csv` that has been read once to its end; each pass reads them again.
 #[derive(Clone, Debug)]
@@ -26,6 +28,8 @@ pub struct ControlFile {
     order: Order,
     steps: ClockSteps,
     count: usize,
+    /// Largest valid value.
+    largest: f64,
 }
 
 /// Content of `controls.csv`.
@@ -39,17 +43,44 @@ pub(crate) struct Controls {
 }
 
 /// Reads `controls.csv` of `dir`; its rows stay in memory if there are no more than `most`.
+///
+/// A few rows beyond full travel are damaged and left out; more of them are of another unit, and all are read.
 pub(crate) fn read(
     dir: &Path,
     most: usize,
     steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Controls, LogError> {
-    let Some(first) = ControlRows::open(dir)? else { return Ok(Controls::default()) };
-    let (path, has_injected) = (first.path().to_path_buf(), first.injected.is_some());
+    if ControlRows::open(dir, LONGEST_STROKE)?.is_none() {
+        return Ok(Controls::default());
+    }
+    let (controls, rows, count) = read_up_to(dir, LONGEST_STROKE, most, &mut steps.clone())?;
+    let (beyond, furthest, all) = (rows.beyond, rows.furthest, count + rows.beyond);
+    if beyond <= 10 || 100 * beyond <= all {
+        warnings.extend(rows.remarks.into_warnings());
+        return Ok(controls);
+    }
+    let (controls, rows, _) = read_up_to(dir, LARGEST, most, steps)?;
+    warnings.extend(rows.remarks.into_warnings());
+    warnings.push(format!(
+        "{FILE}: sticks up to {furthest:.0} in {beyond} of {all} rows, expected fractions of full travel, −1 to 1. An \
+         identified derivative is per unit of the file, and an autopilot needs it per full travel"
+    ));
+    Ok(controls)
+}
+
+/// The rows of `dir` without values beyond `largest`, their reader at its end, and their number.
+fn read_up_to(
+    dir: &Path,
+    largest: f64,
+    most: usize,
+    steps: &mut ClockSteps,
+) -> Result<(Controls, ControlRows, usize), LogError> {
+    let first = again(dir, largest)?;
+    let has_injected = first.injected.is_some();
     drop(first);
     let Gathered { made: (mut controls, count), order, rows } = ordered::gather(
-        || again(dir),
+        || again(dir, largest),
         || (Controls::default(), 0_usize),
         |(controls, count), _, Row { time, sticks, injected }| {
             *count += 1;
@@ -63,19 +94,10 @@ pub(crate) fn read(
         steps,
     )?;
     if count > most {
-        controls.file = Some(ControlFile { dir: dir.into(), order, steps: steps.clone(), count });
+        let steps = steps.clone();
+        controls.file = Some(ControlFile { dir: dir.into(), order, steps, count, largest });
     }
-    warnings.extend(rows.remarks.into_warnings());
-    // A few damaged rows are left out; more of them mean another unit.
-    let (beyond, largest, all) = (rows.beyond, rows.largest, count + rows.beyond);
-    if beyond > 10 && 100 * beyond > all {
-        let reason = format!(
-            "sticks up to {largest:.0} in {beyond} of {all} rows, expected fractions of full travel, −1 to 1, \
-             not percent or microseconds"
-        );
-        return Err(LogError::Unusable { path, reason });
-    }
-    Ok(controls)
+    Ok((controls, rows, count))
 }
 
 impl ControlFile {
@@ -87,7 +109,8 @@ impl ControlFile {
     /// Passes every row to `each`: its time, and the sticks as in [`Dataset::controls`](crate::Dataset::controls).
     pub(crate) fn each(&self, mut each: impl FnMut(Time, [f64; 4])) -> Result<(), LogError> {
         let mut given = 0;
-        ordered::go_over(again(&self.dir)?, &self.order, |_, Row { time, sticks, .. }| {
+        let rows = again(&self.dir, self.largest)?;
+        ordered::go_over(rows, &self.order, |_, Row { time, sticks, .. }| {
             given += 1;
             // Rows that a logger has appended since are ignored.
             if given <= self.count {
@@ -103,8 +126,8 @@ fn changed(dir: &Path) -> LogError {
 }
 
 /// Opens a file again that existed before.
-fn again(dir: &Path) -> Result<ControlRows, LogError> {
-    ControlRows::open(dir)?.ok_or_else(|| changed(dir))
+fn again(dir: &Path, largest: f64) -> Result<ControlRows, LogError> {
+    ControlRows::open(dir, largest)?.ok_or_else(|| changed(dir))
 }
 
 /// A row of the file.
@@ -122,20 +145,22 @@ struct ControlRows {
     sticks: [usize; 4],
     injected: Option<[usize; 4]>,
     remarks: Remarks,
-    /// Number of rows with a stick beyond its longest stroke, and the largest stick of all.
-    beyond: usize,
+    /// Largest valid value.
     largest: f64,
+    /// Number of rows with a value beyond it, and the largest value of all.
+    beyond: usize,
+    furthest: f64,
 }
 
 impl ControlRows {
     /// Opens `controls.csv` of `dir`; `None` without such a file.
-    fn open(dir: &Path) -> Result<Option<Self>, LogError> {
+    fn open(dir: &Path, largest: f64) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
         let (sticks, injected) = (table.require(STICKS)?, table.find(INJECTED));
         let [time] = table.require(["t_s"])?;
         let mut remarks = Remarks::new(FILE);
         table.remark_unused(&["temp_degc"], &mut remarks);
-        Ok(Some(Self { table, time, sticks, injected, remarks, beyond: 0, largest: 0.0 }))
+        Ok(Some(Self { table, time, sticks, injected, remarks, largest, beyond: 0, furthest: 0.0 }))
     }
 }
 
@@ -156,8 +181,8 @@ impl TimedRows for ControlRows {
             };
             let all = sticks.iter().chain(&injected);
             let furthest = all.fold(0.0, |furthest: f64, stick| furthest.max(stick.abs()));
-            self.largest = self.largest.max(furthest);
-            if furthest > LONGEST_STROKE {
+            self.furthest = self.furthest.max(furthest);
+            if furthest > self.largest {
                 self.beyond += 1;
                 self.remarks.count("left out: a value is out of range", row.line);
                 continue;

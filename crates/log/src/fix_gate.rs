@@ -307,11 +307,13 @@ fn at_rest(stated: &StatedFix) -> ([f64; 2], [f64; 3]) {
 /// `fix` without an implausible velocity and without invalid sigmas; each is counted in `remarks` against `place`.
 fn plausible(mut fix: Fix, place: u64, remarks: &mut Remarks) -> Fix {
     let is_motion = |speed: f64| speed.abs() <= FASTEST_MPS && !is_unknown(speed);
-    let is_velocity = fix.horizontal_velocity_mps.is_none_or(|v| v.into_iter().all(is_motion))
-        && fix.down_velocity_mps.is_none_or(is_motion);
-    if !is_velocity {
+    if !fix.horizontal_velocity_mps.is_none_or(|v| v.into_iter().all(is_motion)) {
         remarks.count("with a velocity beyond any vehicle's: velocity ignored", place);
         (fix.horizontal_velocity_mps, fix.down_velocity_mps) = (None, None);
+    }
+    if !fix.down_velocity_mps.is_none_or(is_motion) {
+        remarks.count("with a vertical velocity beyond any vehicle's: ignored", place);
+        fix.down_velocity_mps = None;
     }
     let mut known = |sigma: Option<Vector<Ned>>, largest: f64| {
         let is_one =

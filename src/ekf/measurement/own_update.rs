@@ -54,8 +54,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_known = |back: &LookBack<T>| back.age_s <= T::of(LATE_S) && back.hidden_s == T::ZERO;
         let back = back.filter(is_known).ok_or(Unusable::TooOld)?;
         let arm = LeverArm(measurement.lever_arm_m() - self.mounting.imu_lever_arm_m);
-        // The comparison also rejects NaN.
-        if !(arm.0.norm() <= LONGEST_ARM_M) {
+        if !(0.0..=LONGEST_ARM_M).contains(&arm.0.norm()) {
             return Err(Unusable::NotFinite);
         }
         let mut rows = Rows::default();

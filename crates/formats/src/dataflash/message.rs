@@ -15,6 +15,14 @@ pub(super) enum Message {
     Rangefinder,
     Magnetometer,
     RcIn,
+    /// Outputs of the rate controller to the mixer.
+    Rate,
+    /// Pulses to the motors.
+    RcOut,
+    /// Start of a system identification, with its axis.
+    SidSettings,
+    /// Signal that a system identification injects.
+    SidData,
     Attitude,
     Quaternion,
     Velocity,
@@ -33,7 +41,7 @@ impl Message {
     /// Number of columns, at least those of the widest message.
     pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 14] = [
+    const ALL: [Self; 18] = [
         Self::Imu,
         Self::Imt,
         Self::Gps,
@@ -42,6 +50,10 @@ impl Message {
         Self::Rangefinder,
         Self::Magnetometer,
         Self::RcIn,
+        Self::Rate,
+        Self::RcOut,
+        Self::SidSettings,
+        Self::SidData,
         Self::Attitude,
         Self::Quaternion,
         Self::Velocity,
@@ -61,6 +73,10 @@ impl Message {
             Self::Rangefinder => &["RFND"],
             Self::Magnetometer => &["MAG"],
             Self::RcIn => &["RCIN"],
+            Self::Rate => &["RATE"],
+            Self::RcOut => &["RCOU"],
+            Self::SidSettings => &["SIDS"],
+            Self::SidData => &["SIDD"],
             Self::Attitude => &["ATT"],
             Self::Quaternion => &["XKQ", "NKQ"],
             Self::Velocity => &["XKF1", "NKF1", "EKF1"],
@@ -202,7 +218,17 @@ impl Message {
                 ("MagZ", MILLI),
                 ("Health", ONE),
             ],
-            Self::RcIn => &[
+            Self::Rate => &[
+                ("TimeUS", MICRO),
+                ("TimeMS", MILLI),
+                ("ROut", ONE),
+                ("POut", ONE),
+                ("AOut", ONE),
+                ("YOut", ONE),
+            ],
+            Self::SidSettings => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Ax", ONE)],
+            Self::SidData => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Targ", ONE)],
+            Self::RcIn | Self::RcOut => &[
                 ("TimeUS", MICRO),
                 ("TimeMS", MILLI),
                 ("C1", ONE),

@@ -4,6 +4,7 @@
 //! holds the samples and a window of the file.
 
 mod binary;
+mod inputs;
 mod item;
 mod lines;
 mod message;
@@ -38,7 +39,7 @@ struct Survey {
 }
 
 /// Prefixes of the parameters that are read.
-const PARAMETERS: [&str; 5] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND"];
+const PARAMETERS: [&str; 6] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND", "FRAME_"];
 /// Largest number of parameters that are kept.
 const MOST_PARAMETERS: usize = 10_000;
 /// Reads a DataFlash log, binary or text as in `format`.
@@ -58,6 +59,7 @@ pub(crate) fn read(input: Input<'_>, format: Format, options: &Options) -> Resul
     let damages = each(&mut |item| survey.take(item))?;
 
     let mut assembly = Assembly::new(!is_text);
+    assembly.select_input(options);
     remark_damages(&damages, is_text, &mut assembly);
     let mut rows = survey
         .choose(options, &mut assembly)
@@ -160,6 +162,7 @@ impl Survey {
             latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },
             // The trim of the throttle is its lower end; its fraction is counted from the middle.
             trims_us: [trim(1), trim(2), 1500.0, trim(4)],
+            mixer: inputs::mixer(self.parameter(&["FRAME_CLASS"]), self.parameter(&["FRAME_TYPE"])),
             ..Rows::default()
         })
     }

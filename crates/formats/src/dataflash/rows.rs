@@ -1,5 +1,6 @@
 //! Converts messages to samples, fixes and moments.
 
+use super::inputs;
 use super::item::Item;
 use super::message::Message;
 use crate::assembly::Assembly;
@@ -33,6 +34,10 @@ pub(super) struct Rows {
     pub latency_s: f64,
     /// Pulse at the trim of each of the first four channels, µs.
     pub trims_us: [f64; 4],
+    /// Share of each motor in roll, pitch, throttle and yaw; `None` for a frame that is not mapped.
+    pub mixer: Option<[[f64; 4]; 4]>,
+    /// Stick of the current system identification, and the sign of its signal.
+    pub identified: Option<(usize, f64)>,
     /// Share of the time that the increments integrate over.
     pub integrals: Integrals,
     /// UTC of the start of the log, from the first fix with GPS week and time, ns since 1970.
@@ -83,7 +88,22 @@ impl Rows {
                 let stick =
                     |channel: usize| (row[2 + channel] - self.trims_us[channel]) / HALF_TRAVEL_US;
                 // Forward stick is the short pulse.
-                to.controls(place, time, [stick(0), -stick(1), stick(2), stick(3)]);
+                to.controls("RCIN", place, time, [stick(0), -stick(1), stick(2), stick(3)]);
+            }
+            // Nose up is positive in ArduPilot, forward stick here.
+            Message::Rate => {
+                to.controls("RATE", place, time, [row[2], -row[3], row[4], row[5]]);
+            }
+            Message::RcOut => {
+                if let Some(mixer) = self.mixer {
+                    to.controls("RCOU", place, time, inputs::of_motors(&mixer, &row[2..6]));
+                }
+            }
+            Message::SidSettings => self.identified = inputs::stick_of_axis(row[2]),
+            Message::SidData => {
+                if let Some((stick, sign)) = self.identified {
+                    to.injected(time, stick, sign * row[2]);
+                }
             }
             Message::Attitude if !self.has_quaternion => {
                 let [roll, pitch, yaw] = [row[2], row[3], row[4]];

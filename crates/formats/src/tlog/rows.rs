@@ -105,7 +105,8 @@ impl Rows {
                 let stick = |pulse_us: f64| (pulse_us - 1500.0) / 500.0;
                 let [_, roll, pitch, throttle, yaw, ..] = *row;
                 // Forward stick is the short pulse.
-                to.controls(place, time, [stick(roll), -stick(pitch), stick(throttle), stick(yaw)]);
+                let sticks = [stick(roll), -stick(pitch), stick(throttle), stick(yaw)];
+                to.controls("RC_CHANNELS", place, time, sticks);
             }
         }
     }

@@ -6,6 +6,7 @@
 mod choice;
 mod definitions;
 mod innovations;
+mod inputs;
 mod messages;
 mod rows;
 mod survey;
@@ -20,6 +21,7 @@ use choice::Choice;
 use hovernav::frames::Vector;
 use hovernav_log::utc::moment;
 use hovernav_log::{LogError, Manifest};
+use inputs::Inputs;
 use messages::Messages;
 use rows::{Clipping, Rows};
 use survey::{Subscriptions, Survey};
@@ -54,7 +56,9 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
     rows.has_magnetometer = choice.magnetometer.is_some();
     rows.has_baro = choice.baro.is_some();
     rows.has_global_position = survey.counts.contains_key(&(Topic::GlobalPosition, 0));
+    rows.inputs = Inputs::of(&survey.parameters);
     let mut assembly = Assembly::new(true);
+    assembly.select_input(options);
     remark_file(&surveyed, &survey, &mut assembly);
     for sentence in sentences {
         assembly.note(sentence);
@@ -98,6 +102,10 @@ fn is_read(choice: &Choice, topic: Topic, instance: u8) -> bool {
         Topic::AirData | Topic::SensorBaro => choice.baro == found,
         Topic::Distance => choice.rangefinder == found,
         Topic::Sticks
+        | Topic::RateControls
+        | Topic::Torque
+        | Topic::Thrust
+        | Topic::Motors
         | Topic::Attitude
         | Topic::LocalPosition
         | Topic::GlobalPosition

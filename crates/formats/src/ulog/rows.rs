@@ -1,6 +1,7 @@
 //! Converts the rows of each topic to samples, fixes and moments.
 
 use super::innovations::Innovations;
+use super::inputs::Inputs;
 use super::topics::Topic;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
@@ -26,6 +27,8 @@ pub(super) struct Rows {
     pub has_baro: bool,
     /// Whether the log has onboard positions as latitude and longitude.
     pub has_global_position: bool,
+    /// Controllers' outputs, and the mixer of the motors.
+    pub inputs: Inputs,
     /// Innovations whose variances have not arrived yet.
     pub innovations: Innovations,
     /// Share of the time that the samples integrate over.
@@ -104,6 +107,11 @@ impl Rows {
             }
             Topic::Distance => self.distance(row, place, to),
             Topic::Sticks => self.sticks(row, place, to),
+            Topic::RateControls | Topic::Torque | Topic::Thrust | Topic::Motors => {
+                if let Some(time) = self.time(row[0]) {
+                    self.inputs.take(topic, time, &row[1..], place, to);
+                }
+            }
             Topic::Attitude => {
                 let [t, sample, w, x, y, z, ..] = *row;
                 if let Some(time) = self.sampled(t, sample) {
@@ -290,7 +298,8 @@ impl Rows {
         // Forward stick is positive `x` in old logs and positive `pitch` in new ones; old throttle is 0 to 1.
         let or = |new: f64, old: f64| if new.is_nan() { old } else { new };
         let throttle = or(throttle, 2.0 * z - 1.0);
-        to.controls(place, time, [or(roll, y), or(pitch, x), throttle, or(yaw, r)]);
+        let sticks = [or(roll, y), or(pitch, x), throttle, or(yaw, r)];
+        to.controls(Topic::Sticks.name(), place, time, sticks);
     }
 
     fn local_position(&self, row: &[f64], to: &mut Assembly) {

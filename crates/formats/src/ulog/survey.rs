@@ -24,7 +24,7 @@ pub(super) struct Survey {
 }
 
 /// Parts of the names of parameters that are kept; others would only take memory.
-const PARAMETERS: [&str; 3] = ["EKF2_GPS_", "EKF2_IMU_POS_", "SENS_BOARD_"];
+const PARAMETERS: [&str; 4] = ["EKF2_GPS_", "EKF2_IMU_POS_", "SENS_BOARD_", "CA_ROTOR"];
 /// Names of the information that is kept.
 const INFORMATION: [&str; 4] = ["sys_name", "ver_hw", "ver_sw", "ver_sw_branch"];
 /// Largest number of dropouts that are kept; a log has a handful.

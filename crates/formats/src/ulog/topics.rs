@@ -12,6 +12,11 @@ pub(super) enum Topic {
     SensorBaro,
     Distance,
     Sticks,
+    /// Outputs of the rate controller to the mixer, and since 2022 their successors.
+    RateControls,
+    Torque,
+    Thrust,
+    Motors,
     Attitude,
     LocalPosition,
     GlobalPosition,
@@ -25,7 +30,7 @@ impl Topic {
     /// Number of columns, at least those of the widest topic.
     pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 15] = [
+    const ALL: [Self; 19] = [
         Self::SensorCombined,
         Self::VehicleImu,
         Self::VehicleGps,
@@ -35,6 +40,10 @@ impl Topic {
         Self::SensorBaro,
         Self::Distance,
         Self::Sticks,
+        Self::RateControls,
+        Self::Torque,
+        Self::Thrust,
+        Self::Motors,
         Self::Attitude,
         Self::LocalPosition,
         Self::GlobalPosition,
@@ -60,6 +69,10 @@ impl Topic {
             Self::SensorBaro => "sensor_baro",
             Self::Distance => "distance_sensor",
             Self::Sticks => "manual_control_setpoint",
+            Self::RateControls => "actuator_controls_0",
+            Self::Torque => "vehicle_torque_setpoint",
+            Self::Thrust => "vehicle_thrust_setpoint",
+            Self::Motors => "actuator_motors",
             Self::Attitude => "vehicle_attitude",
             Self::LocalPosition => "vehicle_local_position",
             Self::GlobalPosition => "vehicle_global_position",
@@ -147,6 +160,21 @@ impl Topic {
                 "max_distance",
             ],
             Self::Sticks => &["timestamp", "roll", "pitch", "throttle", "yaw", "y", "x", "z", "r"],
+            Self::RateControls => {
+                &["timestamp", "control[0]", "control[1]", "control[2]", "control[3]"]
+            }
+            Self::Torque | Self::Thrust => &["timestamp", "xyz[0]", "xyz[1]", "xyz[2]"],
+            Self::Motors => &[
+                "timestamp",
+                "control[0]",
+                "control[1]",
+                "control[2]",
+                "control[3]",
+                "control[4]",
+                "control[5]",
+                "control[6]",
+                "control[7]",
+            ],
             Self::Attitude => &["timestamp", "timestamp_sample", "q[0]", "q[1]", "q[2]", "q[3]"],
             Self::LocalPosition => &[
                 "timestamp",

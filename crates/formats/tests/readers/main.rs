@@ -6,6 +6,7 @@ mod cases;
 mod cross_check;
 mod damage;
 mod damage_foreign;
+mod inputs;
 mod logs;
 mod mapped;
 mod mapping;

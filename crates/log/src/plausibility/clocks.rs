@@ -39,6 +39,8 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     }
 }
 
+/// Longest interval of any inertial unit, s.
+const SLOWEST_UNIT_S: f64 = 0.05;
 /// Number of samples whose times show their rounding.
 const ROUNDED_SAMPLES: usize = 1000;
 
@@ -54,7 +56,8 @@ fn single_precision_s(dataset: &Dataset) -> Option<f64> {
 fn rounded(to_s: f64) -> SetupFinding {
     SetupFinding {
         sensor: Sensor::InertialUnit,
-        is_certain: true,
+        // A unit of 128 Hz has such times too.
+        is_certain: to_s > SLOWEST_UNIT_S,
         found: format!("times rounded to {to_s} s: many samples have one time"),
         cause: "t_s in single precision (float32), which holds seven digits".into(),
         mend: "log the time in double precision, or in seconds since the log began".into(),

@@ -11,9 +11,7 @@
 
 use super::kind::Kind;
 use super::velocity_error::{SlowError, VelocityError};
-use crate::methods::prediction_error::Estimates;
 use crate::methods::structure::{Parameter, Structure};
-use crate::record::STICKS;
 
 /// Name, unit, initial value, lower and upper limit. The initial values are round numbers of a 60-class helicopter.
 type Row = (&'static str, &'static str, f64, f64, f64);
@@ -277,19 +275,6 @@ const DRIVEN: f64 = 0.5;
 /// White part of that error, in units of the slow error's change within a sample.
 const WHITE: f64 = 0.03;
 
-/// Initial values and priors of a rotor with a stabiliser bar: value and one sigma.
-///
-/// # Source
-/// Mettler, Tischler and Kanade (2002), table 2; Gavrilets, Mettler and Feron (2003).
-const WITH_BAR: [(&str, f64, f64); 6] = [
-    ("tau_f", 0.05, 0.02),
-    ("Ac", 0.5, 0.25),
-    ("Bd", 0.5, 0.25),
-    ("tau_s", 0.3, 0.1),
-    ("Clon", 0.0, 0.4),
-    ("Dlat", 0.0, 0.4),
-];
-
 /// Parameters that are fixed at their initial values.
 const HELD: [&str; 4] = ["tau_gust", "tau_gust_w", "tau_vh", "tau_vv"];
 
@@ -305,53 +290,6 @@ const NEEDED: [&str; 20] = [
 /// the collective acts too weakly and too late.
 pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
     vec![("n_ew".to_owned(), error.vertical.drive(period_s))]
-}
-
-impl Structure {
-    /// The structure with the effect and the delay of the input `stick`, which never moves, fixed at 0. A delay shared
-    /// with a stick that moves stays free.
-    pub(super) fn with_still(mut self, stick: &str) -> Self {
-        let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
-        let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
-        let column = self.states.len() + input;
-        let terms = self.dynamics.iter().filter(|term| term.column == column);
-        let factors = terms.flat_map(|term| &term.factors).filter(|(_, power)| *power > 0);
-        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(delay).collect();
-        for index in held {
-            (self.parameters[index].start, self.parameters[index].fixed) = (0.0, true);
-        }
-        self
-    }
-
-    /// The structure with a stabiliser bar. Bar and stick share the effect that was `found` for the stick without a
-    /// bar.
-    pub(super) fn with_bar(self, found: &Estimates) -> Self {
-        let mut with = self;
-        let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
-        let shared =
-            [("Alon", "Clon"), ("Blat", "Dlat")].map(|(stick, bar)| (stick, bar, of_stick(stick)));
-        for (stick, _, value) in shared {
-            with = with.with(stick, 0.5 * value, false);
-        }
-        for parameter in &mut with.parameters {
-            if let Some(&(name, value, sigma)) =
-                WITH_BAR.iter().find(|(name, ..)| *name == parameter.name)
-            {
-                let own = shared.iter().find(|(_, bar, _)| *bar == name);
-                let start = own.map_or(value, |(.., of_stick)| *of_stick);
-                // A stabiliser bar stabilises: the opposite sign is impossible.
-                let lower = if matches!(name, "Ac" | "Bd") { 0.0 } else { parameter.lower };
-                let known = parameter.clone().within(lower, parameter.upper).expected(value, sigma);
-                *parameter = Parameter { start, fixed: false, ..known };
-            }
-        }
-        with
-    }
-
-    /// Inputs that a pilot moves.
-    pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
-        self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
-    }
 }
 
 fn structure(kind: Kind) -> Structure {

@@ -43,15 +43,13 @@ pub enum IdentifyError {
     },
     /// A stick of the model never moves.
     #[error(
-        "{kind}: no test point on {stick}: the stick never moves by {least} of its travel, so its derivatives cannot be identified"
+        "{kind}: no test point on {stick}: the stick never moves, or by less than a twentieth of the most moved one, so its derivatives cannot be identified"
     )]
     StillStick {
         /// The requested model.
         kind: Kind,
         /// The stick.
         stick: String,
-        /// Smallest usable movement, as a part of full travel on one side.
-        least: f64,
     },
     /// The record is invalid.
     #[error(transparent)]

@@ -57,7 +57,7 @@ pub struct FlightRecord {
 
 impl FlightRecord {
     /// Samples `solutions` of `dataset`, in time order, on a uniform grid at their usual interval. Motion is
-    /// interpolated. Each stick is the mean of its held values over the interval to the next sample: a step between two
+    /// interpolated, and sticks count from their median. Each stick is the mean of its held values over the interval to the next sample: a step between two
     /// samples keeps its time.
     ///
     /// # Errors
@@ -108,6 +108,7 @@ impl FlightRecord {
         let gaps = [gaps("sticks", &rows, ends), gaps("motion", &of_motion, ends)].concat();
         let deliberate: Vec<_> = rows.into_iter().zip(deliberate).collect();
         let moved = [&dataset.controls, &deliberate];
+        let trims = moved.map(|controls| medians(controls)).concat();
         let mut inputs = DMatrix::zeros(samples, STICKS.len() * moved.len());
         let mut outputs = DMatrix::zeros(samples, MOTION.len() + KINEMATIC.len());
         let mut heading_rad = Vec::with_capacity(samples);
@@ -115,7 +116,7 @@ impl FlightRecord {
             let time = first.time.offset_by(sample as f64 * period_s);
             let held = moved.iter().flat_map(|controls| held_mean(controls, time, period_s));
             for (input, value) in held.enumerate() {
-                inputs[(sample, input)] = value;
+                inputs[(sample, input)] = value - trims[input];
             }
             let next = solutions
                 .partition_point(|solution| solution.time < time)
@@ -215,6 +216,15 @@ impl FlightRecord {
         let samples = (time - self.start) / self.experiment.period_s;
         (samples.round().max(0.0) as usize).min(self.experiment.samples())
     }
+}
+
+/// Median of each stick: pulses in microseconds are far from zero, and deliberate movements start at the median.
+fn medians(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
+    std::array::from_fn(|stick| {
+        let mut values: Vec<f64> = controls.iter().map(|row| row.1[stick]).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
+    })
 }
 
 /// The mean of each stick over `period_s` from `from` on, each value held until the next.

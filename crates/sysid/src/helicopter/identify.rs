@@ -2,18 +2,22 @@
 
 use rayon::prelude::*;
 
+use super::bandwidth::{LONGEST_PERIOD_S, bandwidth_hz, longest_period_s, moving};
 use super::equations::largest_process_sigma;
 use super::error::IdentifyError;
 use super::flight::{FlightRecord, INJECTED, STEPPED, Velocity};
+use super::found::Found;
 use super::kind::Kind;
+use super::measured::Measured;
+use super::reconcile::Conflict;
 use super::stretches;
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
-    self, Dropping, Estimate, Fit, Identified, PredictionErrorError, Settings, Status,
+    self, Dropping, Fit, Identified, PredictionErrorError, Settings, Status,
 };
 use crate::methods::structure::Structure;
 use crate::record::Experiment;
-use crate::record::{STICKS, TestPoint, find_test_points};
+use crate::record::{STICKS, TestPoint, find_test_points, travels};
 use crate::record::{Tone, find_tones};
 use hovernav::ekf::Solution;
 use hovernav_log::Dataset;
@@ -22,11 +26,9 @@ use hovernav_log::Dataset;
 const WINDOW_S: f64 = 5.0;
 /// Factor on the bounds for effects that the structure omits: servo and governor dynamics. Tischler and Remple, section
 /// 12.3, use 2.
-const WIDENED: f64 = 1.5;
-/// Smallest usable span of a stick, as a part of full travel on one side.
-const LEAST_MOVE: f64 = 0.02;
-/// Longest sample period for identification, s: its rate is well above the frequencies that sticks and gusts excite.
-const LONGEST_PERIOD_S: f64 = 0.045;
+pub(super) const WIDENED: f64 = 1.5;
+/// Travel of a stick in a flight, in units of its full travel on one side, that the start values suit.
+const USUAL_TRAVEL: f64 = 0.3;
 /// Lowest frequency of a vibration tone, Hz; below it a line may be a mode of the helicopter.
 const LEAST_TONE_HZ: f64 = 5.0;
 /// Signals that are refilled in the band of a removed tone: integrals of accelerometers.
@@ -63,6 +65,8 @@ pub struct Identification {
     /// Time by which the vehicle responds before its sticks move in the record, s, if that is too long for sampling to
     /// explain. The stick record is late by this time plus the lag of the servos.
     pub answers_early_s: Option<f64>,
+    /// Parameters on which time and frequency domain differ by more than chance allows.
+    pub conflicts: Vec<Conflict>,
     /// Warnings for the reader, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -70,7 +74,7 @@ pub struct Identification {
 /// Identifies a helicopter of `kind` from a flight.
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
-/// with at least two is held back; for a flight without test points, the last quarter is. The validation data judge
+/// with at least two is held back; for a flight without test points, every fourth ten seconds are. The validation data judge
 /// that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
 /// justify its extra parameters. The windows of the fits are simulated over 5 s, each from its own initial state.
 ///
@@ -82,10 +86,16 @@ pub fn identify(
     kind: Kind,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
-    let mut record = FlightRecord::new(dataset, solutions, velocity)?;
-    let tones = find_tones(&record.experiment, LEAST_TONE_HZ);
-    record = record.without_tones(&tones, &FILLED);
-    let record = record.thinned(LONGEST_PERIOD_S).map_err(IdentifyError::Preprocess)?;
+    let flown = FlightRecord::new(dataset, solutions, velocity)?;
+    let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
+    let tones = find_tones(&flown.experiment, least_hz);
+    let record = flown.without_tones(&tones, &FILLED);
+    let longest_s = match velocity {
+        Velocity::Estimated => longest_period_s(&record.experiment),
+        // For comparison only.
+        Velocity::HeldGps => LONGEST_PERIOD_S,
+    };
+    let record = record.thinned(longest_s).map_err(IdentifyError::Preprocess)?;
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
     test_points.retain(|point| {
@@ -106,15 +116,11 @@ pub fn identify(
         estimation_points.extend(own);
     }
     let mut still = Vec::new();
+    let moved = moving(&record.experiment, &STICKS);
     for stick in structure.inputs_of_pilot() {
-        let values = record.experiment.signal(stick)?;
-        if values.max() - values.min() < LEAST_MOVE {
+        if !moved.contains(&stick) {
             if matches!((kind, stick), (Kind::Yaw, "pedal") | (Kind::Heave, "collective")) {
-                return Err(IdentifyError::StillStick {
-                    kind,
-                    stick: stick.to_owned(),
-                    least: LEAST_MOVE,
-                });
+                return Err(IdentifyError::StillStick { kind, stick: stick.to_owned() });
             }
             still.push(stick.to_owned());
         }
@@ -122,11 +128,7 @@ pub fn identify(
     let mut warnings: Vec<String> = record.gaps.iter().map(ToString::to_string).collect();
     if estimation_points.is_empty() {
         if still.len() == structure.inputs_of_pilot().count() {
-            return Err(IdentifyError::StillStick {
-                kind,
-                stick: still.join(", "),
-                least: LEAST_MOVE,
-            });
+            return Err(IdentifyError::StillStick { kind, stick: still.join(", ") });
         }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
@@ -136,12 +138,11 @@ pub fn identify(
             "no test point found on {}: the parameters come from the pilot's other stick movements",
             structure.inputs_of_pilot().collect::<Vec<_>>().join(", ")
         ));
-        let held_back = pieces.len() / 4;
-        let first = test_points.len();
-        let all = first..first + pieces.len();
+        // Spread over the flight: a test of one stick after another leaves some of each.
+        let all = test_points.len()..test_points.len() + pieces.len();
         test_points.extend(pieces);
-        estimation_points = (all.start..all.end - held_back).collect();
-        validation_points = (all.end - held_back..all.end).collect();
+        let is_held_back = |point: &usize| (point - all.start) % 4 == 3;
+        (validation_points, estimation_points) = all.clone().partition(is_held_back);
     }
     let cut = |points: &[usize]| {
         points.iter().map(|&point| record.cut(&test_points[point])).collect::<Result<Vec<_>, _>>()
@@ -158,9 +159,20 @@ pub fn identify(
         Velocity::HeldGps => VelocityError::NONE,
     };
     let period_s = record.experiment.period_s;
-    let search = Search { stretches: &stretches, error: &error, still: &still, period_s };
+    let units = travels(&dataset.controls)
+        .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
+    let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
     let mut parts = search.parts(kind)?;
     let answers_early_s = search.answers_early_s(&parts);
+    // The velocity held from fix to fix serves for comparison only.
+    let measured = |held_back: &[&TestPoint]| match velocity {
+        Velocity::Estimated => {
+            let clean = flown.without_tones(&tones, &[]);
+            Measured::of(&structure, &test_points, held_back, &clean).ok()
+        }
+        Velocity::HeldGps => None,
+    };
+    let mut conflicts = Vec::new();
     let mut estimated_s: f64 = stretches.iter().map(Experiment::duration_s).sum();
     let all = match velocity {
         Velocity::Estimated if !validation.is_empty() => stretches::stretches(&record, &[])?,
@@ -171,15 +183,25 @@ pub fn identify(
     } else {
         estimated_s = all.iter().map(Experiment::duration_s).sum();
         let search = Search { stretches: &all, ..search };
-        Some(search.whole(kind, &search.on_from(&mut parts)?)?)
+        let mut parts = search.on_from(&mut parts)?;
+        conflicts = search.reconcile(&mut parts, measured(&[]).as_ref());
+        Some(search.whole(kind, &parts)?)
     };
+    let of_judged = search.reconcile(&mut parts, measured(&held_back).as_ref());
     let judged = search.whole(kind, &parts)?;
     let validation = match validation.as_slice() {
         [] => None,
         validation => Some(judged.simulate(validation, WINDOW_S)?),
     };
     // The structure is validated: the final parameters use all data.
-    let identified = on_all.unwrap_or(judged);
+    let identified = match on_all {
+        Some(on_all) => on_all,
+        None => {
+            conflicts = of_judged;
+            judged
+        }
+    };
+    warnings.extend(conflicts.iter().map(ToString::to_string));
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in structure.inputs_of_pilot() {
         let tested =
@@ -205,6 +227,7 @@ pub fn identify(
         passed_over,
         validation,
         answers_early_s,
+        conflicts,
         warnings,
     })
 }
@@ -218,49 +241,27 @@ fn with_error(structure: Structure, error: &VelocityError) -> Structure {
     )
 }
 
-/// Result of a search.
-struct Found {
-    kind: Kind,
-    identified: Identified,
-    /// The selected model with a bar has this counterpart without one.
-    without_bar: Option<Identified>,
-    /// See [`Identification::passed_over`].
-    passed_over: Option<Identified>,
-}
-
-impl Found {
-    const fn alone(kind: Kind, identified: Identified) -> Self {
-        Self { kind, identified, without_bar: None, passed_over: None }
-    }
-
-    /// Selects between the models `with` and `without` a stabiliser bar.
-    fn of_two(kind: Kind, with: Identified, without: Identified) -> Self {
-        if with.aic < without.aic - bars_price(&with, &without) {
-            Self { kind, identified: with, without_bar: Some(without), passed_over: None }
-        } else {
-            let passed_over = Some(with).filter(|with| with.aic < without.aic);
-            Self { kind, identified: without, without_bar: None, passed_over }
-        }
-    }
-}
-
 /// Data and settings of a search.
-struct Search<'a> {
-    stretches: &'a [Experiment],
+pub(super) struct Search<'a> {
+    pub stretches: &'a [Experiment],
     error: &'a VelocityError,
     /// Sticks that never move.
     still: &'a [String],
     period_s: f64,
+    /// Unit of each stick; see [`Structure::in_units`].
+    units: [f64; 4],
 }
 
 impl Search<'_> {
     fn prepared(&self, structure: Structure) -> Structure {
         self.still
             .iter()
-            .fold(with_error(structure, self.error), |known, stick| known.with_still(stick))
+            .fold(with_error(structure.in_units(self.units), self.error), |known, stick| {
+                known.with_still(stick)
+            })
     }
 
-    fn settings(&self, kind: Kind) -> Settings {
+    pub fn settings(&self, kind: Kind) -> Settings {
         Settings {
             held_sigma: kind.held_sigma(self.error, self.period_s),
             largest_process_sigma: largest_process_sigma(self.error, self.period_s),
@@ -414,7 +415,7 @@ impl Search<'_> {
             _ => best,
         })?;
         if kind == Kind::Flapping && !is_held {
-            let with_bar = structure.with_bar(&best.estimates);
+            let with_bar = structure.with_bar(&best.estimates, self.units);
             return Ok(self.with_bar(best, kind, &with_bar));
         }
         Ok(alone(best))
@@ -463,22 +464,4 @@ impl Search<'_> {
             None => Found::alone(kind, known),
         }
     }
-}
-
-/// Decrease of Akaike's criterion that justifies a stabiliser bar: the model `with` it against the model `without`. It
-/// is Schwarz's penalty, the logarithm of the effective number of samples, for each parameter that only the model with
-/// a bar identifies. Innovations that are not white overstate the likelihood of these parameters. The factor of
-/// overstatement comes from the innovations alone, without the widening of the bounds.
-///
-/// # Source
-/// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats
-/// correlated data as independent. Equation (I32) of docs/equations.md.
-fn bars_price(with: &Identified, without: &Identified) -> f64 {
-    let is_told = |name: &str| without.estimates.get(name).is_some_and(Estimate::is_estimated);
-    let names = with.free_parameters().map(|own| &*with.estimates.list[own].name);
-    let names: Vec<&str> = names.filter(|name| !is_told(name)).collect();
-    with.estimates.inflation(&names).map_or(f64::INFINITY, |inflation| {
-        let often = (inflation / WIDENED.powi(2)).max(1.0);
-        names.len() as f64 * often * (with.samples as f64 / often).max(1.0).ln()
-    })
 }

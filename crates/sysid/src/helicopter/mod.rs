@@ -4,14 +4,21 @@
 //! the identification in the frequency domain. [`Identified`](crate::methods::prediction_error::Identified) contains
 //! the model, with poles and their bounds.
 
+mod adapted;
+mod bandwidth;
 mod checks;
 mod equations;
 mod error;
 mod flight;
+mod found;
 mod frequency_domain;
 mod gaps;
 mod identify;
 mod kind;
+mod measured;
+mod next;
+mod reconcile;
+mod responder;
 mod response;
 mod result;
 mod stretches;
@@ -23,10 +30,12 @@ mod verdict;
 pub use checks::flight_warnings;
 pub use error::IdentifyError;
 pub use flight::{FlightRecord, MOTION, Velocity};
-pub use frequency_domain::{Basis, FrequencyDomain, PairCost, SideBySide};
+pub use frequency_domain::{FrequencyDomain, PairCost, SideBySide};
 pub use gaps::Gap;
 pub use identify::{Identification, identify};
 pub use kind::{Kind, UnknownKind};
+pub use measured::Basis;
+pub use reconcile::Conflict;
 pub use response::StickResponse;
 pub use result::BoundSummary;
 pub use uncertainty::ResponseUncertainty;

@@ -4,8 +4,10 @@ use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
+use super::next;
 use super::uncertainty::{COST, ResponseUncertainty};
-use crate::methods::prediction_error::{Estimate, Status};
+use crate::methods::prediction_error::{ChannelFit, Estimate, Fit, Status};
+use crate::methods::validate::GOOD_FIT_PERCENT;
 
 /// Control derivatives and rotor springs: the essentials of a control design.
 const CONTROL: [&str; 8] = ["Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "Lb", "Ma"];
@@ -24,6 +26,16 @@ const DELAY_S: [f64; 2] = [-0.02, 0.15];
 const WHITE: f64 = 0.3;
 /// A parameter is not identified where its bound exceeds this part of its prior sigma.
 const UNTOLD: f64 = 0.95;
+/// Outputs that respond to a stick without an integration, and that stick.
+const DIRECT: [(&str, &str); 4] =
+    [("p", "lateral"), ("q", "longitudinal"), ("w", "collective"), ("r", "pedal")];
+/// Distance of a fit below that of a perfect model, percent, from which on the model is incomplete, and worthless.
+const SHORT_PERCENT: f64 = 20.0;
+const WORTHLESS_PERCENT: f64 = 50.0;
+/// Speed derivatives that damp: of a known sign and size.
+const DAMPED: [&str; 3] = ["Zw", "Xu", "Yv"];
+/// Frequency, rad/s, below which the gain of an attitude loop makes the response of roll and pitch irrelevant.
+const ATTITUDE_RADPS: f64 = 2.0;
 /// Fastest growth of a mode that a hovering helicopter can have, 1/s.
 const GROWTH_PER_S: f64 = 3.0;
 
@@ -43,32 +55,44 @@ impl Identification {
         for estimate in self.parameters() {
             judge.parameter(estimate);
         }
-        for (one, other, value) in self.strong_correlations(SAME) {
+        for (one, other, value) in self.inseparable() {
             judge.say(
                 Grade::Care,
-                format!("{one} and {other} cannot be separated: their correlation is {value:.3}"),
+                format!(
+                    "{one} and {other} cannot be separated: their correlation is {value:.3}. {}",
+                    next::sweep(next::stick_of(one))
+                ),
             );
         }
         if !self.identified.converged {
             judge.say(Grade::Care, "the search ended before it converged".into());
         }
         if self.validation.is_none() {
-            judge.say(Grade::Care, "no data were held back for validation".into());
+            judge.say(
+                Grade::Care,
+                format!("no data were held back for validation. {}", next::again("each stick")),
+            );
         }
         if let Some(frequency) = frequency {
             judge.second_opinion(frequency);
+        }
+        if let Some(validation) = &self.validation {
+            judge.held_back(validation);
         }
         for axis in self.response_uncertainties() {
             judge.axis(&axis);
         }
         let vertical = self.identified.estimates.get("σ n_ew");
-        if vertical.is_some_and(|error| error.status == Status::OnBound) {
-            judge.say(
-                Grade::Care,
- "collective to w: the estimated error of the vertical velocity reached the limit that its \
-                 smoother states. Gusts may count as this error, and the collective may appear too weak"
-                    .into(),
-            );
+        // The responses do not depend on the model of this error.
+        let confirmed = frequency.is_some_and(|frequency| {
+            let mut pairs = frequency.costs.iter().filter(|pair| pair.stick == "collective");
+            pairs.any(|pair| pair.output == "az" && pair.time <= COST)
+        });
+        if vertical.is_some_and(|error| error.status == Status::OnBound) && !confirmed {
+            judge.say(Grade::Care, format!(
+                "collective to w: the estimated error of the vertical velocity reached the limit that its smoother states. Gusts may count as this error, and the collective may appear too weak. {}",
+                next::steps("collective")
+            ));
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
@@ -76,7 +100,7 @@ impl Identification {
             let noise = self.identified.estimates.get(&format!("σ {output}"));
             if *correlation > WHITE && noise.is_some_and(Estimate::is_estimated) {
                 judge.say(Grade::Care, format!(
-                    "{output}: the innovations are not white: their correlation within 1 s is {correlation:.2}, above {WHITE}. The model lacks an effect that moves {output}"
+                    "{output}: the innovations are not white: their correlation within 1 s is {correlation:.2}, above {WHITE}. The model lacks an effect that moves {output}. Next: fly in calmer air, or identify a model with more states"
                 ));
             }
         }
@@ -112,7 +136,7 @@ impl Identification {
         if let Some(expected) = expected {
             judge.against_expected(estimate, expected);
         }
-        let correlated = self.strong_correlations(SAME);
+        let correlated = self.inseparable();
         let is_one_of =
             |(one, other, _): &(&str, &str, f64)| [*one, *other].contains(&&*estimate.name);
         let is_slow = SLOW.contains(&&*estimate.name);
@@ -122,6 +146,24 @@ impl Identification {
             judge.grade = judge.grade.max(Grade::Care);
         }
         judge.grade
+    }
+
+    /// Pairs of parameters that cannot be separated although one of them matters on its own: neither both are known
+    /// well, nor are they the delay and the lag of one stick, of which the sum matters.
+    fn inseparable(&self) -> Vec<(&str, &str, f64)> {
+        let is_known = |name: &str| {
+            let own = self.identified.estimates.get(name);
+            own.is_some_and(|own| own.bound_percent() <= CONTROL_PERCENT[0])
+        };
+        let is_late = |name: &str| name.starts_with("tau_") || name.starts_with("lag_");
+        let ending = |name: &str| name.rsplit('_').next().map(str::to_owned);
+        let mut pairs = self.strong_correlations(SAME);
+        pairs.retain(|(one, other, _)| {
+            let is_one_lateness = is_late(one) && is_late(other) && ending(one) == ending(other);
+            let is_harmless = is_one_lateness || (is_known(one) && is_known(other));
+            !is_harmless
+        });
+        pairs
     }
 }
 
@@ -140,11 +182,38 @@ impl Judge {
         for pair in frequency.costs.iter().filter(|pair| pair.time > COST) {
             let (stick, output, cost) = (&pair.stick, &pair.output, pair.time);
             self.say(Grade::Care, format!(
-                "{stick} to {output}: the model does not match the flight\u{2019}s frequency response: cost J {cost:.0}, above {COST}"
+                "{stick} to {output}: the model does not match the flight\u{2019}s frequency response: cost J {cost:.0}, above {COST}. {}", next::sweep(stick)
             ));
         }
-        for own in frequency.disagreements() {
-            self.say(Grade::Care, own);
+        for own in frequency.parameters.iter().filter(|own| own.disagrees()) {
+            let next = next::steps(next::stick_of(&own.name));
+            self.say(Grade::Care, format!("{}. {next}", own.in_words()));
+        }
+    }
+
+    /// Judges the `fit` on flight that the parameters do not come from.
+    fn held_back(&mut self, fit: &Fit) {
+        let is_direct = |channel: &&ChannelFit| DIRECT.iter().any(|(own, _)| *own == channel.name);
+        for channel in fit.channels().0.iter().filter(is_direct) {
+            let ChannelFit { name, percent, floor_percent: floor, .. } = channel;
+            let stick = DIRECT.iter().find(|(own, _)| own == name).map_or("", |(_, stick)| stick);
+            let found = format!("held-back flight: {name} fits to {percent:.0} %");
+            let next = next::steps(stick);
+            if *percent < 0.0 && *percent < floor - WORTHLESS_PERCENT {
+                self.say(Grade::DoNotFly, format!(
+                    "{found}, worse than no model; a perfect one would reach {floor:.0} %. {next}"
+                ));
+            } else if *percent < GOOD_FIT_PERCENT && *percent < floor - SHORT_PERCENT {
+                self.say(
+                    Grade::Care,
+                    format!("{found}; a perfect model would reach {floor:.0} %. {next}"),
+                );
+            } else if *percent < 0.0 {
+                self.say(
+                    Grade::Care,
+                    format!("{found}: gusts and noise move it more than the sticks do. {next}"),
+                );
+            }
         }
     }
 
@@ -153,6 +222,14 @@ impl Judge {
         let cost = axis.cost();
         if cost <= COST {
             return;
+        }
+        let is_rotation = matches!(output, "p" | "q");
+        let from = axis.known_from_radps.filter(|from| is_rotation && *from <= ATTITUDE_RADPS);
+        if let Some(from) = from.filter(|_| axis.between_structures.is_none_or(|cost| cost <= COST))
+        {
+            return self.say(Grade::Good, format!(
+                "{stick} to {output}: the response is known from {from:.1} rad/s on; below, an attitude loop suppresses it"
+            ));
         }
         let mut why = format!("{:.0} from the parameter bounds", axis.within_bounds);
         if let Some(apart) = axis.between_structures {
@@ -165,7 +242,7 @@ impl Judge {
         }
         self.say(
             Grade::Care,
-            format!("{stick} to {output}: the response is uncertain: with 10 % probability its cost J exceeds {cost:.0}, {COST} is allowed ({why})"),
+            format!("{stick} to {output}: the response is uncertain: with 10 % probability its cost J exceeds {cost:.0}, {COST} is allowed ({why}). {}", next::sweep(stick)),
         );
     }
 
@@ -174,7 +251,8 @@ impl Judge {
         let Estimate { name, value, bound, unit, .. } = found;
         if is_damping(name) && found.is_estimated() && *bound > UNTOLD * sigma {
             self.say(Grade::Care, format!(
-                "{name} is not identified by this flight: {value:.3} ± {bound:.3} {unit}; {expected} ± {sigma} is typical"
+                "{name} is not identified by this flight: {value:.3} ± {bound:.3} {unit}; {expected} ± {sigma} is typical. {}",
+                next::slow(next::stick_of(name))
             ));
         }
     }
@@ -199,9 +277,12 @@ impl Judge {
             })
             .collect();
         if !unknown.is_empty() {
-            self.say(Grade::Care, format!(
-                "unknown: {} (one sigma above {SLOW_PERCENT} % of the value). This flight does not show how the vehicle responds to its own speed over seconds",
-                unknown.join(", ")
+            // The moments are small, of either sign; where they matter, the responses above are uncertain.
+            let matters = unknown.iter().any(|own| DAMPED.iter().any(|name| own.starts_with(name)));
+            let grade = if matters { Grade::Care } else { Grade::Good };
+            self.say(grade, format!(
+                "unknown: {} (one sigma above {SLOW_PERCENT} % of the value). This flight does not show how the vehicle responds to its own speed over seconds. {}",
+                unknown.join(", "), next::slow("lateral and longitudinal")
             ));
         }
     }
@@ -217,7 +298,7 @@ impl Judge {
             // With a reversed collective an autopilot loses the height immediately.
             let grade = if stick == "collective" { Grade::DoNotFly } else { Grade::Care };
             self.say(grade, format!(
-                "{name} is {found} {unit}, {objection}. Is the sign of {stick} reversed in controls.csv?"
+                "{name} is {found} {unit}, {objection}. Is the sign of {stick} reversed in the log?"
             ));
         }
     }
@@ -234,13 +315,23 @@ impl Judge {
                 if CONTROL.contains(&name.as_str()) { Grade::DoNotFly } else { Grade::Care };
             self.say(
                 grade,
-                format!("{name} ended on the limit of its search range, {value:.3} {unit}"),
+                format!(
+                    "{name} ended on the limit of its search range, {value:.3} {unit}. {}",
+                    next::steps(next::stick_of(name))
+                ),
             );
         } else if CONTROL.contains(&name.as_str()) && !is_free {
-            self.say(Grade::DoNotFly, format!("{name} is unknown: its stick never moves"));
+            self.say(
+                Grade::DoNotFly,
+                format!(
+                    "{name} is unknown: its stick never moves. {}",
+                    next::again(next::stick_of(name))
+                ),
+            );
         } else if CONTROL.contains(&name.as_str()) {
             let found = shown(*value, *bound);
-            let known = format!("{name} is {found} {unit}, known only to {percent:.0} %");
+            let next = next::repetitions(next::stick_of(name), percent / CONTROL_PERCENT[0]);
+            let known = format!("{name} is {found} {unit}, known only to {percent:.0} %. {next}");
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
@@ -253,7 +344,11 @@ impl Judge {
                 let objection = KnownSign::of(name).map_or_else(String::new, |own| own.objection());
                 self.say(grade, format!("{name} is {value:.3} ± {bound:.3} {unit}: {objection}"));
             } else if percent.is_nan() || percent > DAMPING_PERCENT {
-                self.say(Grade::Care, format!("{name} is unknown: {value:.3} ± {bound:.3} {unit}"));
+                let next = next::slow(next::stick_of(name));
+                self.say(
+                    Grade::Care,
+                    format!("{name} is unknown: {value:.3} ± {bound:.3} {unit}. {next}"),
+                );
             }
         } else if name.starts_with("tau_") && unit == "s" && is_free && name.len() == 7 {
             let [least, most] = DELAY_S;

@@ -7,5 +7,5 @@ mod tones;
 
 pub use experiment::{Experiment, ExperimentError, Offsets};
 pub use hovernav::autopilot::Maneuver;
-pub use test_points::{STICKS, TestPoint, find_test_points, stepped};
+pub use test_points::{STICKS, TestPoint, find_test_points, stepped, travels};
 pub use tones::{Tone, find_tones, notch_delay_s, without_tones};

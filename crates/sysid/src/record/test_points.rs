@@ -29,19 +29,40 @@ const LEAD_S: f64 = 2.0;
 const TAIL_S: f64 = 5.0;
 /// Longest time between steps of one test point, s: a step held 1.5 s, and a margin.
 const TOGETHER_S: f64 = 2.5;
-/// Smallest step of a test from one sample to the next, as a part of the stick's full travel.
-const LEAST_STEP: f64 = 0.03;
+/// Smallest step of a test from one sample to the next, as a part of the stick's travel in the flight.
+const LEAST_STEP: f64 = 0.1;
+/// Part of the largest travel below which a stick only carries noise.
+const LEAST_TRAVEL: f64 = 0.1;
+/// Part of the rows at either end of a stick's range that does not count: outliers.
+const OUTLYING: f64 = 1e-3;
 /// A stick takes part where its largest step is at least this part of the largest of all.
 const JOINS_IN: f64 = 0.4;
 
+/// Travel of each stick in the flight, in the unit of its record: its range without outliers. Every threshold on sticks
+/// is a part of it, so that no result depends on the unit.
+#[must_use]
+pub fn travels(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
+    std::array::from_fn(|stick| {
+        let mut values: Vec<f64> = controls.iter().map(|row| row.1[stick]).collect();
+        values.retain(|value| value.is_finite());
+        values.sort_by(f64::total_cmp);
+        let outlying = (OUTLYING * values.len() as f64) as usize;
+        let ends = values.get(outlying).zip(values.len().checked_sub(outlying + 1));
+        ends.map_or(0.0, |(first, last)| values[last] - first)
+    })
+}
+
 /// Smallest change of each stick from one sample to the next that counts as a step.
 fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
+    let travels = travels(controls);
+    let largest = travels.into_iter().fold(0.0, f64::max);
     std::array::from_fn(|stick| {
         let mut changes: Vec<f64> =
             controls.windows(2).map(|pair| (pair[1].1[stick] - pair[0].1[stick]).abs()).collect();
         changes.sort_by(f64::total_cmp);
         let usual = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-        (8.0 * usual).max(LEAST_STEP)
+        let travel = travels[stick].max(LEAST_TRAVEL * largest);
+        (8.0 * usual).max(LEAST_STEP * travel)
     })
 }
 
@@ -66,9 +87,10 @@ pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
     rows
 }
 
-/// Finds the test points of a flight from its sticks, each −1…1 about trim, in time order.
+/// Finds the test points of a flight from its sticks, in any unit, in time order.
 ///
-/// A step is a change from one sample to the next of at least 3 % of full travel and eight times the usual change.
+/// A step is a change from one sample to the next of at least a tenth of the stick's [`travels`] and eight times the usual
+/// change.
 /// Steps within 2.5 s belong to one test point. At least two steps of a single stick are a test of that stick; anything
 /// else is a manoeuvre, with [`TestPoint::stick`] `None`.
 #[must_use]
@@ -79,7 +101,7 @@ pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
         let time = pair[1].0;
         for stick in 0..4 {
             let change = (pair[1].1[stick] - pair[0].1[stick]).abs();
-            let is_step = change >= least[stick];
+            let is_step = change >= least[stick] && change > 0.0;
             if !is_step {
                 continue;
             }

@@ -21,6 +21,8 @@ pub struct ResponseFitSettings {
     pub lower: Vec<f64>,
     /// Upper bounds of the parameters; empty for no bounds.
     pub upper: Vec<f64>,
+    /// Parameters known before: index, value, and one sigma in units of the fit's [`unit`](ResponseFit::unit).
+    pub known: Vec<(usize, f64, f64)>,
     /// Largest number of linearisations.
     pub iterations: usize,
     /// The search stops where the predicted decrease of the next step is below this part of the initial cost.
@@ -35,6 +37,7 @@ impl Default for ResponseFitSettings {
             least_points: 1,
             lower: vec![],
             upper: vec![],
+            known: vec![],
             iterations: 100,
             least_decrease: 1e-9,
         }
@@ -52,6 +55,8 @@ pub struct ResponseFit {
     pub bounds: Vec<f64>,
     /// Insensitivities: change of each parameter alone that raises the cost equally; never above its bound.
     pub insensitivities: Vec<f64>,
+    /// Bound of a parameter that changes a single residual, with a slope of 1.
+    pub unit: f64,
     /// Costs of the remaining misfit.
     pub costs: ResponseCosts,
     /// Whether the search converged.
@@ -111,7 +116,7 @@ pub fn fit_response(
     .ok_or_else(refuse)?;
 
     let residuals = misfit.residuals(&end.theta).ok_or_else(refuse)?;
-    let freedom = (residuals.len() - start.len()).max(1) as f64;
+    let freedom = residuals.len().saturating_sub(start.len()).max(1) as f64;
     let variance = residuals.norm_squared() / freedom;
     let doubled = |variances: Vec<f64>| -> Vec<f64> {
         variances.iter().map(|own| 2.0 * (variance * own).sqrt()).collect()
@@ -124,6 +129,7 @@ pub fn fit_response(
         parameters: end.theta,
         bounds,
         insensitivities,
+        unit: 2.0 * variance.sqrt(),
         costs,
         converged: end.converged,
     })
@@ -220,6 +226,9 @@ struct Misfit<M> {
     frequencies_radps: Vec<f64>,
     shape: (usize, usize),
     points: Vec<Point>,
+    /// Smallest size of each parameter for its derivative's step: a small part of the search range, in its unit.
+    sizes: Vec<f64>,
+    known: Vec<(usize, f64, f64)>,
     model: M,
 }
 
@@ -237,7 +246,14 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         }
         let frequencies_radps = measured.frequencies_hz.iter().map(|hz| TAU * hz).collect();
         let shape = (measured.output_names.len(), measured.input_names.len());
-        Ok(Self { frequencies_radps, shape, points, model })
+        let size = |(lower, upper): (&f64, &f64)| match upper - lower {
+            range if range.is_finite() && range > 0.0 => 1e-5 * range,
+            _ => 1e-3,
+        };
+        let mut sizes: Vec<f64> = settings.lower.iter().zip(&settings.upper).map(size).collect();
+        sizes.resize(parameters.max(sizes.len()), 1e-3);
+        let known = settings.known.clone();
+        Ok(Self { frequencies_radps, shape, points, sizes, known, model })
     }
 
     fn refusal(&self) -> FrequencyError {
@@ -256,10 +272,11 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
             each[at] = if points[at] == 0 { own } else { each[at] + own };
             points[at] += 1;
         }
-        ResponseCosts { each, mean: residuals.norm_squared(), points }
+        let mean = residuals.rows(0, 2 * self.points.len()).norm_squared();
+        ResponseCosts { each, mean, points }
     }
 
-    /// Weighted error in magnitude and phase of each point, in turn.
+    /// Weighted error in magnitude and phase of each point, in turn, then that of each parameter known before.
     fn residuals(&self, theta: &[f64]) -> Option<DVector<f64>> {
         let modelled = (self.model)(theta, &self.frequencies_radps)
             .filter(|all| all.iter().all(|one| one.shape() == self.shape))?;
@@ -272,6 +289,8 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
             residuals.push(point.weight * magnitude_db);
             residuals.push(point.weight * PHASE_WEIGHT.sqrt() * phase.to_degrees());
         }
+        let known = self.known.iter();
+        residuals.extend(known.map(|&(place, value, sigma)| (theta[place] - value) / sigma));
         residuals.iter().all(|value| value.is_finite()).then(|| DVector::from_vec(residuals))
     }
 
@@ -279,7 +298,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
     fn jacobian(&self, theta: &[f64]) -> Option<DMatrix<f64>> {
         let mut columns = Vec::with_capacity(theta.len());
         for index in 0..theta.len() {
-            let reach = 1e-5 * theta[index].abs().max(1e-3);
+            let reach = 1e-5 * theta[index].abs().max(self.sizes[index]);
             let side = |reach: f64| {
                 let mut moved = theta.to_vec();
                 moved[index] += reach;

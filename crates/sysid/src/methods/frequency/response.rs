@@ -85,6 +85,50 @@ impl FrequencyResponse {
         }
     }
 
+    /// The responses of the outputs to the inputs that the two functions accept by name.
+    #[must_use]
+    pub fn selected(
+        &self,
+        is_output: impl Fn(&str) -> bool,
+        is_input: impl Fn(&str) -> bool,
+    ) -> Self {
+        let places = |names: &[String], is: &dyn Fn(&str) -> bool| -> Vec<usize> {
+            (0..names.len()).filter(|&place| is(&names[place])).collect()
+        };
+        let outputs = places(&self.output_names, &is_output);
+        let inputs = places(&self.input_names, &is_input);
+        fn select<T: nalgebra::Scalar>(
+            all: &[DMatrix<T>],
+            outputs: &[usize],
+            inputs: &[usize],
+        ) -> Vec<DMatrix<T>> {
+            all.iter().map(|one| one.select_rows(outputs).select_columns(inputs)).collect()
+        }
+        Self {
+            frequencies_hz: self.frequencies_hz.clone(),
+            input_names: picked(&self.input_names, &inputs),
+            output_names: picked(&self.output_names, &outputs),
+            responses: select(&self.responses, &outputs, &inputs),
+            coherence: select(&self.coherence, &outputs, &inputs),
+            multiple_coherence: self
+                .multiple_coherence
+                .iter()
+                .map(|own| own.select_rows(&outputs))
+                .collect(),
+            random_error: select(&self.random_error, &outputs, &inputs),
+            input_power: self.input_power.iter().map(|own| own.select_rows(&inputs)).collect(),
+        }
+    }
+
+    /// Sets the coherence of the responses that `is_ignored` accepts, by output and input, to zero.
+    pub fn ignore(&mut self, is_ignored: impl Fn((usize, usize)) -> bool) {
+        for output in 0..self.output_names.len() {
+            for input in (0..self.input_names.len()).filter(|&input| is_ignored((output, input))) {
+                self.coherence.iter_mut().for_each(|own| own[(output, input)] = 0.0);
+            }
+        }
+    }
+
     /// The responses with zero coherence wherever an input has less than `part` of its largest power within a third of
     /// an octave.
     ///

@@ -72,6 +72,30 @@ pub fn identify_from(
     identify_on(&moved, experiments, settings)
 }
 
+/// Repeats the search from the result `found` with what another method found, `known`: index, value and one sigma of
+/// parameters. Each value is its parameter's start, and counts as one more measurement in place of the structure's own
+/// prior.
+///
+/// # Errors
+/// See [`PredictionErrorError`].
+pub fn identify_with(
+    found: &Identified,
+    known: &[(usize, f64, f64)],
+    experiments: &[Experiment],
+    settings: &Settings,
+) -> Result<Identified, PredictionErrorError> {
+    let mut moved = found.clone();
+    for &(place, value, sigma) in known {
+        moved.theta[place] = value;
+        moved.structure.parameters[place].prior = Some((value, sigma));
+    }
+    let mut found_with = identify_on(&moved, experiments, settings)?;
+    for &(place, ..) in known {
+        found_with.structure.parameters[place].prior = found.structure.parameters[place].prior;
+    }
+    Ok(found_with)
+}
+
 pub(super) fn records(
     structure: &Structure,
     experiments: &[Experiment],

@@ -38,6 +38,6 @@ pub use error::PredictionErrorError;
 pub use estimates::{Estimate, Estimates, Status};
 pub use fit::{ChannelFit, Fit, Run};
 pub use identified::{Identified, OwnValues};
-pub use identify::{assemble, identify, identify_from, identify_on};
+pub use identify::{assemble, identify, identify_from, identify_on, identify_with};
 pub use instrument::delay_from_injected;
 pub use settings::{Dropping, Form, Settings};

@@ -1,0 +1,103 @@
+//! Structures adapted to a flight: its still sticks, their unit, and a stabiliser bar.
+
+use std::collections::BTreeSet;
+
+use crate::methods::prediction_error::Estimates;
+use crate::methods::structure::{Parameter, Structure};
+use crate::record::STICKS;
+
+/// Initial values and priors of a rotor with a stabiliser bar: value and one sigma.
+///
+/// # Source
+/// Mettler, Tischler and Kanade (2002), table 2; Gavrilets, Mettler and Feron (2003).
+const WITH_BAR: [(&str, f64, f64); 6] = [
+    ("tau_f", 0.05, 0.02),
+    ("Ac", 0.5, 0.25),
+    ("Bd", 0.5, 0.25),
+    ("tau_s", 0.3, 0.1),
+    ("Clon", 0.0, 0.4),
+    ("Dlat", 0.0, 0.4),
+];
+
+impl Structure {
+    /// The structure with the effect and the delay of the input `stick`, which never moves, fixed at 0. A delay shared
+    /// with a stick that moves stays free.
+    pub(super) fn with_still(mut self, stick: &str) -> Self {
+        let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
+        let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
+        let column = self.states.len() + input;
+        let terms = self.dynamics.iter().filter(|term| term.column == column);
+        let factors = terms.flat_map(|term| &term.factors).filter(|(_, power)| *power > 0);
+        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(delay).collect();
+        for index in held {
+            (self.parameters[index].start, self.parameters[index].fixed) = (0.0, true);
+        }
+        self
+    }
+
+    /// The structure for sticks of which `units`, in the unit of the record, correspond to full travel: starts, limits
+    /// and priors of the derivatives by a stick are per this unit. A search then takes the same steps in every unit.
+    pub(super) fn in_units(mut self, units: [f64; 4]) -> Self {
+        for (stick, unit) in STICKS.iter().zip(units) {
+            let Some(input) = self.inputs.iter().position(|own| own == stick) else { continue };
+            let column = self.states.len() + input;
+            let is_own = |parameter: usize| {
+                let mut terms = self
+                    .dynamics
+                    .iter()
+                    .filter(|term| term.factors.iter().any(|(index, _)| *index == parameter));
+                terms.all(|term| term.column == column)
+            };
+            let terms = self.dynamics.iter().filter(|term| term.column == column);
+            let factors = terms.flat_map(|term| &term.factors).map(|(index, _)| *index);
+            let own: BTreeSet<usize> = factors.filter(|index| is_own(*index)).collect();
+            for index in own {
+                let parameter = &mut self.parameters[index];
+                for value in [&mut parameter.start, &mut parameter.lower, &mut parameter.upper] {
+                    *value /= unit;
+                }
+                parameter.prior =
+                    parameter.prior.map(|(value, sigma)| (value / unit, sigma / unit));
+            }
+        }
+        self
+    }
+
+    /// The structure with a stabiliser bar. Bar and stick share the effect that was `found` for the stick without a
+    /// bar.
+    pub(super) fn with_bar(self, found: &Estimates, units: [f64; 4]) -> Self {
+        let mut with = self;
+        let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
+        let shared =
+            [("Alon", "Clon"), ("Blat", "Dlat")].map(|(stick, bar)| (stick, bar, of_stick(stick)));
+        for (stick, _, value) in shared {
+            with = with.with(stick, 0.5 * value, false);
+        }
+        for parameter in &mut with.parameters {
+            if let Some(&(name, value, sigma)) =
+                WITH_BAR.iter().find(|(name, ..)| *name == parameter.name)
+            {
+                let own = shared.iter().find(|(_, bar, _)| *bar == name);
+                let unit = match name {
+                    "Dlat" => units[0],
+                    "Clon" => units[1],
+                    _ => 1.0,
+                };
+                let start = own.map_or(value, |(.., of_stick)| *of_stick);
+                // A stabiliser bar stabilises: the opposite sign is impossible.
+                let lower = if matches!(name, "Ac" | "Bd") { 0.0 } else { parameter.lower };
+                let known = parameter
+                    .clone()
+                    .within(lower, parameter.upper)
+                    .expected(value / unit, sigma / unit);
+                *parameter = Parameter { start, fixed: false, ..known };
+            }
+        }
+        with
+    }
+
+    /// Inputs that a pilot moves.
+    pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
+        self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
+    }
+}

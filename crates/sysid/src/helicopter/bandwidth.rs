@@ -1,0 +1,63 @@
+//! Frequencies that the sticks excite.
+
+use nalgebra::DMatrix;
+
+use super::flight::{INJECTED, STEPPED};
+use crate::methods::frequency::{Band, SpectrumSettings, Window, spectra};
+use crate::record::{Experiment, STICKS};
+
+/// Part of a stick's power that lies within its bandwidth.
+const WITHIN: f64 = 0.95;
+/// Window of the spectra, s, and their first frequency, Hz.
+const WINDOW_S: f64 = 10.0;
+const FIRST_HZ: f64 = 0.1;
+const POINTS: usize = 300;
+/// Highest bandwidth, Hz: beyond it a vehicle does not respond as a rigid body.
+const MOST_HZ: f64 = 20.0;
+/// Samples of a period of the bandwidth, and longest sample period for identification, s.
+const SAMPLES: f64 = 6.0;
+pub(super) const LONGEST_PERIOD_S: f64 = 0.045;
+/// Part of the largest span below which a signal is still.
+const STILL: f64 = 0.05;
+
+/// Those of the inputs `names` that move: at least a twentieth as far as the most moved.
+pub(super) fn moving<'a>(record: &Experiment, names: &[&'a str]) -> Vec<&'a str> {
+    let span = |name: &&str| record.signal(name).map_or(0.0, |own| own.max() - own.min());
+    let largest = names.iter().map(span).fold(0.0, f64::max);
+    let moves = |name: &&&str| span(name) > STILL * largest;
+    names.iter().filter(moves).copied().collect()
+}
+
+/// Bandwidth of the excitation, Hz: of the injected movement or of the steps, else of the sticks.
+pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
+    let tests = [&INJECTED, &STEPPED, &STICKS].map(|names| moving(record, names));
+    let Some(names) = tests.into_iter().find(|names| !names.is_empty()) else { return 0.0 };
+    let signals: Vec<_> = names.iter().filter_map(|name| record.signal(name).ok()).collect();
+    let mut signals = DMatrix::from_columns(&signals);
+    signals.column_iter_mut().for_each(|mut column| column.add_scalar_mut(-column.mean()));
+    let last_hz = MOST_HZ.min(0.45 / record.period_s);
+    let settings = SpectrumSettings {
+        window_s: WINDOW_S.min(record.duration_s()),
+        overlap: 0.5,
+        window: Window::Hann,
+        band: Band { first_hz: FIRST_HZ, last_hz, points: POINTS },
+    };
+    let Ok(found) = spectra(&[&signals], record.period_s, &settings) else { return 0.0 };
+    let of = |column: usize| {
+        let power = || found.densities.iter().map(|density| density[(column, column)].re);
+        let within = WITHIN * power().sum::<f64>();
+        let mut sum = 0.0;
+        let frequencies = settings.band.frequencies_hz();
+        let place = power().position(|own| {
+            sum += own;
+            sum >= within
+        });
+        place.map_or(0.0, |place| frequencies[place])
+    };
+    (0..signals.ncols()).map(of).fold(0.0, f64::max)
+}
+
+/// Longest sample period for identification, s: well above the frequencies that sticks and gusts excite.
+pub(super) fn longest_period_s(record: &Experiment) -> f64 {
+    LONGEST_PERIOD_S.min((SAMPLES * bandwidth_hz(record)).recip())
+}

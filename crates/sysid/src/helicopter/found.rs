@@ -1,0 +1,49 @@
+//! Result of a search, with or without a stabiliser bar.
+
+use super::identify::WIDENED;
+use super::kind::Kind;
+use crate::methods::prediction_error::{Estimate, Identified};
+
+/// Result of a search.
+pub(super) struct Found {
+    pub kind: Kind,
+    pub identified: Identified,
+    /// The selected model with a bar has this counterpart without one.
+    pub without_bar: Option<Identified>,
+    /// See [`Identification::passed_over`](super::Identification::passed_over).
+    pub passed_over: Option<Identified>,
+}
+
+impl Found {
+    pub const fn alone(kind: Kind, identified: Identified) -> Self {
+        Self { kind, identified, without_bar: None, passed_over: None }
+    }
+
+    /// Selects between the models `with` and `without` a stabiliser bar.
+    pub fn of_two(kind: Kind, with: Identified, without: Identified) -> Self {
+        if with.aic < without.aic - bars_price(&with, &without) {
+            Self { kind, identified: with, without_bar: Some(without), passed_over: None }
+        } else {
+            let passed_over = Some(with).filter(|with| with.aic < without.aic);
+            Self { kind, identified: without, without_bar: None, passed_over }
+        }
+    }
+}
+
+/// Decrease of Akaike's criterion that justifies a stabiliser bar: the model `with` it against the model `without`. It
+/// is Schwarz's penalty, the logarithm of the effective number of samples, for each parameter that only the model with
+/// a bar identifies. Innovations that are not white overstate the likelihood of these parameters. The factor of
+/// overstatement comes from the innovations alone, without the widening of the bounds.
+///
+/// # Source
+/// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats
+/// correlated data as independent. Equation (I32) of docs/equations.md.
+fn bars_price(with: &Identified, without: &Identified) -> f64 {
+    let is_told = |name: &str| without.estimates.get(name).is_some_and(Estimate::is_estimated);
+    let names = with.free_parameters().map(|own| &*with.estimates.list[own].name);
+    let names: Vec<&str> = names.filter(|name| !is_told(name)).collect();
+    with.estimates.inflation(&names).map_or(f64::INFINITY, |inflation| {
+        let often = (inflation / WIDENED.powi(2)).max(1.0);
+        names.len() as f64 * often * (with.samples as f64 / often).max(1.0).ln()
+    })
+}

@@ -1,0 +1,73 @@
+//! Frequency responses of an identified model, as a flight shows them.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::measured::OUTPUTS;
+use crate::methods::frequency::{FrequencyResponse, Responses};
+use crate::methods::prediction_error::Identified;
+
+/// Frequency responses of the equations as a flight shows them: sticks held between samples, with delay and lag.
+pub(super) struct Responder<'a> {
+    identified: &'a Identified,
+    kept: Vec<usize>,
+    /// Index of the state; for an acceleration also the index of its tilt, and gravity. Indices count the kept states.
+    outputs: Vec<(usize, Option<(usize, f64)>)>,
+    /// Indices among all sticks.
+    sticks: Vec<usize>,
+    /// Indices of the delay and lag parameters of each stick.
+    late: Vec<[Option<usize>; 2]>,
+    period_s: f64,
+}
+
+impl<'a> Responder<'a> {
+    pub fn new(identified: &'a Identified, measured: &FrequencyResponse, period_s: f64) -> Self {
+        let structure = &identified.structure;
+        let kept = identified.vehicle_states();
+        let place = |name: &str| kept.iter().position(|&state| structure.states[state] == name);
+        let output = |name: &String| {
+            let output = OUTPUTS.iter().find(|output| output.name == name)?;
+            let state = place(output.state)?;
+            // Without a tilt among the states, as for heave alone, gravity has no effect.
+            let felt = output.felt.map(|(_, tilt, gravity_mps2)| {
+                place(tilt).map_or((state, 0.0), |t| (t, gravity_mps2))
+            });
+            Some((state, felt))
+        };
+        let of_pilot: Vec<&str> = structure.inputs_of_pilot().collect();
+        let stick = |name: &String| of_pilot.iter().position(|own| own == name);
+        let late = measured.input_names.iter().map(|name| {
+            let input = structure.inputs.iter().position(|own| own == name);
+            [&structure.delays, &structure.lags].map(|of| input.and_then(|input| of[input]))
+        });
+        Self {
+            outputs: measured.output_names.iter().filter_map(output).collect(),
+            sticks: measured.input_names.iter().filter_map(stick).collect(),
+            late: late.collect(),
+            identified,
+            kept,
+            period_s,
+        }
+    }
+
+    pub fn at(&self, values: &[f64], radps: &[f64]) -> Option<Responses> {
+        let held = self.identified.vehicle_at(values, &self.kept).held(self.period_s)?;
+        let one = |&radps: &f64| {
+            let whole = held.frequency_response(radps)?;
+            // Gain of the central difference of samples for a rate.
+            let rate = Complex::new(0.0, (radps * self.period_s).sin() / self.period_s);
+            Some(DMatrix::from_fn(self.outputs.len(), self.sticks.len(), |output, stick| {
+                let [delay_s, lag_s] =
+                    self.late[stick].map(|of| of.map_or(0.0, |parameter| values[parameter]));
+                let (state, felt) = self.outputs[output];
+                let of = |state: usize| whole[(state, self.sticks[stick])];
+                let answer = match felt {
+                    None => of(state),
+                    Some((tilt, gravity_mps2)) => of(state) * rate + of(tilt) * gravity_mps2,
+                };
+                answer * Complex::from_polar(1.0, -radps * delay_s)
+                    / Complex::new(1.0, radps * lag_s)
+            }))
+        };
+        radps.iter().map(one).collect()
+    }
+}
