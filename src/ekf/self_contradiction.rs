@@ -358,7 +358,7 @@ mod tests {
         }
         assert!(watch.is_proven());
         // A fix each 3 s is too late for a comparison.
-        for second in (7..37).step_by(3) {
+        for second in (7..41).step_by(3) {
             let fix = Fix::at(Time::ZERO + f64::from(second), start);
             watch.push(&fix, Vector::ZERO, &EXPECTED);
         }
