@@ -113,13 +113,13 @@ fn a_pedal_that_never_moves_is_named() {
 }
 
 #[test]
-fn a_flight_too_short_is_refused() {
+fn a_model_of_a_flight_too_short_must_not_be_flown() {
     let dir = flight("identify-short", |part, content| {
         let rows = if part == "imu.csv" || part == "controls.csv" { 330 } else { usize::MAX };
         Some(content.lines().take(rows).map(|line| format!("{line}\n")).collect())
     });
     let message = refusal(&["identify", text(&dir), "--out", text(&place("identify-short-out"))]);
-    assert!(message.contains("no test point"), "{message}");
+    assert!(message.contains("do not fly an autopilot based on this model"), "{message}");
 }
 
 #[test]

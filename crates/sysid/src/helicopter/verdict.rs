@@ -122,7 +122,9 @@ impl Identification {
                 judge.say(Grade::DoNotFly, format!("its modes cannot be computed: {error}"));
             }
         }
-        Verdict { grade: judge.grade, reasons: judge.reasons }
+        // A good verdict has no reasons against it, as model files require.
+        let reasons = if judge.grade == Grade::Good { Vec::new() } else { judge.reasons };
+        Verdict { grade: judge.grade, reasons }
     }
 
     /// Reliability of one of the [`parameters`](Self::parameters): the verdict's grade for it. The grade is at best
