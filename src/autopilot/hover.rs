@@ -14,8 +14,7 @@ use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::{Notice, Solution};
 use crate::event::Event;
 use crate::frames::{Ned, Vector, wrap_angle};
-use crate::health::Health;
-use crate::health::HealthMonitor;
+use crate::health::{Health, HealthMonitor};
 use crate::scalar::Scalar;
 use crate::time::Time;
 

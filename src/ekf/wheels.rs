@@ -134,14 +134,15 @@ impl Track {
         columns.map(|column| column.map(|value| value / determinant))
     }
 
-    /// Slope, arm, m, and compliance, s²/m.
-    fn found(&self) -> [f32; CAUSES] {
-        self.covariance().map(|row| dot(row, self.moments))
+    /// Slope, arm, m, and compliance, s²/m, with their covariance.
+    fn found(&self) -> ([f32; CAUSES], [[f32; CAUSES]; CAUSES]) {
+        let covariance = self.covariance();
+        (covariance.map(|row| dot(row, self.moments)), covariance)
     }
 
     fn told(&mut self, seen: &Seen, elapsed_s: f32) {
         let causes = seen.causes();
-        let left = seen.across_mps - dot(self.found(), causes);
+        let left = seen.across_mps - dot(self.found().0, causes);
         let own_variance = seen.own_variance;
         let variance = square(USUAL_MPS) + own_variance;
         let weight = elapsed_s / variance;
@@ -190,10 +191,13 @@ fn cross([a, b, c]: [f32; CAUSES], [x, y, z]: [f32; CAUSES]) -> [f32; CAUSES] {
 impl WheelWatch {
     /// State before the first observation, for a vehicle of the declared `kind`.
     pub const fn of(kind: Option<VehicleKind>) -> Self {
-        let declared = match kind {
-            Some(kind) => Some(matches!(kind, VehicleKind::Wheeled)),
-            None => None,
-        };
+        match kind {
+            Some(kind) => Self::declared(Some(matches!(kind, VehicleKind::Wheeled))),
+            None => Self::declared(None),
+        }
+    }
+
+    const fn declared(declared: Option<bool>) -> Self {
         Self {
             right: Track::UNSEEN,
             down: Track::UNSEEN,
@@ -210,9 +214,7 @@ impl WheelWatch {
 
     /// Returns to the state before the first observation.
     pub const fn forget(&mut self) {
-        let holds = matches!(self.declared, Some(true));
-        let (declared, told) = (self.declared, self.told);
-        *self = Self { declared, holds, told, ..Self::of(None) };
+        *self = Self { told: self.told, ..Self::declared(self.declared) };
     }
 
     /// Feeds the velocity to the right and downwards after a fix, and the sine of the bank to the right.
@@ -296,7 +298,7 @@ impl WheelWatch {
             Across::Right => &self.right,
             Across::Down => &self.down,
         };
-        let [slope, arm_m, compliance] = track.found();
+        let ([slope, arm_m, compliance], covariance) = track.found();
         let [slowest, fastest] = self.speeds_mps;
         let speed_mps = seen.forward_mps.abs();
         let beyond_mps = match self.declared {
@@ -305,7 +307,7 @@ impl WheelWatch {
         };
         let slope_sigma = SLOPE_SIGMA + BEYOND * beyond_mps;
         let causes = seen.causes();
-        let of_line = dot(track.covariance().map(|row| dot(row, causes)), causes);
+        let of_line = dot(covariance.map(|row| dot(row, causes)), causes);
         let once =
             track.left.max(square(LEAST_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
         Line {

@@ -51,16 +51,20 @@ pub(crate) fn read(
     steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
 ) -> Result<Controls, LogError> {
-    if ControlRows::open(dir, LONGEST_STROKE)?.is_none() {
+    let Some(first) = ControlRows::open(dir, LONGEST_STROKE)? else {
         return Ok(Controls::default());
-    }
-    let (controls, rows, count) = read_up_to(dir, LONGEST_STROKE, most, &mut steps.clone())?;
+    };
+    let has_injected = first.injected.is_some();
+    drop(first);
+    let read_up_to =
+        |largest, steps: &mut ClockSteps| read_up_to(dir, has_injected, largest, most, steps);
+    let (controls, rows, count) = read_up_to(LONGEST_STROKE, &mut steps.clone())?;
     let (beyond, furthest, all) = (rows.beyond, rows.furthest, count + rows.beyond);
     if beyond <= 10 || 100 * beyond <= all {
         warnings.extend(rows.remarks.into_warnings());
         return Ok(controls);
     }
-    let (controls, rows, _) = read_up_to(dir, LARGEST, most, steps)?;
+    let (controls, rows, _) = read_up_to(LARGEST, steps)?;
     warnings.extend(rows.remarks.into_warnings());
     warnings.push(format!(
         "{FILE}: sticks up to {furthest:.0} in {beyond} of {all} rows, expected fractions of full travel, −1 to 1. An \
@@ -72,13 +76,11 @@ pub(crate) fn read(
 /// The rows of `dir` without values beyond `largest`, their reader at its end, and their number.
 fn read_up_to(
     dir: &Path,
+    has_injected: bool,
     largest: f64,
     most: usize,
     steps: &mut ClockSteps,
 ) -> Result<(Controls, ControlRows, usize), LogError> {
-    let first = again(dir, largest)?;
-    let has_injected = first.injected.is_some();
-    drop(first);
     let Gathered { made: (mut controls, count), order, rows } = ordered::gather(
         || again(dir, largest),
         || (Controls::default(), 0_usize),

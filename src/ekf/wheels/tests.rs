@@ -170,5 +170,5 @@ fn slow_motion_and_what_is_no_number_change_nothing() {
         watch.told(Time::ZERO + second as f64, &bad, &good, 0.0);
         watch.told(Time::ZERO + second as f64, &Seen { forward_mps: 1.0, ..good }, &bad, 0.0);
     }
-    assert!(watch.right.seen_s == 0.0 && watch.right.found() == [0.0; CAUSES]);
+    assert!(watch.right.seen_s == 0.0 && watch.right.found().0 == [0.0; CAUSES]);
 }
