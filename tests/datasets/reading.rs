@@ -412,8 +412,7 @@ fn sticks_in_percent_are_read_with_a_warning_of_the_unit_that_is_expected() {
     let rows: String = (1..40).map(|t| format!("{t},12,-7,{t},0\n")).collect();
     let controls = format!("t_s,lateral,longitudinal,collective,pedal\n{rows}");
     let dataset = open(&[("imu.csv", &imu_at(&["1"])), ("controls.csv", &controls)]).unwrap();
-    assert_eq!(dataset.controls.len(), 39);
-    assert_eq!(dataset.controls[38].1, [12.0, -7.0, 39.0, 0.0]);
+    assert_eq!((dataset.controls.len(), dataset.controls[38].1), (39, [12.0, -7.0, 39.0, 0.0]));
     let told = "sticks up to 39 in 39 of 39 rows, expected fractions";
     assert!(dataset.warnings.iter().any(|one| one.contains(told)), "{:?}", dataset.warnings);
 }

@@ -6,6 +6,8 @@ use approx::assert_abs_diff_eq;
 use hovernav_formats::{Log, Options, open};
 use hovernav_testing::shared;
 
+use crate::mavlink::frame;
+
 fn log(name: &str, bytes: &[u8]) -> Log {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join(name);
@@ -45,25 +47,6 @@ fn dataflash_gives_distances_downwards_and_yaws_of_the_receiver() {
     assert_abs_diff_eq!(heading.heading_rad, -10f64.to_radians(), epsilon = 1e-9);
     assert_abs_diff_eq!(heading.sigma_rad.unwrap(), 0.6f64.to_radians(), epsilon = 1e-6);
     assert_eq!(heading.time, dataset.fixes[5].time);
-}
-
-/// A MAVLink 2 frame after its time, µs.
-fn frame(time_us: u64, sequence: u8, message: u32, seed: u8, payload: &[u8]) -> Vec<u8> {
-    let id = message.to_le_bytes();
-    let mut body = vec![payload.len() as u8, 0, 0, sequence, 1, 1, id[0], id[1], id[2]];
-    body.extend(payload);
-    let mut crc = 0xFFFFu16;
-    for &byte in body.iter().chain([&seed]) {
-        let mut tmp = byte ^ (crc as u8);
-        tmp ^= tmp << 4;
-        let tmp = u16::from(tmp);
-        crc = (crc >> 8) ^ (tmp << 8) ^ (tmp << 3) ^ (tmp >> 4);
-    }
-    let mut bytes = time_us.to_be_bytes().to_vec();
-    bytes.push(0xFD);
-    bytes.extend(body);
-    bytes.extend(crc.to_le_bytes());
-    bytes
 }
 
 fn scaled_imu(ms: u32) -> Vec<u8> {

@@ -9,6 +9,8 @@ use hovernav_formats::{Options, Proposal, open};
 use hovernav_log::Dataset;
 use tempfile::TempDir;
 
+use crate::mavlink::frame;
+
 /// A fix as the log states it.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
@@ -88,27 +90,10 @@ pub fn written(flight: &Flight, format: &'static str) -> Written {
     Written { _folder: folder, format, path }
 }
 
-fn dataset(flight: &Flight, path: &Path) {
-    let mut imu = String::from(
-        "t_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2\n",
-    );
-    let mut gps = String::from("t_s,lat_deg,lon_deg,height_m,fix_type\n");
-    flight.each(
-        |t| writeln!(imu, "{t:.6},0.001,0,0,0.01,0,-9.81").unwrap(),
-        |row| {
-            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
-            let fix_type = if *has_fix { 3 } else { 0 };
-            writeln!(gps, "{time_s:.6},{lat_deg},{lon_deg},{height_m},{fix_type}").unwrap();
-        },
-    );
-    fs::create_dir(path).unwrap();
-    fs::write(path.join("imu.csv"), imu).unwrap();
-    fs::write(path.join("gps.csv"), gps).unwrap();
-}
-
-fn text(flight: &Flight, folder: &Path, path: &Path) {
-    let mut imu = String::from("time_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,ax,ay,az\n");
-    let mut gps = String::from("time_s,lat_deg,lon_deg,height_m,fix_type\n");
+/// Writes `imu.csv` and `gps.csv` to `folder`, with these names of the times and of the accelerations.
+fn tables(flight: &Flight, folder: &Path, time: &str, accelerations: &str) -> [PathBuf; 2] {
+    let mut imu = format!("{time},gyro_x_radps,gyro_y_radps,gyro_z_radps,{accelerations}\n");
+    let mut gps = format!("{time},lat_deg,lon_deg,height_m,fix_type\n");
     flight.each(
         |t| writeln!(imu, "{t:.6},0.001,0,0,0.01,0,-9.81").unwrap(),
         |row| {
@@ -120,6 +105,16 @@ fn text(flight: &Flight, folder: &Path, path: &Path) {
     let files = [folder.join("imu.csv"), folder.join("gps.csv")];
     fs::write(&files[0], imu).unwrap();
     fs::write(&files[1], gps).unwrap();
+    files
+}
+
+fn dataset(flight: &Flight, path: &Path) {
+    fs::create_dir(path).unwrap();
+    tables(flight, path, "t_s", "accel_x_mps2,accel_y_mps2,accel_z_mps2");
+}
+
+fn text(flight: &Flight, folder: &Path, path: &Path) {
+    let files = tables(flight, folder, "time_s", "ax,ay,az");
     Proposal::of(&files).unwrap().write(path, true).unwrap();
 }
 
@@ -187,25 +182,6 @@ fn ulog(flight: &Flight) -> Vec<u8> {
     log
 }
 
-/// A MAVLink 2 frame after its time, µs.
-fn frame(time_us: u64, message: u32, seed: u8, payload: &[u8]) -> Vec<u8> {
-    let id = message.to_le_bytes();
-    let mut body = vec![payload.len() as u8, 0, 0, 0, 1, 1, id[0], id[1], id[2]];
-    body.extend(payload);
-    let mut crc = 0xFFFF_u16;
-    for &byte in body.iter().chain([&seed]) {
-        let mut tmp = byte ^ (crc as u8);
-        tmp ^= tmp << 4;
-        let tmp = u16::from(tmp);
-        crc = (crc >> 8) ^ (tmp << 8) ^ (tmp << 3) ^ (tmp >> 4);
-    }
-    let mut bytes = time_us.to_be_bytes().to_vec();
-    bytes.push(0xFD);
-    bytes.extend(body);
-    bytes.extend(crc.to_le_bytes());
-    bytes
-}
-
 fn tlog(flight: &Flight) -> Vec<u8> {
     let log = std::cell::RefCell::new(Vec::new());
     let stamp = |t: f64| 1_700_000_000_000_000 + (1e6 * t) as u64;
@@ -214,7 +190,7 @@ fn tlog(flight: &Flight) -> Vec<u8> {
             let mut payload = ((1e3 * t).round() as u32).to_le_bytes().to_vec();
             let values = [1_i16, 0, -1000, 1, 0, 0, 0, 0, 0];
             payload.extend(values.map(i16::to_le_bytes).concat());
-            log.borrow_mut().extend(frame(stamp(t), 26, 170, &payload));
+            log.borrow_mut().extend(frame(stamp(t), 0, 26, 170, &payload));
         },
         |row| {
             let mut payload = vec![0; 52];
@@ -227,7 +203,7 @@ fn tlog(flight: &Flight) -> Vec<u8> {
             // Course and speed unknown.
             payload[24..28].fill(0xFF);
             payload[28..30].copy_from_slice(&[if row.has_fix { 3 } else { 1 }, 12]);
-            log.borrow_mut().extend(frame(stamp(row.time_s), 24, 24, &payload));
+            log.borrow_mut().extend(frame(stamp(row.time_s), 0, 24, 24, &payload));
         },
     );
     log.into_inner()

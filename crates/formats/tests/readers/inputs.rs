@@ -1,4 +1,4 @@
-//! What moves the vehicle, in logs of other autopilots: outputs of controllers rather than the pilot's sticks.
+//! Inputs of the vehicle in logs of other autopilots: outputs of controllers before the pilot's sticks.
 
 use std::path::Path;
 

@@ -13,6 +13,7 @@ mod mapping;
 mod mapping_samples;
 mod mapping_times;
 mod mapping_units;
+mod mavlink;
 mod onboard_innovations;
 mod raw;
 mod ros2;
