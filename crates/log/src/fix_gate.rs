@@ -1,6 +1,6 @@
 //! The rule of what a fix is, the same for every format.
 //!
-//! A reader passes each fix as its log states it. The gate decides what is used of it, and counts the rest by reason.
+//! A reader passes each fix as its log states it. The gate uses its plausible values, and counts the others by reason.
 
 use std::path::Path;
 
@@ -201,7 +201,7 @@ struct Row {
 
 impl FixGate {
     /// Adds the fix found at `place`, a line or byte offset, without its implausible values. Returns whether it is a
-    /// fix; `remarks` counts what is not used.
+    /// fix; `remarks` counts unused values.
     pub fn push(&mut self, place: u64, mut stated: StatedFix, remarks: &mut Remarks) -> bool {
         if is_unknown(stated.position[2]) {
             stated.position[2] = f64::NAN;
@@ -328,8 +328,8 @@ fn plausible(mut fix: Fix, place: u64, remarks: &mut Remarks) -> Fix {
     fix
 }
 
-/// Which fixes repeat an earlier one because their rows come more often than the receiver computes. A receiver that
-/// stands still for longer than its usual interval has not repeated itself.
+/// Whether each fix repeats an earlier one, because rows come more often than the receiver computes. Equal fixes more
+/// than the usual interval apart are of a receiver at rest, and are no repetitions.
 fn repeats(fixes: &[Fix]) -> Vec<bool> {
     let values = |fix: &Fix| (fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps);
     let times: Vec<Time> = fixes.iter().map(|fix| fix.time).collect();

@@ -20,7 +20,7 @@ pub(super) const LONGEST_PERIOD_S: f64 = 0.045;
 /// Part of the largest span below which a signal is still.
 const STILL: f64 = 0.05;
 
-/// Those of the inputs `names` that move: at least a twentieth as far as the most moved.
+/// Moving inputs among `names`. Each has at least a twentieth of the largest span.
 pub(super) fn moving<'a>(record: &Experiment, names: &[&'a str]) -> Vec<&'a str> {
     let span = |name: &&str| record.signal(name).map_or(0.0, |own| own.max() - own.min());
     let largest = names.iter().map(span).fold(0.0, f64::max);

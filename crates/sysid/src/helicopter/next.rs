@@ -1,4 +1,4 @@
-//! What to fly next: the end of every reason of a verdict.
+//! Next flight to make: the end of every reason of a verdict.
 
 /// The stick that a parameter's derivative belongs to, by its name.
 pub(super) fn stick_of(name: &str) -> &'static str {

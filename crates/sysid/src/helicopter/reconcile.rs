@@ -53,7 +53,7 @@ impl Search<'_> {
     /// which both agree and which it knows much better.
     ///
     /// # Source
-    /// Tischler and Remple, chapter 14: the frequency domain's result starts the time domain and fixes what it knows.
+    /// Tischler and Remple, chapter 14: the frequency domain's result starts the time domain, and fixes its well-known parameters.
     pub(super) fn reconcile(
         &self,
         parts: &mut [Found],
