@@ -299,7 +299,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(report) = self.filter.update_at_rest(trace) {
             notify(Notice::Updated(report));
         }
-        if L::WHEELS && self.phase == Phase::Navigating {
+        let mechanisms = self.filter.config.mechanisms;
+        if L::WHEELS && mechanisms.wheels && self.phase == Phase::Navigating {
             self.hold_on_wheels(trace, notify);
         }
         let suspicion = &self.filter.samples.suspicion;
@@ -384,11 +385,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     #[inline(never)]
     fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
-        if self.repeats(fix) {
+        let mechanisms = self.filter.config.mechanisms;
+        if self.repeats(fix) && mechanisms.repeated_fixes {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
-        fix.two_dimensional |= self.holds_height(fix);
+        fix.two_dimensional |= self.holds_height(fix) && mechanisms.held_heights;
         let mut report = Report::default();
         let searches = self.phase == Phase::Searching;
         let result = if searches {
@@ -420,7 +422,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         } else {
             self.watch_heading(fix, trace, notify);
         }
-        self.filter.gates.set_heading_borne_out(self.search.is_confirmed());
+        let is_confirmed = self.search.is_confirmed() && mechanisms.confirmed_heading;
+        self.filter.gates.set_heading_borne_out(is_confirmed);
         self.mind_level(fix, &report, trace, notify);
     }
 
@@ -436,7 +439,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let body_to_ned = filter.state.body_to_ned;
-        let Some(better) = self.search.better(fix.time, body_to_ned, own_sigma_rad) else { return };
+        let better = self.search.better(fix.time, body_to_ned, own_sigma_rad);
+        let Some(better) = better.filter(|_| filter.config.mechanisms.heading_monitor) else {
+            return;
+        };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
         if !replaces {
             filter.doubt_heading(turn_rad, trace);

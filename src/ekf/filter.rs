@@ -44,6 +44,8 @@ pub(super) struct Samples<T> {
     pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
+    /// Time of the last sample, if it was rejected for a time far ahead.
+    pub far_ahead: Option<Time>,
     /// Mean rate, rad/s, over a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
 }
@@ -56,8 +58,20 @@ impl<T: Scalar> Samples<T> {
         self_contradiction: SelfContradiction::NONE,
         rest: Rest::NONE,
         rectification: Rectification::NONE,
+        far_ahead: None,
         resting_rate_radps: None,
     };
+
+    /// Whether a sample must be rejected because its time is far after `last`. A single such time is wrong: it would
+    /// block all later samples. A second one soon after it shows that the inertial unit was off.
+    fn is_far_ahead(&mut self, time: Time, last: Time) -> bool {
+        if time - last <= LONGEST_BRIDGE_S {
+            self.far_ahead = None;
+            return false;
+        }
+        let before = self.far_ahead.replace(time);
+        !before.is_some_and(|before| (0.0..=FOLLOWS_S).contains(&(time - before)))
+    }
 
     /// Clears the memory, as [`Gates::clear`] does.
     fn clear(&mut self) {
@@ -67,6 +81,7 @@ impl<T: Scalar> Samples<T> {
         self.self_contradiction = SelfContradiction::NONE;
         self.rest = Rest::NONE;
         self.rectification = Rectification::NONE;
+        self.far_ahead = None;
         self.resting_rate_radps = None;
     }
 }
@@ -322,12 +337,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= last {
             return Err(ImuFault::NotLater);
         }
+        if self.samples.is_far_ahead(sample.time, last) {
+            return Err(ImuFault::FarAhead);
+        }
         let motion = sample.motion.cast();
         let integrity = &mut self.samples.integrity;
-        if integrity.is_stuck(&motion) {
+        let mechanisms = self.config.mechanisms;
+        if integrity.is_stuck(&motion) && mechanisms.stuck_samples {
             return Err(ImuFault::Stuck);
         }
-        if integrity.is_interpolated(&motion, sample.time.seconds_since(last)) {
+        let interval_s = sample.time.seconds_since(last);
+        if mechanisms.interpolated_samples && integrity.is_interpolated(&motion, interval_s) {
             return Err(ImuFault::Interpolated);
         }
         let errors = self.imu_errors();
@@ -425,6 +445,8 @@ const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
 /// One-sigma of the level of a barometer before its first use, m. It is far larger than that of any height, so that the
 /// first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
+/// Longest time, s, between two samples far ahead that confirm each other.
+const FOLLOWS_S: f64 = 1.0;
 /// Longest gap that is bridged, s: the motion in a longer one is unknown.
 const LONGEST_BRIDGE_S: f64 = 60.0;
 

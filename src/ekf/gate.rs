@@ -379,6 +379,13 @@ impl Gates {
         [level_m.max(self.walk.walked_m()), vertical_m]
     }
 
+    /// Drops the second hypothesis of a position that was reopened.
+    pub fn forget_previous(&mut self, group: Group) {
+        if let Some(gate) = self.gates.get_mut(group as usize) {
+            (gate.disputed_m, gate.disputed_s) = (0.0, 0);
+        }
+    }
+
     /// Resets the fused time of the position: the next fix makes the position known.
     pub fn forget_place(&mut self) {
         self.place_taken_s = 0.0;

@@ -69,6 +69,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
+    /// The part of a force, NED, that shows the heading: all of it without the mechanism.
+    pub(super) fn force_of_motion(&self, force: Vector<Ned, T>) -> Vector<Ned, T> {
+        if self.config.mechanisms.level_force { self.level_force.of_motion(force) } else { force }
+    }
+
     /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
     /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
     fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {

@@ -8,7 +8,7 @@ use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
 use super::trace::Trace;
 use super::{single, square};
-use crate::imu::{FullScale, ImuSample, Motion};
+use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
 /// Largest usual slow error, in one-sigmas.
@@ -30,10 +30,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
+        let mechanisms = self.config.mechanisms;
+        let checks = Checks {
+            clipping: mechanisms.clipping,
+            shocks: mechanisms.shocks,
+            stuck_axes: mechanisms.stuck_axes,
+        };
         let momentary = matches!(motion, Motion::Rates { .. });
         let integrity = &mut self.samples.integrity;
         self.samples.suspicion =
-            integrity.push((&mean, momentary), &sample.clipped, interval_s, &scale);
+            integrity.push((&mean, momentary), &sample.clipped, interval_s, (&scale, checks));
         let vibration = self.samples.integrity.accel_vibration();
         self.samples.rectification.push(
             vibration,
@@ -69,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         };
-        let excess = self.excess.factor();
+        let excess = self.excess_factor();
         markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s / excess);
         markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s / excess);
         let [position_h, position_v, velocity_h, velocity_v] =
@@ -107,9 +113,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
         let [.., down] = self.state.body_to_ned.rows();
-        let rectified = self.samples.rectification.variance(down, interval_s);
-        for (noise, rectified) in noise.iter_mut().skip(ACCEL_BIAS).zip(rectified) {
-            *noise += rectified;
+        if self.config.mechanisms.rectification {
+            let rectified = self.samples.rectification.variance(down, interval_s);
+            for (noise, rectified) in noise.iter_mut().skip(ACCEL_BIAS).zip(rectified) {
+                *noise += rectified;
+            }
         }
         Relaxation { decay, noise }
     }
@@ -172,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
-            force_mps: self.level_force.of_motion(advance.from_specific_force_mps),
+            force_mps: self.force_of_motion(advance.from_specific_force_mps),
             angle_variance,
             velocity_variance,
         };
@@ -240,6 +248,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Factor on the variances of the inertial unit's driving noise.
+    fn excess_factor(&self) -> f64 {
+        if self.config.mechanisms.excess_noise { self.excess.factor() } else { 1.0 }
+    }
+
     /// Variance of the accelerometers' mean error over `over_s`, (m/s²)², summed over the three axes.
     ///
     /// # Source
@@ -263,7 +276,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn noise(&self, increment: &Increment<T>, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
         let interval_s = increment.interval_s;
         let imu = &self.config.imu;
-        let over_s = T::of(self.excess.factor()) * interval_s;
+        let over_s = T::of(self.excess_factor()) * interval_s;
         let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
             density(walk, share, alike_s.max(interval_s), vibration).map(|density| density * over_s)
         };

@@ -131,6 +131,30 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
+    /// Largest squared normalised innovation of the measurements `members`, each judged after the earlier ones of them:
+    /// measurements that contradict each other then exceed a gate that each of them passes alone.
+    #[must_use]
+    #[inline(never)]
+    pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MOST]) -> T {
+        let (mut seen, mut innovations) = (self.seen, self.innovations);
+        let mut largest = T::ZERO;
+        // Turns: at most MOST.
+        for index in members.start..members.end.min(MOST) {
+            let variance = seen[index][index].max(T::ZERO) + noise[index];
+            largest = largest.max(innovations[index] * innovations[index] / variance);
+            let own = seen[index];
+            // Turns: at most MOST.
+            for later in index + 1..members.end.min(MOST) {
+                let share = own[later] / variance;
+                innovations[later] -= share * innovations[index];
+                for (seen, &own) in seen[later].iter_mut().zip(&own) {
+                    *seen -= share * own;
+                }
+            }
+        }
+        largest
+    }
+
     /// Correction of the state by the fused measurements, complete after [`settle`](Self::settle).
     #[must_use]
     pub const fn correction(&self) -> &[T; N] {

@@ -43,7 +43,7 @@ const STEEP: f64 = 0.9;
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Starts a check of roll and pitch with the next samples.
     pub(super) fn doubt_level(&mut self) {
-        if H::SEARCHES {
+        if H::SEARCHES && self.filter.config.mechanisms.lost_level {
             self.aligner.restart();
             self.level = Level::Doubted;
         }
@@ -61,7 +61,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         // A fix that waited through a gap does not match the samples after it.
         let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
         let moves = self.phase == Phase::Navigating || self.is_searching_again();
-        if !(H::SEARCHES && is_fresh && moves) {
+        if !(H::SEARCHES && self.filter.config.mechanisms.lost_level && is_fresh && moves) {
             return;
         }
         if self.level == Level::Doubted {

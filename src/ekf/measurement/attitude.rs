@@ -114,6 +114,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         off_rad: Vector<Ned, T>,
         elapsed_s: f64,
     ) -> Result<[T; 2], Unusable> {
+        if !self.config.mechanisms.attitude_monitor {
+            return Ok([T::ZERO; 2]);
+        }
         let off_rad = off_rad.cast().to_array();
         let watch = &mut self.attitude_watch;
         // After trouble with the inertial samples the gyros are no reference, and a heading follows a disturbed field.

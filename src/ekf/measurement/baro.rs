@@ -47,7 +47,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let innovation = self.baro_innovation(state, height_m).wide();
         let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
         let explained = self.wind_variance().wide() * (elapsed_s / WIND_TIME_S) + moved;
-        let noise = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let scatter = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let learns = self.config.mechanisms.barometer_scatter;
+        let noise = if learns { scatter } else { square(noise_m) };
         let report = self.compare_baro(state, time, height_m, [noise, elapsed_s], trace);
         self.barometer.compared(self.baro_innovation(state, height_m).wide());
         Ok(report)
@@ -91,6 +93,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Variance of the height error by the wind of the vehicle's own speed, m². A speed within the filter's own error
     /// counts as zero.
     fn wind_variance(&self) -> T {
+        if !self.config.mechanisms.barometer_wind {
+            return T::ZERO;
+        }
         let velocity_mps = self.state.velocity_mps;
         let unknown = (VELOCITY..VELOCITY + 3)
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));

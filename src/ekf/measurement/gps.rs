@@ -135,7 +135,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.rest.fix(fix.time, velocity);
         // Velocity first: it is the more accurate one, and its correction reduces the position's nonlinearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        if !self.samples.self_contradiction.is_proven()
+        if self.config.mechanisms.antenna_offset
+            && !self.samples.self_contradiction.is_proven()
             && let (Some(north), Some(east)) = (&mut vn, &mut ve)
         {
             self.watch_antenna(north, east, velocity_then);
@@ -154,7 +155,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if is_absent {
             // During the absence the vehicle's motion moved the expected position.
             self.gates.forget_walk();
-        } else if L::GPS_POSITION.is_some() {
+        } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
             report.walked_m = self.note_walk(fix, moved_m);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
@@ -166,8 +167,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bound_climb(fix.time, trace);
         }
         let places_alone = fix.horizontal_velocity_mps.is_none();
-        self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
+        if self.config.mechanisms.fix_errors {
+            self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
+        }
         // Errors left by clipping or a gap are in the velocity, and are no step of a bias.
+        let mechanisms = self.config.mechanisms;
         let mut stepped = self.excess.learn(fix.time, report);
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
@@ -177,7 +181,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let otherwise = self.gates.doubts_filter(fix.time)
             || self.samples.self_contradiction.is_suspected()
             || (self.gates.were_reopened(fix.time) && !is_far);
-        if stepped != Stepped::default() && !otherwise {
+        if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
             self.doubt_biases(stepped, trace);
             report.biases_doubted = true;
         }
@@ -209,6 +213,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (position_m, velocity_mps): ([f64; 3], [f64; 3]),
         gravity_mps2: f64,
     ) {
+        if !self.config.mechanisms.self_contradiction {
+            return;
+        }
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
@@ -319,7 +326,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
-            turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
+            turning: (-self.force_of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(skew(-arm), back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
@@ -357,7 +364,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
-            turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
+            turning: (self.force_of_motion(back.force_mps) - swing).to_array(),
             gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),

@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Option<FieldChange> {
         let error = L::ATTITUDE_REFERENCE? + 2;
         let is_due = self.field_watch.is_due(time, self.config.magnetometer.interval_s);
-        if self.attitude_lost.is_some() || !is_due {
+        if !self.config.mechanisms.field_monitor || self.attitude_lost.is_some() || !is_due {
             return None;
         }
         let field = self.state.body_to_ned * field_gauss.cast();

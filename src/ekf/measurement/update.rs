@@ -112,6 +112,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 sum += normalised;
                 farthest = farthest.max(joint.innovation(index).abs());
             }
+            if group == Group::Own {
+                largest = joint.largest_in_turn(members.clone(), &noise);
+            }
             let at = members.start;
             let off = match group {
                 _ if group.is_height() => {
@@ -119,7 +122,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
                 _ => [farthest.wide(), 0.0],
             };
-            let leans = group.is_height() && self.gates.leans(group, time, off);
+            let leans = self.config.mechanisms.biased_heights
+                && group.is_height()
+                && self.gates.leans(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !leans
                 && (is_near || !self.gates.is_contradicted(group));
@@ -132,6 +137,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Verdict::Accepted
             } else if let Some(reopening) = self.gates.refused(group, time, off, &self.config.gate)
             {
+                if !self.config.mechanisms.previous_position {
+                    self.gates.forget_previous(group);
+                }
                 joint.settle(&mut self.covariance, &mut told);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis, time);
