@@ -3,9 +3,11 @@
 mod aids;
 mod alike;
 mod cases;
+mod clock;
 mod cross_check;
 mod damage;
 mod damage_foreign;
+mod faults;
 mod inputs;
 mod logs;
 mod mapped;
