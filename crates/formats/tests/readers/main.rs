@@ -2,6 +2,7 @@
 
 mod aids;
 mod alike;
+mod campaign;
 mod cases;
 mod clock;
 mod cross_check;
