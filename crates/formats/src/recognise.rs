@@ -1,7 +1,7 @@
 //! Recognises the format of a log from its content.
 
 use std::io::{Error, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
