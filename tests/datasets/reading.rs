@@ -335,10 +335,11 @@ fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
             "gps.csv: fixes of type 2, 1 of them: two-dimensional, used for the horizontal alone",
         ]
     );
-    // A table with type 1 contains qualities, so that 2 is not a dimension.
-    let dataset =
-        open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", &gps.replace("250,3", "250,1"))]);
-    assert!(!dataset.unwrap().fixes[2].two_dimensional);
+    let typed = |gps: &str| open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", gps)]).unwrap().fixes;
+    // A table with type 1 and without type 3 contains qualities, so that 2 is not a dimension.
+    assert!(!typed(&gps.replace(",3\n", ",1\n"))[2].two_dimensional);
+    // Next to type 3, type 1 is no fix.
+    assert_eq!(typed(&gps.replace("250,3", "250,1")).len(), 2);
 }
 
 #[test]

@@ -31,8 +31,8 @@ pub(crate) struct Assembly {
     headings: Rows<AntennaHeading>,
     ranges: Rows<RangeReading>,
     inputs: Inputs,
-    moments: Vec<OnboardMoment>,
-    innovations: Vec<OnboardInnovation>,
+    moments: Rows<OnboardMoment>,
+    innovations: Rows<OnboardInnovation>,
     imu_remarks: Remarks,
     gps_remarks: Remarks,
     other_remarks: Remarks,
@@ -55,8 +55,8 @@ impl Assembly {
             headings: Rows::new(),
             ranges: Rows::new(),
             inputs: Inputs::default(),
-            moments: Vec::new(),
-            innovations: Vec::new(),
+            moments: Rows::new(),
+            innovations: Rows::new(),
             imu_remarks: remarks("inertial unit"),
             gps_remarks: remarks("GPS"),
             other_remarks: remarks("other sensors"),
@@ -91,6 +91,11 @@ impl Assembly {
     /// Counts an inertial sample that was left out, with the reason.
     pub fn imu_left_out(&mut self, place: u64, why: &'static str) {
         self.imu_remarks.count(why, place);
+    }
+
+    /// Counts a value of another sensor that was left out, with the reason.
+    pub fn other_left_out(&mut self, place: u64, why: &'static str) {
+        self.other_remarks.count(why, place);
     }
 
     /// Adds a fix as the log states it; returns whether it is one.
@@ -156,7 +161,7 @@ impl Assembly {
         self.inputs.inject(time, stick, value);
     }
 
-    /// Adds a moment of the onboard estimator, in any order.
+    /// Adds a moment of the onboard estimator, in the order of the file.
     pub fn moment(&mut self, moment: OnboardMoment) {
         let is_sane = |place: &Geodetic| place.is_navigable();
         let moment = OnboardMoment {
@@ -169,16 +174,16 @@ impl Assembly {
         };
         let OnboardMoment { body_to_ned, velocity_mps, position, .. } = moment;
         if body_to_ned.is_some() || velocity_mps.is_some() || position.is_some() {
-            self.moments.push(moment);
+            self.moments.push(0, moment);
         }
     }
 
-    /// Adds an innovation of the onboard estimator, in any order. Exactly zero means no measurement and is ignored.
+    /// Adds an innovation of the onboard estimator, in the order of the file. Exactly zero means no measurement and is ignored.
     pub fn innovation(&mut self, innovation: OnboardInnovation) {
         let OnboardInnovation { innovation: size, sigma, .. } = innovation;
         if size != 0.0 && size.abs() <= LARGEST_INNOVATION {
             let sigma = sigma.filter(|sigma| *sigma > 0.0 && *sigma <= LARGEST_INNOVATION);
-            self.innovations.push(OnboardInnovation { sigma, ..innovation });
+            self.innovations.push(0, OnboardInnovation { sigma, ..innovation });
         }
     }
 
@@ -248,10 +253,12 @@ impl Assembly {
             notes,
             ..Dataset::default()
         };
-        let onboard = (!self.moments.is_empty() || !self.innovations.is_empty()).then(|| Onboard {
+        let moments = merged(self.moments.shifted(|moment| &mut moment.time, steps));
+        let innovations = fresh(self.innovations.shifted(|one| &mut one.time, steps));
+        let onboard = (!moments.is_empty() || !innovations.is_empty()).then(|| Onboard {
             name: onboard.to_owned(),
-            moments: merged(self.moments),
-            innovations: fresh(self.innovations),
+            moments,
+            innovations,
         });
         Ok(Log { format, dataset, record: None, onboard })
     }

@@ -1,6 +1,7 @@
 //! Chooses one of several sensors of a kind.
 
-use hovernav_log::Dimensions;
+use hovernav::time::Time;
+use hovernav_log::{Dimensions, StatedFix};
 
 /// Number of messages of a sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -17,17 +18,23 @@ impl Tally {
         self.good += usize::from(is_good);
     }
 
+    fn bad(self) -> usize {
+        self.messages - self.good
+    }
+
     /// Whether a sensor with this tally replaces one that comes before it: it has many more good messages, or more
-    /// where the other is bad for a large part of the log.
+    /// where the other is bad for a large part of the log, or where only the other is ever bad.
     fn replaces(self, other: Self) -> bool {
-        let is_bad = (other.messages - other.good) as f64 > BAD * other.messages as f64;
-        self.good as f64 > MUCH_MORE * other.good as f64 || is_bad && self.good > other.good
+        let is_bad = other.bad() as f64 > BAD * other.messages as f64;
+        let is_healthy = self.bad() == 0 && other.bad() > 0;
+        self.good as f64 > MUCH_MORE * other.good as f64
+            || (is_bad || is_healthy) && self.good > other.good
     }
 }
 
-/// Whether a message states a fix: its type, and its latitude and longitude, are not those of a receiver without one.
-pub(crate) fn is_fix(fix_type: f64, place: [f64; 2]) -> bool {
-    Dimensions::of_type(fix_type) != Dimensions::None && place != [0.0; 2]
+/// Whether a message with this latitude and longitude, degrees, is a fix.
+pub(crate) fn is_fix(dimensions: Dimensions, [lat, lon]: [f64; 2]) -> bool {
+    StatedFix { dimensions, ..StatedFix::at(Some(Time::ZERO), [lat, lon, f64::NAN]) }.is_fix()
 }
 
 /// Whether a sensor of three axes measures: a dead one repeats exact zeros.
@@ -43,6 +50,19 @@ pub(crate) struct Counts<K>(Vec<(K, Tally)>);
 const MUCH_MORE: f64 = 1.5;
 /// Share of bad messages from which on a sensor with more good ones is preferred.
 const BAD: f64 = 0.1;
+
+/// Largest number of names in a sentence.
+const MOST_NAMES: usize = 12;
+
+/// The first `names` in one sentence, and the number of the others.
+pub(crate) fn listed(mut names: impl Iterator<Item = String>) -> String {
+    let mut listed = names.by_ref().take(MOST_NAMES).collect::<Vec<_>>().join(", ");
+    let more = names.count();
+    if more > 0 {
+        listed += &format!(" and {more} more");
+    }
+    listed
+}
 
 impl<K: Copy + PartialEq> Counts<K> {
     /// Sensors in order of preference.
@@ -62,13 +82,11 @@ impl<K: Copy + PartialEq> Counts<K> {
         instance: impl Fn(K) -> usize,
         name: impl Fn(K) -> String,
     ) -> Result<(Option<K>, Option<String>), String> {
-        let in_words = |&(sensor, Tally { messages, good }): &(K, Tally)| match messages - good {
-            0 => format!("{} ({messages} messages)", name(sensor)),
-            bad => format!("{} ({messages} messages, {bad} of them bad)", name(sensor)),
+        let in_words = |&(sensor, tally): &(K, Tally)| match (tally.messages, tally.bad()) {
+            (messages, 0) => format!("{} ({messages} messages)", name(sensor)),
+            (messages, bad) => format!("{} ({messages} messages, {bad} of them bad)", name(sensor)),
         };
-        let listed = |sensors: &mut dyn Iterator<Item = &(K, Tally)>| {
-            sensors.map(in_words).collect::<Vec<_>>().join(", ")
-        };
+        let listed = |sensors: &mut dyn Iterator<Item = &(K, Tally)>| listed(sensors.map(in_words));
         let taken = match wanted {
             Some(wanted) => {
                 let taken = self.0.iter().find(|&&(sensor, _)| instance(sensor) == wanted);
@@ -142,7 +160,9 @@ mod tests {
         for (first, second, expected) in [
             (tally(100, 100), tally(100, 0), 1),
             (tally(100, 30), tally(100, 0), 1),
-            (tally(100, 5), tally(100, 0), 0),
+            (tally(100, 5), tally(100, 0), 1),
+            (tally(100, 5), tally(100, 3), 0),
+            (tally(100, 5), tally(50, 0), 0),
             (tally(100, 50), tally(100, 50), 0),
             (tally(100, 100), tally(100, 100), 0),
         ] {

@@ -33,7 +33,7 @@ type Row = (Time, [f64; 4]);
 pub(crate) struct Inputs {
     sources: Vec<(&'static str, Rows<Row>)>,
     /// Time, stick and value of the signal injected by a system identification mode.
-    injected: Vec<(Time, usize, f64)>,
+    injected: Rows<(Time, usize, f64)>,
     /// The source to read; `None` for the nearest one that moves.
     pub wanted: Option<String>,
 }
@@ -66,7 +66,7 @@ impl Inputs {
     /// Adds a value injected on a stick, in any unit.
     pub fn inject(&mut self, time: Time, stick: usize, value: f64) {
         if value.is_finite() {
-            self.injected.push((time, stick, value));
+            self.injected.push(0, (time, stick, value));
         }
     }
 
@@ -107,7 +107,7 @@ impl Inputs {
             format!("inputs: {} is read{why}; the log also has {}", names[place], others.join(", "))
         });
         let controls = place.map(|place| sources.swap_remove(place).1).unwrap_or_default();
-        let injected = injected(&controls, self.injected);
+        let injected = injected(&controls, self.injected.shifted(|one| &mut one.0, steps));
         Ok(Chosen { controls, injected, note })
     }
 }

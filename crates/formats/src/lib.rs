@@ -11,6 +11,7 @@
 mod assembly;
 #[cfg(any(feature = "ros2", feature = "text"))]
 mod axes;
+mod bag;
 mod choice;
 #[cfg(any(feature = "dataflash", feature = "ros2", feature = "ulog"))]
 mod damages;

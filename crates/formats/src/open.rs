@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bag::files_of_bag;
 use crate::format::Format;
 use crate::log::{Log, Options};
-use crate::recognise::{HEAD, ensure_known, files_of_bag, recognise};
+use crate::recognise::{HEAD, ensure_known, recognise};
 use crate::window::Input;
 use hovernav_log::LogError;
 
@@ -16,7 +17,8 @@ use hovernav_log::LogError;
 /// format. Otherwise the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = files_of_bag(log)?;
-    let first = in_bag.as_deref().and_then(<[_]>::first).map_or(log, PathBuf::as_path);
+    let files = in_bag.as_ref().map_or(&[][..], |bag| &bag.files);
+    let first = files.first().map_or(log, PathBuf::as_path);
     let format = recognise(first)?;
     ensure_choice(format, first, options)?;
     match format {
@@ -27,11 +29,16 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
         }
         #[cfg(feature = "ros2")]
         Format::Ros2 => {
-            let files = in_bag.as_deref().unwrap_or_default();
             let inputs: Vec<Input<'_>> = files.iter().map(|file| Input::of(file)).collect();
             let alone = [Input::of(first)];
             let path = if inputs.len() > 1 { log } else { first };
-            crate::ros2::read(path, if inputs.is_empty() { &alone } else { &inputs }, options)
+            let inputs = if inputs.is_empty() { &alone } else { &inputs[..] };
+            let mut log = crate::ros2::read(path, inputs, options)?;
+            let missing = in_bag.iter().flat_map(|bag| &bag.missing);
+            log.dataset.warnings.extend(missing.map(|name| {
+                format!("metadata.yaml: {name} is missing, its part of the flight is not read")
+            }));
+            Ok(log)
         }
         format => read(format, Input::of(first), options),
     }

@@ -1,7 +1,7 @@
 //! Recognises the format of a log from its content.
 
 use std::io::{Error, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
@@ -60,43 +60,6 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
 fn has_tables(directory: &Path) -> bool {
     let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
     entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|last| last == "csv"))
-}
-
-/// The message files of a ROS 2 bag in their order, which is a directory with a `metadata.yaml`; `None` for other
-/// logs.
-pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
-    let has = |name: &str| log.join(name).is_file();
-    if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
-        return Ok(None);
-    }
-    let entries = std::fs::read_dir(log).map_err(LogError::io(log))?;
-    let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    let with = |endings: &[&str]| {
-        let name = |file: &PathBuf| file.to_string_lossy().into_owned();
-        let is_such = |file: &&PathBuf| endings.iter().any(|ending| name(file).ends_with(ending));
-        let mut found: Vec<PathBuf> = files.iter().filter(is_such).cloned().collect();
-        // rosbag2 numbers the files of a split bag: `flight_9.mcap`, `flight_10.mcap`.
-        let number = |file: &PathBuf| {
-            let stem = file.file_name()?.to_str()?.split('.').next()?;
-            stem.rsplit('_').next()?.parse::<u32>().ok()
-        };
-        found.sort_by_key(|file| (number(file), file.clone()));
-        found
-    };
-    let mut messages = with(&[".mcap", ".mcap.zstd"]);
-    // A file next to its packed copy.
-    let all = messages.clone();
-    messages.retain(|file| {
-        file.extension().is_none_or(|last| last != "zstd")
-            || !all.contains(&file.with_extension(""))
-    });
-    // A SQLite file is rejected later, with advice in the error.
-    let found = if messages.is_empty() { with(&[".db3"]) } else { messages };
-    if found.is_empty() {
-        let reason = "found a ROS 2 bag without an .mcap file".to_owned();
-        return Err(LogError::Unusable { path: log.to_path_buf(), reason });
-    }
-    Ok(Some(found))
 }
 
 /// Whether a file's first line has hovernav's own time column. A foreign `imu.csv` may be in the same directory as

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::bag::files_of_bag;
 use crate::format::Format;
 use crate::log::Options;
-use crate::recognise::{files_of_bag, recognise};
+use crate::recognise::recognise;
 use crate::window::Input;
 use hovernav_log::{Dataset, LogError};
 
@@ -21,7 +22,7 @@ const OF_A_PACKED_FILE: u64 = 20;
 /// As [`open`](crate::open), for a log of unknown format.
 pub fn bytes_of(log: &Path, options: &Options) -> Result<u64, LogError> {
     let in_bag = files_of_bag(log)?;
-    let first = in_bag.as_deref().and_then(<[_]>::first).map_or(log, PathBuf::as_path);
+    let first = in_bag.as_ref().and_then(|bag| bag.files.first()).map_or(log, PathBuf::as_path);
     if recognise(first)? == Format::Dataset {
         return Ok(Dataset::bytes_of(log, options.samples_in_memory.unwrap_or(usize::MAX)));
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::batch::REPEATED;
-use crate::clock_steps::{ClockSteps, Shifts};
+use crate::clock_steps::{ClockSteps, Course, Shifts};
 use crate::distribution::Distribution;
 use crate::error::LogError;
 use crate::remarks::Remarks;
@@ -62,18 +62,35 @@ impl<T> Rows<T> {
         steps: &mut ClockSteps,
         remarks: &mut Remarks,
     ) -> Result<(Vec<T>, Vec<u64>), LogError> {
-        let mut times: Vec<Time> = self.rows.iter_mut().map(|row| *time(row)).collect();
-        let shifts = steps.shifts(&times, &self.lines, remarks);
-        for (index, row) in self.rows.iter_mut().enumerate() {
-            times[index] = shifts.apply(index, times[index]);
-            *time(row) = times[index];
-        }
+        let times = self.shift(time, steps, remarks);
         let keep = kept(&times, &self.lines, path, remarks)?;
         let mut kept = keep.iter();
         self.rows.retain(|_| kept.next() == Some(&true));
         let mut kept = keep.iter();
         self.lines.retain(|_| kept.next() == Some(&true));
         Ok((self.rows, self.lines))
+    }
+
+    /// The rows in the order of the file, with their times on the clock of the first sensor.
+    pub fn shifted(mut self, time: impl Fn(&mut T) -> &mut Time, steps: &mut ClockSteps) -> Vec<T> {
+        self.shift(time, steps, &mut Remarks::new(""));
+        self.rows
+    }
+
+    /// Shifts the times as `steps` requires, and returns them.
+    fn shift(
+        &mut self,
+        time: impl Fn(&mut T) -> &mut Time,
+        steps: &mut ClockSteps,
+        remarks: &mut Remarks,
+    ) -> Vec<Time> {
+        let mut times: Vec<Time> = self.rows.iter_mut().map(|row| *time(row)).collect();
+        let shifts = steps.shifts(&times, &self.lines, remarks);
+        for (index, row) in self.rows.iter_mut().enumerate() {
+            times[index] = shifts.apply(index, times[index]);
+            *time(row) = times[index];
+        }
+        times
     }
 }
 
@@ -141,6 +158,7 @@ pub(crate) struct FirstLook {
     /// Number of rows at the time of the row before, and the line of the first.
     repeated: (usize, u64),
     groups: Vec<Group>,
+    course: Course,
     goes_back: bool,
 }
 
@@ -166,6 +184,7 @@ impl FirstLook {
             return false;
         }
         self.goes_back |= before.is_some_and(|before| time < before);
+        self.course.push(line, time);
         if before.is_none_or(|before| time - before > STRAY_GAP_S) {
             self.groups.push(Group::default());
         }
@@ -178,11 +197,13 @@ impl FirstLook {
         true
     }
 
-    /// Indices of the rows to leave out, rising; `None` if time goes back, which needs [`looked_again`].
-    pub fn left_out(mut self, remarks: &mut Remarks) -> Option<Vec<usize>> {
-        if self.goes_back {
+    /// Indices of the rows to leave out, rising; `None` if time goes back, here or in the first sensor, which needs
+    /// [`looked_again`].
+    pub fn left_out(mut self, steps: &mut ClockSteps, remarks: &mut Remarks) -> Option<Vec<usize>> {
+        if self.goes_back || steps.has_breaks() {
             return None;
         }
+        steps.steady(self.course, remarks);
         let (count, line) = self.repeated;
         (0..count).for_each(|_| remarks.count(REPEATED, line));
         if let Some(largest) = (0..self.groups.len()).max_by_key(|&index| self.groups[index].rows) {
@@ -355,7 +376,7 @@ mod tests {
             let fresh: Vec<bool> =
                 lines.iter().zip(&times).map(|(line, time)| look.push(*line, *time)).collect();
             let goes_back = times.windows(2).any(|pair| pair[1] < pair[0]);
-            let left_out = look.left_out(&mut first);
+            let left_out = look.left_out(&mut ClockSteps::default(), &mut first);
             prop_assert_eq!(left_out.is_none(), goes_back);
             if let Some(left_out) = left_out {
                 let steps = &mut ClockSteps::default();

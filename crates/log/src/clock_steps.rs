@@ -4,13 +4,15 @@ use crate::remarks::Remarks;
 use crate::statistics::median_interval_s;
 use hovernav::time::Time;
 
+const DAY: (i64, &str) = (86_400_000_000_000, "86400 s, a day");
+const DAY_S: f64 = 86_400.0;
 /// Periods of counters, ns, with their names.
 const PERIODS: [(i64, &str); 6] = [
     (65_536_000_000, "65.536 s, 2^16 ms"),
     (4_294_967_296_000, "4294.967 s, 2^32 µs"),
     (4_294_967_296_000_000, "4294967.296 s, 2^32 ms"),
     (604_800_000_000_000, "604800 s, a week"),
-    (86_400_000_000_000, "86400 s, a day"),
+    DAY,
     (3_600_000_000_000, "3600 s, an hour"),
 ];
 /// Number of the periods above, from the first, after which a clock may show the time at which the log began.
@@ -20,6 +22,10 @@ const LEAST_S: f64 = 1.0;
 const LEAST_INTERVALS: f64 = 5.0;
 /// Largest interval between the rows around the end of a period, in usual intervals.
 const LONGEST_INTERVALS: f64 = 3.0;
+/// Shortest outage, in usual intervals.
+const OUTAGE: f64 = 1.5;
+/// Inverse of the largest part of the rows before or after a restart that is no recording of its own.
+const SHORT_PARTS: usize = 4;
 /// Number of rows on either side that show a step, at least and at most.
 const ROWS: [f64; 2] = [2.0, 20.0];
 /// Largest number of breaks in a log; with more, its rows are shuffled.
@@ -28,16 +34,74 @@ const MOST_BREAKS: usize = 8;
 /// its covariance over such a gap by more than the motion within it.
 const BREAK_S: f64 = 5.0;
 
-/// Breaks in the clock of a log, as its first sensor shows them. The other sensors follow.
+/// Clock of a log, as its first sensor shows it. The other sensors follow.
 #[derive(Clone, Debug, Default)]
-pub struct ClockSteps(Option<Vec<Break>>);
+pub struct ClockSteps {
+    first: Option<FirstClock>,
+    /// Whether times are of the day: they start again at midnight, however long the interval over it is.
+    is_of_day: bool,
+}
 
+#[derive(Clone, Debug, Default)]
+struct FirstClock {
+    /// First and last time as logged.
+    ends: Option<(Time, Time)>,
+    /// Course after the shifts.
+    course: Course,
+    breaks: Vec<Break>,
+}
+
+/// A step back, with the times as logged.
 #[derive(Clone, Copy, Debug)]
 struct Break {
-    /// Time before the break, with earlier shifts.
     before: Time,
-    back_s: f64,
+    after: Time,
     shift_s: f64,
+    /// Whether a counter starts again.
+    is_period: bool,
+}
+
+impl Break {
+    fn back_s(&self) -> f64 {
+        self.before - self.after
+    }
+
+    /// Whether the clock may break between rows at `before` and `at`.
+    fn may_be_between(&self, before: Time, at: Time, tolerance_s: f64) -> bool {
+        before - self.before <= tolerance_s && self.after - at <= tolerance_s
+    }
+}
+
+/// First and last time of a clock that runs forward, and its longest intervals.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Course {
+    ends: Option<(Time, Time)>,
+    /// Line after each interval, the time before it, and its length, s.
+    long: Vec<(u64, Time, f64)>,
+}
+
+impl Course {
+    pub fn push(&mut self, line: u64, time: Time) {
+        let (first, last) = self.ends.unwrap_or((time, time));
+        if time - last > LEAST_S && self.long.len() <= MOST_BREAKS {
+            self.long.push((line, last, time - last));
+        }
+        self.ends = Some((first, last.max(time)));
+    }
+
+    /// The interval of about `length_s`, of which the course of `other` has no part.
+    fn lone(&self, other: &Self, length_s: f64, tolerance_s: f64) -> Option<(u64, f64)> {
+        let is_few = self.long.len() <= MOST_BREAKS && other.long.len() <= MOST_BREAKS;
+        let is_shared = |(_, before, length_s): &(u64, Time, f64)| {
+            let overlaps = |(_, start, other_s): &(u64, Time, f64)| {
+                start.offset_by(*other_s) > *before && *start < before.offset_by(*length_s)
+            };
+            other.long.iter().any(overlaps)
+        };
+        let mut alike = self.long.iter().filter(|long| (long.2 - length_s).abs() < tolerance_s);
+        let found = alike.find(|long| is_few && !is_shared(long))?;
+        Some((found.0, found.2))
+    }
 }
 
 /// Nanoseconds to be added to the times of the rows from an index on, ascending.
@@ -60,14 +124,25 @@ fn later(time: Time, nanoseconds: i64) -> Time {
 }
 
 impl ClockSteps {
-    /// Notes that the first sensor of the log has no steps.
-    pub(crate) fn none(&mut self) {
-        self.0.get_or_insert_default();
+    /// A clock of times of the day.
+    #[must_use]
+    pub fn of_day() -> Self {
+        Self { is_of_day: true, ..Self::default() }
+    }
+
+    /// Notes that a sensor's clock runs forward in `course`.
+    pub(crate) fn steady(&mut self, course: Course, remarks: &mut Remarks) {
+        match &self.first {
+            None => {
+                self.first = Some(FirstClock { ends: course.ends, course, breaks: Vec::new() });
+            }
+            Some(first) => name_leap(&first.course, &course, 0.0, remarks),
+        }
     }
 
     /// Whether the first sensor has breaks, which the others may need.
     pub(crate) fn has_breaks(&self) -> bool {
-        self.0.as_ref().is_some_and(|breaks| !breaks.is_empty())
+        self.first.as_ref().is_some_and(|first| !first.breaks.is_empty())
     }
 
     /// The shifts that make the `times` of a sensor, in the order of its file, run forward. Each step that no sensor
@@ -79,62 +154,158 @@ impl ClockSteps {
         remarks: &mut Remarks,
     ) -> Shifts {
         let usual_s = median_interval_s(times).unwrap_or(0.0).max(0.0);
-        if times.is_empty() || are_shuffled(times, usual_s) {
+        let (Some(&start), Some(&end)) = (times.first(), times.last()) else {
+            return Shifts::default();
+        };
+        if are_shuffled(times, usual_s) {
             return Shifts::default();
         }
-        let steps: Vec<usize> =
+        let mut steps: Vec<usize> =
             (1..times.len()).filter(|&index| is_step(times, index, usual_s)).collect();
-        let back_s = |index: usize| times[index - 1] - times[index];
-        let mut unseen = self.0.clone().unwrap_or_default();
         // Rows at which time is added, s.
-        let mut added: Vec<(usize, f64)> = Vec::new();
+        let mut added = match &self.first {
+            Some(first) => first.followed(times, usual_s, &mut steps),
+            None => Vec::new(),
+        };
+        let mut breaks = Vec::new();
         for index in steps {
-            let (back_s, line) = (back_s(index), format!("{} {}", remarks.place(), lines[index]));
-            let from_start_s = (times[index] - times[0]).abs();
-            let is_restart = from_start_s < LEAST_S.max(LONGEST_INTERVALS * usual_s);
+            let (before, after) = (times[index - 1], times[index]);
+            let (back_s, line) = (before - after, format!("{} {}", remarks.place(), lines[index]));
+            let is_restart = (after - start).abs() < LEAST_S.max(LONGEST_INTERVALS * usual_s);
             let counters = if is_restart { &PERIODS[..COUNTERS] } else { &PERIODS[..] };
-            let known = unseen.iter().position(|known| {
-                (known.back_s - back_s).abs() < LONGEST_INTERVALS * usual_s + LEAST_S
-            });
-            if let Some(known) = known {
-                added.push((index, unseen.remove(known).shift_s));
-            } else if let Some((period_ns, name)) = period(counters, back_s, usual_s) {
-                added.push((index, *period_ns as f64 * 1e-9));
+            let midnight = (self.is_of_day && back_s > 0.5 * DAY_S).then_some(&DAY);
+            let period = midnight.or_else(|| period(counters, back_s, usual_s));
+            let shift_s = if let Some((period_ns, name)) = period {
                 remarks.say(format!("{line}: the clock starts again after {name}: continued"));
-            } else if is_restart {
+                *period_ns as f64 * 1e-9
+            } else if is_restart && SHORT_PARTS * index.min(times.len() - index) > times.len() {
                 // A second recording.
-            } else if self.0.is_some() {
-                added.push((index, back_s + usual_s));
+                continue;
+            } else if self.first.is_some() {
                 remarks.say(format!(
                     "{line}: the clock goes back by {back_s:.3} s, that of the first sensor does not: continued"
                 ));
+                back_s + usual_s
             } else {
                 let shift_s = back_s + BREAK_S;
-                added.push((index, shift_s));
                 remarks.say(format!(
                     "{line}: the clock goes back by {back_s:.3} s. The time that passed is unknown: read as a \
                      gap of {BREAK_S} s, and later times are {shift_s:.3} s more than in the log"
                 ));
+                shift_s
+            };
+            added.push((index, shift_s));
+            breaks.push(Break { before, after, shift_s, is_period: period.is_some() });
+        }
+        added.sort_by_key(|(index, _)| *index);
+        let mut by_ns = 0;
+        let shifts = Shifts(
+            added
+                .into_iter()
+                .map(|(index, shift_s)| {
+                    by_ns += (1e9 * shift_s).round() as i64;
+                    (index, by_ns)
+                })
+                .collect(),
+        );
+        let mut course = Course::default();
+        for (index, (time, line)) in times.iter().zip(lines).enumerate() {
+            course.push(*line, shifts.apply(index, *time));
+        }
+        match &self.first {
+            None => self.first = Some(FirstClock { ends: Some((start, end)), course, breaks }),
+            Some(first) => name_leap(&first.course, &course, usual_s, remarks),
+        }
+        shifts
+    }
+}
+
+impl FirstClock {
+    /// Rows of another sensor at which its clock breaks as the first one does, and the time to be added, s. Removes
+    /// these breaks from the sensor's own `steps`.
+    fn followed(&self, times: &[Time], usual_s: f64, steps: &mut Vec<usize>) -> Vec<(usize, f64)> {
+        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let (mut from, mut added) = (0, Vec::new());
+        for one in &self.breaks {
+            let is_alike = |&index: &usize| {
+                (one.back_s() - (times[index - 1] - times[index])).abs() < tolerance_s
+            };
+            let may_be =
+                |index: &usize| one.may_be_between(times[index - 1], times[*index], tolerance_s);
+            let own = steps.iter().position(is_alike).or_else(|| steps.iter().position(may_be));
+            if let Some(own) = own {
+                from = steps.remove(own);
+                added.push((from, one.shift_s));
+            } else if one.is_period {
+                let is_later = |first: Time| {
+                    let start = self.ends.map_or(first, |ends| ends.0);
+                    from == 0 && start - first > tolerance_s && one.after - first <= tolerance_s
+                };
+                added.extend(is_later(times[0]).then_some((0, one.shift_s)));
+            } else if let Some(index) = self.hidden(one, times, from, usual_s) {
+                from = index;
+                added.push((index, one.shift_s));
+            } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
+                && after > 0
+            {
+                // A clock that goes on where that of the first sensor breaks only gets the gap.
+                added.push((from + after, BREAK_S));
             }
         }
-        // A clock that goes on where that of the first sensor breaks only gets the gap.
-        let passed = |known: &Break| {
-            let after = times.partition_point(|time| *time <= known.before);
-            (after > 0 && after < times.len()).then_some((after, BREAK_S))
+        added
+    }
+
+    /// The first row after the break `one` of a clock that breaks with the first one, but whose rows are too far apart
+    /// to show a step back; `None` for a clock that goes on.
+    fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
+        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let interval_s = |index: &usize| times[*index] - times[index - 1];
+        let around = || {
+            let from = from.max(1);
+            (from..times.len())
+                .filter(|&index| one.may_be_between(times[index - 1], times[index], tolerance_s))
         };
-        added.extend(unseen.iter().filter_map(passed));
-        added.sort_by_key(|(index, _)| *index);
-        let (mut by_ns, mut shifts, mut breaks) = (0, Vec::new(), Vec::new());
-        for (index, shift_s) in added {
-            let before = later(times[index - 1], by_ns);
-            breaks.push(Break { before, back_s: back_s(index), shift_s });
-            by_ns += (1e9 * shift_s).round() as i64;
-            shifts.push((index, by_ns));
+        let by_interval = |a: &usize, b: &usize| interval_s(a).total_cmp(&interval_s(b));
+        let shortest = around().min_by(by_interval)?;
+        if interval_s(&shortest) < usual_s - 0.5 * one.back_s() {
+            return Some(shortest);
         }
-        // Periods are those of each sensor's own counter.
-        breaks.retain(|one| period(&PERIODS, one.back_s, usual_s).is_none());
-        self.0.get_or_insert(breaks);
-        Shifts(shifts)
+        // An outage covers the break: a clock that goes on ends later than the first one.
+        let late_s = *times.last()? - self.ends?.1;
+        let goes_on = (late_s - one.back_s()).abs() < late_s.abs();
+        let longest = around().max_by(by_interval)?;
+        if goes_on {
+            None
+        } else if interval_s(&longest) > OUTAGE * usual_s {
+            Some(longest)
+        } else {
+            // A sensor that begins after the break.
+            let begins_after = from == 0 && one.after - times[0] <= tolerance_s;
+            begins_after.then_some(0)
+        }
+    }
+}
+
+/// Names the interval of one clock by which two clocks that begin together end apart. It may be an outage: no time is
+/// changed.
+fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks) {
+    let (Some(a), Some(b)) = (first.ends, other.ends) else { return };
+    let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * LEAST_S;
+    let late_s = b.1 - a.1;
+    if (b.0 - a.0).abs() > tolerance_s || late_s.abs() < LEAST_S.max(tolerance_s) {
+        return;
+    }
+    let (one, another, whose, then) = match late_s > 0.0 {
+        true => (other, first, "the clock", "later"),
+        false => (first, other, "the clock of the first sensor", "earlier"),
+    };
+    if let Some((line, length_s)) = one.lone(another, late_s.abs(), tolerance_s) {
+        let place = remarks.place();
+        remarks.say(format!(
+            "{place} {line}: {whose} may go forward by {length_s:.3} s: only one of the two has this gap, and this \
+             sensor ends {:.3} s {then} than the first. Times are used as logged",
+            late_s.abs()
+        ));
     }
 }
 

@@ -28,17 +28,19 @@ impl Dataset {
     /// axes, clocks or rates: see [`check_setup`](Self::check_setup).
     pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        let why = || {
+            let told = self.warnings.iter().filter(|told| told.contains("left out"));
+            told.fold(String::new(), |why, told| {
+                format!("{why}{}{told}", if why.is_empty() { ": " } else { "; " })
+            })
+        };
         if self.sample_count() == 0 {
-            return refused("found no inertial samples, and navigation needs them".to_owned());
+            let needed = "found no inertial samples, and navigation needs them";
+            return refused(format!("{needed}{}", why()));
         }
         if self.fixes.is_empty() {
-            let told = self.warnings.iter().filter(|told| told.contains("left out"));
-            let reasons: Vec<&str> = told.map(String::as_str).collect();
-            let reasons = reasons.join("; ");
-            let why = if reasons.is_empty() { String::new() } else { format!(": {reasons}") };
-            return refused(format!(
-                "found no usable fix, expected at least one to start from{why}"
-            ));
+            let needed = "found no usable fix, expected at least one to start from";
+            return refused(format!("{needed}{}", why()));
         }
         self.ensure_possible(log)
     }

@@ -8,7 +8,7 @@ use crate::clock::Rows;
 use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::remarks::Remarks;
-use crate::statistics::median_interval_s;
+use crate::statistics::{median_interval_s, quantile};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
@@ -32,6 +32,13 @@ const AT_REST_SIGMA_MPS: f64 = 0.1;
 const REPEATING: f64 = 1.5;
 /// Number of new fixes that show their interval.
 const LEAST_NEW: usize = 5;
+/// Quantile of the intervals between new fixes that is the receiver's own: a receiver at rest may repeat its values.
+const SHORT: f64 = 0.1;
+/// Smallest ratio of that interval to the median of even ones, and its smallest length in rows where they are uneven.
+const EVEN: f64 = 0.5;
+const MANY_ROWS: f64 = 10.0;
+/// Longest time for which rows that are known to repeat a fix do so, s: one missing fix at 1 Hz.
+const LONGEST_HELD_S: f64 = 2.5;
 /// Values that loggers write for an unknown one: round numbers, and the ends of 16 and 32 bits.
 const UNKNOWN: [f64; 8] =
     [-9999.0, 9999.0, -99_999.0, 99_999.0, -999.0, -32_768.0, 32_767.0, 65_535.0];
@@ -57,8 +64,8 @@ pub enum Dimensions {
     /// A position with a height, also where the log does not state it.
     #[default]
     Three,
-    /// A fix type of unknown meaning. 0 is no fix. 2 is two-dimensional in a log with fixes of type 3 and none of
-    /// type 1.
+    /// A fix type of unknown meaning. 0 is no fix. In a log with fixes of type 3, 1 is no fix and 2 is two-dimensional,
+    /// as in UBX and MAVLink. In other logs they are those of NMEA 0183.
     Type(f64),
 }
 
@@ -139,6 +146,12 @@ impl StatedFix {
         }
     }
 
+    /// Whether it has a position that is used.
+    #[must_use]
+    pub fn is_fix(&self) -> bool {
+        self.fault().is_none()
+    }
+
     /// Reason why this is not a fix, if it is not.
     fn fault(&self) -> Option<&'static str> {
         let [lat, lon, height] = self.position;
@@ -188,18 +201,27 @@ pub(crate) fn no_place([lat, lon, _]: [f64; 3]) -> &'static str {
 pub struct FixGate {
     rows: Rows<Row>,
     last_height_m: Option<f64>,
-    /// Whether any fix is of type 1 and of type 3.
-    types: [bool; 2],
+    /// Whether any fix is of type 3.
+    has_type_3: bool,
+    /// Whether rows are known to repeat the last fix.
+    is_held: bool,
+    last: Option<Fix>,
 }
 
 #[derive(Debug)]
 struct Row {
     fix: Fix,
     has_height: bool,
-    is_of_type_2: bool,
+    /// NaN if unknown.
+    fix_type: f64,
 }
 
 impl FixGate {
+    /// Notes that rows repeat the last fix until there is a new one.
+    pub fn hold(&mut self) {
+        self.is_held = true;
+    }
+
     /// Adds the fix found at `place`, a line or byte offset, without its implausible values. Returns whether it is a
     /// fix; `remarks` counts unused values.
     pub fn push(&mut self, place: u64, mut stated: StatedFix, remarks: &mut Remarks) -> bool {
@@ -223,8 +245,11 @@ impl FixGate {
             return false;
         };
         self.last_height_m = Some(height_m);
-        let is_of_type = |number: f64| stated.dimensions == Dimensions::Type(number);
-        self.types = [self.types[0] | is_of_type(1.0), self.types[1] | is_of_type(3.0)];
+        let fix_type = match stated.dimensions {
+            Dimensions::Type(number) => number,
+            _ => f64::NAN,
+        };
+        self.has_type_3 |= fix_type == 3.0;
         let (horizontal, velocity_sigma) = at_rest(&stated);
         let known = |sigma: [f64; 3]| sigma.iter().all(|s| s.is_finite()).then(|| sigma.into());
         let fix = Fix {
@@ -239,7 +264,13 @@ impl FixGate {
             ..Fix::at(time, position)
         };
         let fix = plausible(fix, place, remarks);
-        self.rows.push(place, Row { fix, has_height, is_of_type_2: is_of_type(2.0) });
+        let is_repeated = |last: &Fix| {
+            values(last) == values(&fix) && (0.0..LONGEST_HELD_S).contains(&(fix.time - last.time))
+        };
+        if !(self.is_held && self.last.as_ref().is_some_and(is_repeated)) {
+            self.last = Some(fix);
+            self.rows.push(place, Row { fix, has_height, fix_type });
+        }
         true
     }
 
@@ -253,14 +284,20 @@ impl FixGate {
         steps: &mut ClockSteps,
         remarks: &mut Remarks,
     ) -> Result<Vec<Fix>, LogError> {
-        let (rows, lines) =
-            self.rows.in_time_order(|row| &mut row.fix.time, path, steps, remarks)?;
+        let mut known = Rows::new();
+        for (line, row) in self.rows.into_rows() {
+            match self.has_type_3 && row.fix_type == 1.0 {
+                true => remarks.count("left out: no fix, type 1 in a log with type 3", line),
+                false => known.push(line, row),
+            }
+        }
+        let (rows, lines) = known.in_time_order(|row| &mut row.fix.time, path, steps, remarks)?;
         let first_m = rows.iter().find(|row| row.has_height).map(|row| row.fix.position.height_m);
         if first_m.is_none() && !rows.is_empty() {
             remarks.say("no fix has a height: 0 m is assumed, and the height is unknown".into());
         }
-        let are_dimensions = self.types == [false, true];
-        let held = rows.iter().filter(|row| row.is_of_type_2 && are_dimensions).count();
+        let is_flat = |row: &Row| self.has_type_3 && row.fix_type == 2.0;
+        let held = rows.iter().filter(|row| is_flat(row)).count();
         if held > 0 {
             remarks.say(format!(
                 "fixes of type 2, {held} of them: two-dimensional, used for the horizontal alone"
@@ -273,7 +310,7 @@ impl FixGate {
             if let Some(height_m) = first_m.filter(|_| until_height) {
                 row.fix.position.height_m = height_m;
             }
-            row.fix.two_dimensional |= row.is_of_type_2 && are_dimensions;
+            row.fix.two_dimensional |= is_flat(&row);
             fixes.push(row.fix);
         }
         let mut repeats = repeats(&fixes).into_iter().zip(lines);
@@ -328,22 +365,32 @@ fn plausible(mut fix: Fix, place: u64, remarks: &mut Remarks) -> Fix {
     fix
 }
 
+/// Values that differ between two fixes.
+fn values(fix: &Fix) -> impl PartialEq {
+    (fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps)
+}
+
 /// Whether each fix repeats an earlier one, because rows come more often than the receiver computes. Equal fixes more
-/// than the usual interval apart are of a receiver at rest, and are no repetitions.
+/// than the usual interval apart are of a receiver at rest, and are no repetitions. Neither are those at
+/// irregular intervals, of a receiver at rest with coarse numbers.
 fn repeats(fixes: &[Fix]) -> Vec<bool> {
-    let values = |fix: &Fix| (fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps);
     let times: Vec<Time> = fixes.iter().map(|fix| fix.time).collect();
     let is_new = |pair: &&[Fix]| values(&pair[0]) != values(&pair[1]);
     let new: Vec<Time> = fixes.windows(2).filter(is_new).map(|pair| pair[1].time).collect();
+    let row_s = median_interval_s(&times).unwrap_or(0.0);
+    let mut intervals_s: Vec<f64> = new.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let short_s = quantile(&mut intervals_s, SHORT);
     let mut repeats = vec![false; fixes.len()];
-    if let (Some(row_s), Some(fix_s)) = (median_interval_s(&times), median_interval_s(&new))
+    if let (Some(short_s), Some(usual_s)) = (short_s, quantile(&mut intervals_s, 0.5))
         && new.len() >= LEAST_NEW
-        && fix_s > REPEATING * row_s
+        && short_s > REPEATING * row_s
+        && (short_s > EVEN * usual_s || short_s > MANY_ROWS * row_s)
     {
+        let longest_s = REPEATING * short_s;
         let mut kept = 0;
         for (index, repeats) in repeats.iter_mut().enumerate().skip(1) {
             *repeats = values(&fixes[index]) == values(&fixes[kept])
-                && fixes[index].time - fixes[kept].time < REPEATING * fix_s;
+                && fixes[index].time - fixes[kept].time < longest_s;
             kept = if *repeats { kept } else { index };
         }
     }

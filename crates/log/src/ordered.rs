@@ -52,12 +52,9 @@ pub(crate) fn gather<R: TimedRows, G>(
             push(&mut made, line, row);
         }
     }
-    let order = match look.left_out(rows.remarks()) {
-        Some(left_out) if !steps.has_breaks() => {
-            steps.none();
-            Order { left_out, ..Order::default() }
-        }
-        _ => disordered(open()?, steps, rows.remarks())?,
+    let order = match look.left_out(steps, rows.remarks()) {
+        Some(left_out) => Order { left_out, ..Order::default() },
+        None => disordered(open()?, steps, rows.remarks())?,
     };
     if order != Order::default() {
         made = begin();

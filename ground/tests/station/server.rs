@@ -11,8 +11,8 @@ use tungstenite::Message;
 /// Sends raw bytes and returns the answer.
 fn raw(served: &Served, request: &str) -> String {
     let mut stream = TcpStream::connect(served.address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
-    stream.write_all(request.as_bytes()).unwrap();
+    // The server closes the connection within a request that is too long, before or after its last byte.
+    let _ = stream.write_all(request.as_bytes());
     let stays_open = !request.contains("Connection: close");
     let (mut answer, mut buffer) = (String::new(), [0; 4096]);
     // A connection that stays open has answered with the end of its headers.

@@ -79,6 +79,12 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             }
             (name, fields) => match schemas.get(name) {
                 None => damages.add(line, "found a message that no FMT describes; ignored"),
+                // Free text may contain commas.
+                Some(schema) if schema.ends_in_text() => {
+                    let fields: Vec<&str> =
+                        text.splitn(1 + schema.width(), ',').skip(1).map(str::trim).collect();
+                    give(schema, &fields, line, take);
+                }
                 // Decimal commas make more fields, but no blank follows them.
                 Some(schema) if fields.len() > schema.width() => {
                     let parts: Vec<String> = text

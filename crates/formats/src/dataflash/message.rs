@@ -1,6 +1,7 @@
 //! The messages that are read, and the fields of each with their units.
 
 use crate::choice::{is_alive, is_fix};
+use hovernav_log::Dimensions;
 
 /// A message of ArduPilot, or of PX4 logs in the same format from before 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -122,7 +123,7 @@ impl Message {
             Self::Imt => is_alive([row[5], row[6], row[7]]),
             Self::Gps => {
                 let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
-                is_fix(or(row[3], row[4]), [row[5], or(row[6], row[7])])
+                is_fix(Dimensions::of_type(or(row[3], row[4])), [row[5], or(row[6], row[7])])
             }
             Self::Baro => is_healthy(&row[3..5]) && row[2].is_finite(),
             Self::Magnetometer => is_healthy(&row[5..6]) && is_alive([row[2], row[3], row[4]]),

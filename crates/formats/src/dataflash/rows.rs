@@ -73,16 +73,18 @@ impl Rows {
                 self.gps(row, clock_s, time, place);
             }
             Message::GpsAccuracy if self.gps == Some(instance) => self.accuracy(row, clock_s),
-            Message::Baro if self.baro == Some(instance) && message.is_good(row) => {
-                to.baro(place, time, row[2]);
-            }
+            Message::Baro if self.baro == Some(instance) => match row[3..5].contains(&0.0) {
+                true => to.other_left_out(place, UNHEALTHY_BARO),
+                false => to.baro(place, time, row[2]),
+            },
             Message::Rangefinder if self.rangefinder == Some(instance) => {
                 distance(row, time, place, to);
             }
-            Message::Magnetometer
-                if self.magnetometer == Some(instance) && message.is_good(row) =>
-            {
-                to.magnetometer(place, time, [row[2], row[3], row[4]]);
+            Message::Magnetometer if self.magnetometer == Some(instance) => {
+                match row[5..6].contains(&0.0) {
+                    true => to.other_left_out(place, UNHEALTHY_FIELD),
+                    false => to.magnetometer(place, time, [row[2], row[3], row[4]]),
+                }
             }
             Message::RcIn => {
                 let stick =
@@ -236,6 +238,9 @@ fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
         to.innovation(OnboardInnovation { time, channel, innovation, sigma: None });
     }
 }
+
+const UNHEALTHY_BARO: &str = "left out: the log marks the barometer as unhealthy (Health, H)";
+const UNHEALTHY_FIELD: &str = "left out: the log marks the magnetometer as unhealthy (Health)";
 
 /// ArduPilot's orientation of a downward sensor, and its state of a valid reading.
 const DOWNWARD: f64 = 25.0;

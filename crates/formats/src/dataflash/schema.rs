@@ -97,6 +97,11 @@ impl Schema {
         self.labels.len()
     }
 
+    /// Whether the last field is a text.
+    pub fn ends_in_text(&self) -> bool {
+        self.labels.last().is_some_and(|(_, format)| matches!(format, b'n' | b'N' | b'Z'))
+    }
+
     /// Sets the units and multipliers of the fields, one character each.
     pub fn set_multipliers(&mut self, units: &str, ids: &str, known: &HashMap<u8, f64>) {
         let counts = units.bytes().take(self.labels.len()).position(|unit| unit == b'#');

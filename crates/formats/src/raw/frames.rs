@@ -15,6 +15,9 @@ pub(super) enum Kind {
     Rtcm,
 }
 
+/// CRC-24Q, as in LTE.
+const CRC: crc::Crc<u32, crc::Table<16>> = crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_24_LTE_A);
+
 /// Longest frame that is recognised, bytes.
 pub(super) const LONGEST: usize = 8192;
 /// Longest sentence, bytes.
@@ -28,6 +31,17 @@ pub(super) fn at(bytes: &[u8]) -> Option<(Kind, usize)> {
         0xD3 => rtcm(bytes),
         _ => None,
     }
+}
+
+/// Number of bytes whose checksum [`at`] computes; zero if no frame begins there.
+pub(super) fn work(bytes: &[u8]) -> usize {
+    let end = match *bytes {
+        [0xB5, 0x62, _, _, low, high, ..] => 6 + usize::from(u16::from_le_bytes([low, high])),
+        [0xD3, high @ ..4, low, ..] => 3 + usize::from(u16::from_be_bytes([high, low])),
+        [b'$', ..] => LONGEST_SENTENCE,
+        _ => 0,
+    };
+    if end > LONGEST { 0 } else { end.min(bytes.len()) }
 }
 
 /// Whether a frame may begin with `bytes`, whole or damaged.
@@ -62,12 +76,7 @@ fn rtcm(bytes: &[u8]) -> Option<(Kind, usize)> {
     let &[_, high, low] = bytes.first_chunk()?;
     let end = 3 + usize::from(u16::from_be_bytes([high, low]));
     let &[a, b, c] = bytes.get(end..)?.first_chunk().filter(|_| high < 4)?;
-    let sum = bytes[..end].iter().fold(0_u32, |sum, byte| {
-        (0..8).fold(sum ^ u32::from(*byte) << 16, |sum, _| {
-            let next = sum << 1;
-            if next & 0x0100_0000 == 0 { next } else { next ^ 0x0186_4CFB }
-        })
-    });
+    let sum = CRC.checksum(&bytes[..end]);
     (sum == u32::from_be_bytes([0, a, b, c])).then_some((Kind::Rtcm, end + 3))
 }
 

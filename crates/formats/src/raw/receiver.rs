@@ -22,6 +22,8 @@ use hovernav::time::Time;
 use hovernav_log::utc::moment;
 use hovernav_log::{Dimensions, LogError, Manifest, StatedFix};
 
+const DAY_NS: i64 = 86_400_000_000_000;
+
 /// The fixes and headings of one protocol in the stream.
 struct Heard {
     name: &'static str,
@@ -52,6 +54,9 @@ impl Heard {
         self.fixes.extend(self.receiver.flush().map(|fix| (place, fix)));
     }
 }
+
+/// Largest number of bytes whose checksum is computed in vain, for each byte of the stream.
+const MOST_WORK: u64 = 64;
 
 /// Frames of a stream that no decoder reads.
 #[derive(Default)]
@@ -105,6 +110,8 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
 fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> {
     let mut unread = Unread::default();
     let mut window = begin(input)?;
+    // Bytes of which a checksum was computed in vain.
+    let mut in_vain = 0_u64;
     let [ubx, tsip, nmea] = heard;
     loop {
         let offset = window.offset();
@@ -112,7 +119,9 @@ fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> 
         if bytes.is_empty() {
             return Ok(unread);
         }
-        let length = match frames::at(bytes) {
+        // Only bytes that are made to look like long frames exceed the limit. A frame among them may be lost.
+        let is_worthwhile = in_vain <= MOST_WORK * (offset + frames::LONGEST as u64);
+        let length = match is_worthwhile.then(|| frames::at(bytes)).flatten() {
             Some((kind, length)) => {
                 match kind {
                     Kind::Ubx { class } => {
@@ -126,6 +135,7 @@ fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> 
                 length
             }
             None => {
+                in_vain += frames::work(bytes) as u64;
                 unread.damaged += usize::from(frames::may_begin(bytes));
                 let next = (1..bytes.len()).find(|&at| matches!(bytes[at], 0xB5 | b'$' | 0xD3));
                 let length = next.unwrap_or(bytes.len()).min(bytes.len());
@@ -179,27 +189,59 @@ fn unix_ns(fix: &ReceiverFix) -> Option<i64> {
     })
 }
 
+/// Time of day of a fix, UTC, ns, also without a date. Leap seconds that the receiver does not state are those since
+/// 2017.
+fn of_day_ns(fix: &ReceiverFix) -> Option<i64> {
+    let of_day = match fix.time? {
+        ReceiverTime::Utc { time_of_day_ns, .. } => i64::try_from(time_of_day_ns).ok()?,
+        ReceiverTime::Gps { time_of_week_ns, leap_seconds, .. } => {
+            let leap_s = leap_seconds.map_or(18, i64::from);
+            i64::try_from(time_of_week_ns).ok()? - leap_s * 1_000_000_000
+        }
+    };
+    Some(unix_ns(fix).unwrap_or(of_day).rem_euclid(DAY_NS))
+}
+
+/// Time between two fixes, ns; less than half a day if either has no date.
+fn apart_ns(fix: &ReceiverFix, before: &ReceiverFix) -> Option<i64> {
+    let dated = unix_ns(fix).zip(unix_ns(before));
+    let of_day = || of_day_ns(fix).zip(of_day_ns(before));
+    match dated {
+        Some((fix, before)) => fix.checked_sub(before),
+        None => {
+            let (fix, before) = of_day()?;
+            Some((fix - before + DAY_NS / 2).rem_euclid(DAY_NS) - DAY_NS / 2)
+        }
+    }
+}
+
 /// The fixes of both protocols in the order of the stream; of the `poorer` ones only those of epochs that the
-/// `richer` ones lack.
+/// `richer` ones lack. A poorer fix without a time is one before or after all richer ones.
 fn merged(
     richer: Vec<(u64, ReceiverFix)>,
     poorer: Vec<(u64, ReceiverFix)>,
 ) -> Vec<(u64, ReceiverFix)> {
     /// Largest difference of the times of one epoch, ns.
     const EPOCH_NS: i64 = 50_000_000;
-    if richer.is_empty() || poorer.is_empty() {
-        return if richer.is_empty() { poorer } else { richer };
-    }
-    let mut times: Vec<i64> = richer.iter().filter_map(|(_, fix)| unix_ns(fix)).collect();
-    times.sort_unstable();
-    let is_new = |fix: &ReceiverFix| {
-        unix_ns(fix).filter(|_| !times.is_empty()).is_some_and(|time| {
-            let after = times.partition_point(|known| *known < time - EPOCH_NS);
-            times.get(after).is_none_or(|known| *known > time + EPOCH_NS)
+    let (Some(&(first, _)), Some(&(last, _))) = (richer.first(), richer.last()) else {
+        return poorer;
+    };
+    let mut known: Vec<(i64, ReceiverFix)> =
+        richer.iter().filter_map(|(_, fix)| Some((of_day_ns(fix)?, *fix))).collect();
+    known.sort_by_key(|(of_day, _)| *of_day);
+    let is_new = |&(place, ref fix): &(u64, ReceiverFix)| {
+        let Some(of_day) = of_day_ns(fix) else { return !(first..=last).contains(&place) };
+        // An epoch at midnight may be at either end of the day.
+        ![-DAY_NS, 0, DAY_NS].into_iter().any(|turn| {
+            let start = known.partition_point(|(time, _)| *time < of_day + turn - EPOCH_NS);
+            let near =
+                known[start..].iter().take_while(|(time, _)| *time <= of_day + turn + EPOCH_NS);
+            { near }.any(|(_, known)| apart_ns(fix, known).is_some_and(|ns| ns.abs() <= EPOCH_NS))
         })
     };
+    let new: Vec<(u64, ReceiverFix)> = poorer.into_iter().filter(is_new).collect();
     let mut all = richer;
-    all.extend(poorer.into_iter().filter(|(_, fix)| is_new(fix)));
+    all.extend(new);
     all.sort_by_key(|(place, _)| *place);
     all
 }
@@ -228,22 +270,21 @@ fn gather(
     }
     let mut quality = QualityCheck::new(Limits::default());
     let mut poor: Option<(usize, String)> = None;
-    let (mut seconds, mut before, mut last_utc_ns) = (0.0, None::<ReceiverTime>, None::<i64>);
+    let (mut seconds, mut before) = (0.0, None::<&ReceiverFix>);
     let (mut without_time, mut above_sea) = (0usize, 0usize);
     let mut epochs = HashMap::new();
     for (index, (place, fix)) in fixes.iter().enumerate() {
-        let step_s = fix.time.zip(before).and_then(|(now, before)| now.since(&before));
+        let on_one_scale = before.and_then(|before| fix.time?.since(&before.time?));
         // Between two protocols, and so two time scales.
-        let by_utc = || Some((unix_ns(fix)? - last_utc_ns?) as f64 * 1e-9);
-        let step_s = step_s.or_else(by_utc);
-        last_utc_ns = unix_ns(fix).or(last_utc_ns);
+        let by_utc = || Some(apart_ns(fix, before?)? as f64 * 1e-9);
+        let step_s = on_one_scale.or_else(by_utc);
         without_time += usize::from(fix.time.is_none());
         seconds += match step_s {
             Some(step_s) => step_s,
             None if index == 0 => 0.0,
             None => 1.0,
         };
-        before = fix.time.or(before);
+        before = fix.time.map(|_| fix).or(before);
         if let Some(failure) = quality.check(fix).iter().next() {
             let (count, _) = poor.get_or_insert_with(|| (0, failure.to_string()));
             *count += 1;

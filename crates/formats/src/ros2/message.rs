@@ -5,10 +5,11 @@
 //! 103 and REP 145.
 
 use super::cdr::Cdr;
-use crate::choice::is_alive;
+use crate::choice::{is_alive, is_fix};
+use hovernav_log::Dimensions;
 
 /// The type of a topic's messages.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     Imu,
     Fix,
@@ -93,6 +94,13 @@ pub(super) struct NavSatFix {
     pub sigma_m: Option<[f64; 3]>,
     /// Speed over ground, m/s, course, °, and climb, m/s, where the message has them.
     pub motion: Option<[f64; 3]>,
+}
+
+impl NavSatFix {
+    /// Dimensions of the position.
+    pub fn dimensions(&self) -> Dimensions {
+        if self.has_fix { Dimensions::Three } else { Dimensions::None }
+    }
 }
 
 /// `gps_msgs/GPSFix`.
@@ -185,7 +193,7 @@ pub(super) fn is_good(kind: Kind, cdr: &mut Cdr<'_>) -> bool {
     match kind {
         Kind::Imu => imu(cdr).is_some_and(|imu| is_alive(imu.force_mps2)),
         Kind::Fix | Kind::GpsFix => fix_of(kind, cdr)
-            .is_some_and(|fix| fix.has_fix && [fix.latitude_deg, fix.longitude_deg] != [0.0; 2]),
+            .is_some_and(|fix| is_fix(fix.dimensions(), [fix.latitude_deg, fix.longitude_deg])),
         Kind::Field => cdr.f64s().is_some_and(is_alive),
         _ => true,
     }

@@ -24,7 +24,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::utc::moment;
-use hovernav_log::{Dimensions, LogError, Manifest, StatedFix, pressure_altitude_m};
+use hovernav_log::{LogError, Manifest, StatedFix, pressure_altitude_m};
 use message::{Header, Kind};
 use topics::Topics;
 
@@ -164,7 +164,7 @@ impl Gathered {
 
     fn fix(&mut self, fix: &message::NavSatFix, time: Time, place: u64) {
         let position = [fix.latitude_deg, fix.longitude_deg, fix.height_m];
-        let dimensions = if fix.has_fix { Dimensions::Three } else { Dimensions::None };
+        let dimensions = fix.dimensions();
         let position_sigma_m = fix.sigma_m.unwrap_or([f64::NAN; 3]);
         let mut stated = StatedFix::at(Some(time), position);
         if let Some([speed_mps, course_deg, climb_mps]) = fix.motion {

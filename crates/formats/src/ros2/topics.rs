@@ -1,6 +1,6 @@
 //! Lists the topics of a log and chooses those that are read.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use mcap::records::{Channel, Record};
@@ -11,7 +11,7 @@ use super::message::{Kind, header, is_good};
 use super::topic::{Stamps, Topic};
 use super::velocity;
 use crate::assembly::Assembly;
-use crate::choice::{Counts, Tally};
+use crate::choice::{Counts, Tally, listed};
 use crate::damages::Damages;
 use crate::log::Options;
 use crate::window::Input;
@@ -23,7 +23,7 @@ const LONGEST_NAME: usize = 1024;
 /// The channels that are read.
 #[derive(Debug)]
 pub(super) struct Topics {
-    chosen: Vec<Topic>,
+    kinds: BTreeMap<ChannelId, Kind>,
     /// Whether times are the messages' own stamps; otherwise the times at which they were logged.
     pub by_stamp: bool,
 }
@@ -31,7 +31,7 @@ pub(super) struct Topics {
 impl Topics {
     /// The kind of the messages of `channel`, if they are read.
     pub fn kind(&self, channel: ChannelId) -> Option<Kind> {
-        self.chosen.iter().find(|topic| topic.channels.contains(&channel)).map(|topic| topic.kind)
+        self.kinds.get(&channel).copied()
     }
 
     /// Surveys the log, chooses topics, and notes the others.
@@ -46,10 +46,7 @@ impl Topics {
             assembly.say(format!("damaged at byte {offset}: {reason}"));
         }
         if !others.is_empty() {
-            let names: Vec<&str> = others.iter().take(12).map(String::as_str).collect();
-            let more = others.len().saturating_sub(names.len());
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            assembly.note(format!("unused topics: {}{more}", names.join(", ")));
+            assembly.note(format!("unused topics: {}", listed(others.into_iter())));
         }
         let unusable = |reason| LogError::Unusable { path: path.to_path_buf(), reason };
         let mut chosen = Vec::new();
@@ -83,7 +80,10 @@ impl Topics {
                  instead",
             );
         }
-        Ok(Self { chosen, by_stamp })
+        let kinds = chosen
+            .iter()
+            .flat_map(|topic| topic.channels.iter().map(|channel| (*channel, topic.kind)));
+        Ok(Self { kinds: kinds.collect(), by_stamp })
     }
 }
 
@@ -102,7 +102,7 @@ fn velocity_of(
         |topic: &&Topic| matches!(topic.kind, Kind::Velocity | Kind::VelocityCovariance);
     let velocities: Vec<&Topic> = found.iter().filter(is_velocity).collect();
     let in_words = |topic: &&Topic| format!("{} ({} messages)", topic.name, topic.stamps.messages);
-    let listed = |topics: &[&Topic]| topics.iter().map(in_words).collect::<Vec<_>>().join(", ");
+    let listed = |topics: &[&Topic]| listed(topics.iter().map(in_words));
     let fixes = found.iter().find(|topic| topic.kind == Kind::Fix && chosen.contains(&topic.name));
     let wanted = options.velocity.as_deref();
     let taken = match (wanted, fixes) {
@@ -148,7 +148,7 @@ fn stamps_agree(topics: &[Topic]) -> bool {
 }
 
 /// The topics whose messages are read, the names of the others, and damage.
-fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, Vec<String>, Damages), LogError> {
+fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, BTreeSet<String>, Damages), LogError> {
     let mut kinds: BTreeMap<ChannelId, Kind> = BTreeMap::new();
     // Per channel: schema, name, and whether its messages can be read.
     let mut channels: BTreeMap<ChannelId, (u16, String, bool)> = BTreeMap::new();
@@ -183,24 +183,28 @@ fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, Vec<String>, Damages), Lo
         }
         _ => {}
     })?;
-    let (mut topics, mut others) = (Vec::<Topic>::new(), Vec::new());
+    let (mut topics, mut others) = (BTreeMap::<(String, Kind), Topic>::new(), BTreeSet::new());
     for (channel, (schema, name, is_cdr)) in channels {
         let kind = kinds.get(&(channel.0, schema)).filter(|_| is_cdr);
         match (kind, stamps.remove(&channel)) {
             (Some(&kind), Some((stamps, frame))) => {
-                let same = |topic: &&mut Topic| topic.name == name && topic.kind == kind;
-                if let Some(topic) = topics.iter_mut().find(same) {
-                    topic.channels.push(channel);
-                    topic.stamps.add(stamps);
-                } else {
-                    topics.push(Topic { channels: vec![channel], name, frame, kind, stamps });
-                }
+                let topic = topics.entry((name.clone(), kind)).or_insert_with(|| Topic {
+                    channels: Vec::new(),
+                    name,
+                    frame,
+                    kind,
+                    stamps: Stamps::NONE,
+                });
+                topic.channels.push(channel);
+                topic.stamps.add(stamps);
             }
             (Some(_), None) => {}
-            (None, _) if others.contains(&name) => {}
-            (None, _) => others.push(name),
+            (None, _) => {
+                others.insert(name);
+            }
         }
     }
+    let mut topics: Vec<Topic> = topics.into_values().collect();
     // Topics with "raw" in their name come last.
     topics.sort_by_key(|topic| (topic.name.contains("raw"), topic.name.clone()));
     Ok((topics, others, damages))

@@ -15,7 +15,7 @@ use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
 #[cfg(feature = "raw")]
 use hovernav_log::StatedFix;
-use hovernav_log::{ClockSteps, Dataset, LogError, Manifest, Remarks, Trajectory};
+use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// Largest number of rows in a file: 2.8 h at 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
@@ -52,7 +52,7 @@ pub(crate) fn trajectory(
         read_table(directory, table, manifest, &mut gathered, &mut warnings)?;
     }
     let mut remarks = Remarks::new("trajectory");
-    let (path, steps) = (directory, &mut ClockSteps::default());
+    let (path, steps) = (directory, &mut mapping.clock());
     let fixes = gathered.fixes.finish(path, steps, &mut remarks)?;
     let (attitudes, _) =
         gathered.attitudes.in_time_order(|row| &mut row.0, path, steps, &mut remarks)?;
@@ -82,6 +82,9 @@ fn read_table(
     if table.capture {
         return read_capture(&directory.join(&table.file), table, manifest, gathered, warnings);
     }
+    if table.gps.as_ref().is_some_and(|gps| gps.held) {
+        gathered.fixes.hold();
+    }
     let mut source = Source::open(directory, table)?;
     let path = source.path().to_path_buf();
     let mut columns = TableColumns::of(&source, table, manifest.gps.latency_s)?;
@@ -109,6 +112,11 @@ fn read_table(
     if rows == 0 {
         let reason = "found no rows, expected rows below the names".into();
         return Err(LogError::Unusable { path, reason });
+    }
+    if let Some((line, bytes)) = source.unwritten() {
+        remarks.say(format!(
+            "line {line}: {bytes} zero bytes, from storage that was not written: the lines with them are left out"
+        ));
     }
     warnings.extend(remarks.into_warnings());
     Ok(())

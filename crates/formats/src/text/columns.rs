@@ -57,6 +57,11 @@ impl Source {
         self.lines.path()
     }
 
+    /// See [`Lines::unwritten`].
+    pub fn unwritten(&self) -> Option<(u64, u64)> {
+        self.lines.unwritten()
+    }
+
     /// The index of the column `name`; `name` is the column's number, from 1, in a file without names.
     ///
     /// # Errors

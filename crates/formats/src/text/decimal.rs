@@ -200,30 +200,6 @@ pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
     began.timestamp_nanos_opt().map(|nanoseconds| Some(Time::from_nanoseconds(nanoseconds)))
 }
 
-/// Counts the midnights that times of day pass, so that time increases across midnight.
-#[derive(Debug, Default)]
-pub(crate) struct Midnights {
-    last: Option<Time>,
-    days: f64,
-}
-
-impl Midnights {
-    /// A time of day plus the days since the first one; a time with a date is unchanged.
-    pub(crate) fn passed(&mut self, time: Time) -> Time {
-        const DAY_S: f64 = 86_400.0;
-        if !(0.0..DAY_S).contains(&time.seconds()) {
-            return time;
-        }
-        // A row out of order around midnight belongs to the day before.
-        match self.last.replace(time).map_or(0.0, |last| time - last) {
-            step_s if step_s < -0.5 * DAY_S => self.days += 1.0,
-            step_s if step_s > 0.5 * DAY_S => self.days -= 1.0,
-            _ => {}
-        }
-        time.offset_by(DAY_S * self.days)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -284,20 +260,6 @@ mod tests {
         for text in ["320170", "021370", "1.5", "-20170", "today"] {
             assert_eq!(midnight(text.as_bytes()), None, "{text}");
         }
-    }
-
-    #[test]
-    fn times_of_day_go_on_past_midnight() {
-        let mut midnights = Midnights::default();
-        let mut passed = |text: &str| {
-            let time = time(text.as_bytes(), TimeUnit::Clock, false).flatten().unwrap();
-            midnights.passed(time).seconds()
-        };
-        assert_eq!(passed("23:59:59.5"), 86_399.5);
-        assert_eq!(passed("00:00:00.5"), 86_400.5);
-        assert_eq!(passed("23:59:59.75"), 86_399.75);
-        assert_eq!(passed("00:00:01"), 86_401.0);
-        assert_eq!(passed("1970-01-03T00:00:00"), 172_800.0);
     }
 
     #[test]

@@ -23,8 +23,6 @@ pub(crate) struct GpsPlaces {
     sigma_vertical_speed: Option<usize>,
     fix_type: Option<usize>,
     satellites: Option<usize>,
-    /// Bits of the values of the previous fix.
-    last: Option<[u64; 6]>,
 }
 
 impl GpsPlaces {
@@ -67,13 +65,11 @@ impl GpsPlaces {
             satellites: source.find_optional(&mapping.satellites)?,
             mapping: mapping.clone(),
             latency_s,
-            last: None,
         })
     }
 
-    /// The fix in a row that arrived at `time`, as the file states it; `None` where the row has no position, or
-    /// repeats the previous one.
-    pub fn fix(&mut self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
+    /// The fix in a row that arrived at `time`, as the file states it; `None` where the row has no position.
+    pub fn fix(&self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         let mapping = &self.mapping;
         let [latitude, longitude, height] = self.place;
         let Some(place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
@@ -82,12 +78,6 @@ impl GpsPlaces {
         let horizontal =
             self.horizontal.map_or(Ok([f64::NAN; 2]), |columns| fields.numbers(columns))?;
         let vertical = fields.known(self.vertical)?.unwrap_or(f64::NAN);
-        let values = [latitude, longitude, height, horizontal[0], horizontal[1], vertical];
-        let values = values.map(f64::to_bits);
-        if mapping.held && self.last == Some(values) {
-            return Ok(None);
-        }
-        self.last = Some(values);
         let above = match mapping.height_above {
             HeightAbove::Ellipsoid => 0.0,
             HeightAbove::Sea => mapping.geoid_separation_m,

@@ -11,7 +11,7 @@ use super::units::{
     AngleUnit, AttitudeRole, BaroUnit, CourseUnit, ForceUnit, HeightAbove, LengthUnit,
     MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,
 };
-use hovernav_log::LogError;
+use hovernav_log::{ClockSteps, LogError};
 use hovernav_toml::TomlError;
 
 /// File name of a mapping.
@@ -317,6 +317,16 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Mapping {
+    /// The clock of the files, before any sensor has been read.
+    pub fn clock(&self) -> ClockSteps {
+        let is_of_day =
+            |table: &TableMapping| table.time.unit.is_of_day() && table.time.date.is_empty();
+        match self.table.iter().any(is_of_day) {
+            true => ClockSteps::of_day(),
+            false => ClockSteps::default(),
+        }
+    }
+
     /// Reads a mapping; the second value has one warning per unknown key.
     ///
     /// # Errors

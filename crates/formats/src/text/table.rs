@@ -1,7 +1,6 @@
 //! Reads the sensors of one file, row by row.
 
 use super::columns::{Fields, Source};
-use super::decimal::Midnights;
 use super::gps::GpsPlaces;
 use super::mapping::{AttitudeColumns, TableMapping, Triad};
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
@@ -23,7 +22,6 @@ pub(crate) struct TableColumns {
     time: Option<usize>,
     date: Option<usize>,
     week: Option<usize>,
-    midnights: Midnights,
     gyro: Option<[usize; 3]>,
     accel: Option<[usize; 3]>,
     mag: Option<[usize; 3]>,
@@ -72,7 +70,6 @@ impl TableColumns {
             time: source.find_optional(&table.time.column)?,
             date: source.find_optional(&table.time.date)?,
             week: source.find_optional(&table.time.week)?,
-            midnights: Midnights::default(),
             gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
             accel: table.accel.as_ref().map(|t| source.find_triad(t)).transpose()?,
             mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
@@ -120,14 +117,12 @@ impl TableColumns {
         self.gyro.is_some() || self.accel.is_some()
     }
 
-    pub fn time(&mut self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
+    pub fn time(&self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
         let mapping = &self.mapping.time;
         let Some(mut time) = fields.time(self.time, mapping)? else { return Ok(None) };
         if let Some(column) = self.date {
             let Some(midnight) = fields.midnight(column)? else { return Ok(None) };
             time = later(time, midnight.nanoseconds());
-        } else if mapping.unit.is_of_day() {
-            time = self.midnights.passed(time);
         }
         if let Some(column) = self.week {
             const WEEK_NS: i64 = WEEK_S * 1_000_000_000;
@@ -215,8 +210,8 @@ impl TableColumns {
     }
 
     /// The fix in a row at `time`, as the file states it.
-    pub fn fix(&mut self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
-        match self.gps.as_mut() {
+    pub fn fix(&self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
+        match &self.gps {
             Some(gps) => gps.fix(time, fields),
             None => Ok(None),
         }

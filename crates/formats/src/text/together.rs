@@ -43,7 +43,7 @@ pub(crate) fn dataset(
         let file = table.map_or(Path::new(MAPPING_FILE), |table| &table.file);
         Ordering { path: directory.join(file), remarks: Remarks::new(sensor) }
     };
-    let steps = &mut ClockSteps::default();
+    let steps = &mut mapping.clock();
     let gyro = |table: &TableMapping| table.gyro.is_some();
     let imu = of("imu", gyro);
     let mut imu = imu.joined(gathered.imu, steps, &mut warnings)?;

@@ -5,6 +5,7 @@ use std::io;
 use super::message::Message;
 use crate::choice::{is_alive, is_fix};
 use crate::window::Window;
+use hovernav_log::Dimensions;
 
 /// A frame whose message is read.
 pub(super) struct Frame {
@@ -23,7 +24,9 @@ impl Frame {
     pub fn is_good(&self) -> bool {
         let row = &self.row;
         match self.message {
-            Message::GpsRaw | Message::Gps2Raw => is_fix(row[6], [row[1], row[2]]),
+            Message::GpsRaw | Message::Gps2Raw => {
+                is_fix(Dimensions::of_type(row[6]), [row[1], row[2]])
+            }
             Message::HighresImu
             | Message::RawImu
             | Message::ScaledImu

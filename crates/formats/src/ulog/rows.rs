@@ -72,6 +72,16 @@ fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
     ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
+/// `new` in degrees or metres, or before 2024 `old`, an integer of `unit`.
+fn or(new: f64, old: f64, unit: f64) -> f64 {
+    if new.is_nan() { old * unit } else { new }
+}
+
+/// Latitude and longitude, degrees, of the columns of a receiver's topic.
+pub(super) fn place_deg(row: &[f64]) -> [f64; 2] {
+    [or(row[5], row[1], 1e-7), or(row[6], row[2], 1e-7)]
+}
+
 /// PX4's relative time of missing values, µs; some logs have its negative.
 const UNKNOWN_RELATIVE_US: f64 = i32::MAX as f64;
 /// Smallest value that is in Pa; smaller ones are in hPa, as in older PX4 logs.
@@ -235,10 +245,8 @@ impl Rows {
     }
 
     fn gps(&mut self, row: &[f64], place: u64, to: &mut Assembly) {
-        let &[t, lat, lon, alt, alt_ellipsoid, ref rest @ ..] = row else { return };
-        let &[latitude, longitude, msl, ellipsoid, vn, ve, vd, velocity_valid, ref rest @ ..] =
-            rest
-        else {
+        let &[t, _, _, alt, alt_ellipsoid, ref rest @ ..] = row else { return };
+        let &[_, _, msl, ellipsoid, vn, ve, vd, velocity_valid, ref rest @ ..] = rest else {
             return;
         };
         let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ref antennas @ ..] = rest else {
@@ -251,9 +259,7 @@ impl Rows {
             let time = time.offset_by(-self.latency_s);
             to.heading(place, AntennaHeading::new(time, heading_rad, Some(sigma_rad)));
         }
-        // Degrees and metres; before 2024, integers of 1e-7° and mm.
-        let or = |new: f64, old: f64, unit: f64| if new.is_nan() { old * unit } else { new };
-        let (latitude, longitude) = (or(latitude, lat, 1e-7), or(longitude, lon, 1e-7));
+        let [latitude, longitude] = place_deg(row);
         let (msl_m, ellipsoid_m) = (or(msl, alt, 1e-3), or(ellipsoid, alt_ellipsoid, 1e-3));
         let has_ellipsoid = ellipsoid_m.is_finite() && (ellipsoid_m != 0.0 || msl_m == 0.0);
         let height_m = if has_ellipsoid { ellipsoid_m } else { msl_m };

@@ -5,8 +5,10 @@ use std::io;
 
 use super::definitions::{Cell, Definitions};
 use super::messages::Messages;
+use super::rows::place_deg;
 use super::topics::Topic;
 use crate::choice::{Tally, is_alive, is_fix};
+use hovernav_log::Dimensions;
 
 /// Contents of a ULog file.
 #[derive(Debug, Default)]
@@ -107,8 +109,7 @@ impl Subscription {
         match self.topic {
             Topic::VehicleGps | Topic::SensorGps => {
                 let row = self.row(body);
-                // Latitude and longitude have two names.
-                is_fix(row[16], [row[1], row[2]]) && [row[5], row[6]] != [0.0; 2]
+                is_fix(Dimensions::of_type(row[16]), place_deg(&row))
             }
             Topic::VehicleImu => {
                 let row = self.row(body);

@@ -91,7 +91,7 @@ pub fn written(flight: &Flight, format: &'static str) -> Written {
 }
 
 /// Writes `imu.csv` and `gps.csv` to `folder`, with these names of the times and of the accelerations.
-fn tables(flight: &Flight, folder: &Path, time: &str, accelerations: &str) -> [PathBuf; 2] {
+pub fn tables(flight: &Flight, folder: &Path, time: &str, accelerations: &str) -> [PathBuf; 2] {
     let mut imu = format!("{time},gyro_x_radps,gyro_y_radps,gyro_z_radps,{accelerations}\n");
     let mut gps = format!("{time},lat_deg,lon_deg,height_m,fix_type\n");
     flight.each(
@@ -118,7 +118,7 @@ fn text(flight: &Flight, folder: &Path, path: &Path) {
     Proposal::of(&files).unwrap().write(path, true).unwrap();
 }
 
-fn dataflash(flight: &Flight) -> String {
+pub fn dataflash(flight: &Flight) -> String {
     let mut lines = String::from(
         "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
          FMT, 129, 40, IMU, QBffffffBB, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH\n\
@@ -145,12 +145,12 @@ fn dataflash(flight: &Flight) -> String {
 }
 
 /// A message of a ULog: size, type and body.
-fn message(kind: u8, content: &[u8]) -> Vec<u8> {
+pub fn message(kind: u8, content: &[u8]) -> Vec<u8> {
     let size = u16::try_from(content.len()).unwrap().to_le_bytes();
     [&size[..], &[kind], content].concat()
 }
 
-fn ulog(flight: &Flight) -> Vec<u8> {
+pub fn ulog(flight: &Flight) -> Vec<u8> {
     let mut log = b"ULog\x01\x12\x35\x01".to_vec();
     log.extend(0_u64.to_le_bytes());
     for definition in [
@@ -209,7 +209,7 @@ fn tlog(flight: &Flight) -> Vec<u8> {
     log.into_inner()
 }
 
-fn mcap(flight: &Flight) -> Vec<u8> {
+pub fn mcap(flight: &Flight) -> Vec<u8> {
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut writer =
         mcap::WriteOptions::new().compression(None).create(file.reopen().unwrap()).unwrap();
@@ -262,7 +262,7 @@ fn mcap(flight: &Flight) -> Vec<u8> {
     fs::read(file.path()).unwrap()
 }
 
-fn warns(dataset: &Dataset, words: &str) -> bool {
+pub fn warns(dataset: &Dataset, words: &str) -> bool {
     dataset.warnings.iter().any(|warning| warning.contains(words))
 }
 
@@ -334,59 +334,5 @@ fn a_fix_repeated_on_every_row_is_one_fix_in_every_format() {
     for format in FORMATS {
         let dataset = written(&flight, format).read();
         assert_eq!(dataset.fixes.len(), 20, "{format}: {:?}", dataset.warnings);
-    }
-}
-
-#[test]
-fn a_clock_that_steps_back_is_a_named_break_in_every_format() {
-    let mut flight = Flight::at_rest(100.0);
-    let back = |time_s: &mut f64| *time_s -= if *time_s > 110.0 { 7.0 } else { 0.0 };
-    flight.samples_s.iter_mut().for_each(back);
-    flight.fixes.iter_mut().for_each(|row| back(&mut row.time_s));
-    for format in FORMATS {
-        let dataset = written(&flight, format).read();
-        assert_eq!(
-            (dataset.imu.len(), dataset.fixes.len()),
-            (1000, 20),
-            "{format}: {:?}",
-            dataset.warnings
-        );
-        let intervals_s = dataset.imu.windows(2).map(|pair| pair[1].time - pair[0].time);
-        let longest_s = intervals_s.fold(0.0, f64::max);
-        assert!((longest_s - 5.0).abs() < 0.05, "{format}: {longest_s}");
-        assert!(warns(&dataset, "the clock goes back by 6.98"), "{format}: {:?}", dataset.warnings);
-        // The fixes follow the samples.
-        let apart_s = dataset.fixes[15].time - dataset.imu[750].time;
-        assert!(apart_s.abs() < 0.15, "{format}: {apart_s}");
-    }
-}
-
-#[test]
-fn counters_that_start_again_continue_in_every_format() {
-    for (start_s, period_s, name) in [
-        (4_285.0, 4_294.967_296, "2^32 µs"),
-        (55.0, 65.536, "2^16 ms"),
-        (604_790.0, 604_800.0, "a week"),
-        (86_390.0, 86_400.0, "a day"),
-    ] {
-        let mut flight = Flight::at_rest(start_s);
-        let wrapped =
-            |time_s: &mut f64| *time_s -= if *time_s >= period_s { period_s } else { 0.0 };
-        flight.samples_s.iter_mut().for_each(wrapped);
-        flight.fixes.iter_mut().for_each(|row| wrapped(&mut row.time_s));
-        for format in FORMATS {
-            let dataset = written(&flight, format).read();
-            let (imu, fixes) = (&dataset.imu, &dataset.fixes);
-            assert_eq!(
-                (imu.len(), fixes.len()),
-                (1000, 20),
-                "{format} {name}: {:?}",
-                dataset.warnings
-            );
-            let length_s = imu[999].time - imu[0].time;
-            assert!((length_s - 19.98).abs() < 0.01, "{format} {name}: {length_s}");
-            assert!((fixes[19].time - fixes[0].time - 19.0).abs() < 0.01, "{format} {name}");
-            assert!(warns(&dataset, name), "{format} {name}: {:?}", dataset.warnings);
-        }
     }
 }

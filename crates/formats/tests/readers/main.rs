@@ -2,10 +2,13 @@
 
 mod aids;
 mod alike;
+mod campaign;
 mod cases;
+mod clock;
 mod cross_check;
 mod damage;
 mod damage_foreign;
+mod faults;
 mod inputs;
 mod logs;
 mod mapped;

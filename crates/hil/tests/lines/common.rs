@@ -21,6 +21,7 @@ use hovernav_log::record::Record;
 use hovernav_log::{FlyConfig, Manifest};
 use hovernav_model::shipped;
 use hovernav_sim::FlightConfig;
+use rustix::process::{Resource, Rlimit, setrlimit};
 
 /// The autopilot of the 60-class helicopter.
 pub fn autopilot() -> HoverConfig {
@@ -53,6 +54,8 @@ pub struct Setup {
     pub held: Vec<(f64, f64)>,
     /// Time at which the ground's port is unplugged, s, in a flight with telemetry.
     pub ground_lost_s: Option<f64>,
+    /// Time at which the disk is full, s.
+    pub disk_full_s: Option<f64>,
 }
 
 impl Setup {
@@ -70,6 +73,7 @@ impl Setup {
             navigation: None,
             held: Vec::new(),
             ground_lost_s: None,
+            disk_full_s: None,
         }
     }
 }
@@ -180,10 +184,14 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     };
     let ground = setup.ground_lost_s.map(|lost_s| ground(directory.path(), clock, lost_s));
     let mut held = setup.held.iter().peekable();
+    let mut disk_full_s = setup.disk_full_s;
     while !flying.is_finished() && !computer.is_finished() {
         let (now, flown_s) = (clock.now(), flying.elapsed_s().unwrap_or_default());
         if let Some((_, duration_s)) = held.next_if(|(second, _)| flown_s >= *second) {
             aboard.hold_until(now + *duration_s);
+        }
+        if disk_full_s.take_if(|second| flown_s >= *second).is_some() {
+            fill_disk(&path, now);
         }
         let wait_s = held.peek().map_or(LOOK_S, |(second, _)| (second - flown_s).min(LOOK_S));
         clock.sleep_until(now + wait_s);
@@ -202,6 +210,17 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
         setup.acts
     );
     Flown { record, begun_s, samples, crashed_s, report, said: said.iter().collect(), over_lines }
+}
+
+/// Limits the size of files to that of the record at `path`, as soon as the record has the flight until `now`. The
+/// emulated time does not advance in this function, so the load of the machine does not change the record.
+fn fill_disk(path: &Path, now: Time) {
+    let until_now = |record: Record| record.cycles.last().is_some_and(|last| now - last.time < 0.1);
+    while !Record::open(path).is_ok_and(until_now) {
+        thread::sleep(Duration::from_millis(5));
+    }
+    let full = Rlimit { current: Some(path.metadata().unwrap().len()), maximum: None };
+    setrlimit(Resource::Fsize, full).unwrap();
 }
 
 /// A ground station that requests frames every second, until its port is unplugged.

@@ -2,21 +2,20 @@
 
 use std::process::Command;
 
-use crate::common::flown;
+use crate::common::{Setup, flown};
 use crate::failsafes::{Moment, engaged_at};
 
 /// Environment variable with the index of the moment, for the process with the limit.
 const MOMENT: &str = "HOVERNAV_FULL_AT_MOMENT";
 const LENGTH_S: f64 = 22.0;
-/// Growth of a record, bytes per second: a limit of the file size determines the time of its end.
-const RECORD_PER_S: f64 = 125e3;
 
-/// The flight, in a process with a limited file size.
+/// The flight, in a process of its own, because a limit of the file size is that of the process.
 #[test]
 fn flight_with_a_limit() {
     let Some(number) = std::env::var_os(MOMENT) else { return };
     let moment = Moment::ALL[number.to_str().unwrap().parse::<usize>().unwrap()];
-    let flown = flown(&engaged_at(moment, LENGTH_S));
+    let flown =
+        flown(&Setup { disk_full_s: Some(moment.second()), ..engaged_at(moment, LENGTH_S) });
     assert_eq!(flown.crashed_s, None);
     let engaged_s = flown.statistics().engaged_s;
     assert!(engaged_s > LENGTH_S - 10.0, "{moment:?}: {engaged_s} s");
@@ -29,11 +28,9 @@ fn flight_with_a_limit() {
 #[test]
 fn a_flight_continues_without_space_for_its_record() {
     for (number, moment) in Moment::ALL.into_iter().enumerate() {
-        let kibibytes = (moment.second() * RECORD_PER_S / 1024.0) as u32;
         // The signal would end the process. When it is ignored, writing fails as on a full disk.
-        let limited = format!("trap '' XFSZ; ulimit -f {kibibytes}; exec \"$0\" \"$@\"");
         let flown = Command::new("bash")
-            .args(["-c", &limited])
+            .args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\""])
             .arg(std::env::current_exe().unwrap())
             .args(["--exact", "full_record::flight_with_a_limit", "--nocapture"])
             .env(MOMENT, number.to_string())

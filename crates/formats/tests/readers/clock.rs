@@ -1,0 +1,156 @@
+//! Clocks that step and counters that start again, in every format.
+
+use hovernav_log::Dataset;
+
+use crate::alike::{FORMATS, Flight, warns, written};
+
+/// Checks that all samples and the fixes of these numbers are there, each fix as long after its sample as the first.
+fn are_together(dataset: &Dataset, fixes: &[usize], what: &str) {
+    let counts = (dataset.imu.len(), dataset.fixes.len());
+    assert_eq!(counts, (1000, fixes.len()), "{what}: {:?}", dataset.warnings);
+    let apart_s: Vec<f64> = fixes
+        .iter()
+        .zip(&dataset.fixes)
+        .map(|(number, fix)| fix.time - dataset.imu[50 * number].time)
+        .collect();
+    let is_alike = |later_s: &f64| (later_s - apart_s[0]).abs() < 0.002;
+    assert!(apart_s.iter().all(is_alike) && apart_s[0].abs() < 0.2, "{what}: {apart_s:?} s");
+}
+
+/// A flight whose clock goes forward by `by_s` at `from_s`, without the fixes of these numbers; and the other numbers.
+fn stepped(start_s: f64, from_s: f64, by_s: f64, without: [usize; 2]) -> (Flight, Vec<usize>) {
+    let mut flight = Flight::at_rest(start_s);
+    let step = |time_s: &mut f64| *time_s += if *time_s >= from_s { by_s } else { 0.0 };
+    flight.samples_s.iter_mut().for_each(step);
+    let is_in_outage = |number: usize| (without[0]..without[1]).contains(&number);
+    for (number, row) in flight.fixes.iter_mut().enumerate() {
+        step(&mut row.time_s);
+        row.has_fix = !is_in_outage(number);
+    }
+    (flight, (0..20).filter(|&number| !is_in_outage(number)).collect())
+}
+
+#[test]
+fn fixes_follow_the_samples_over_a_step_shorter_than_their_intervals() {
+    for (back_s, without) in [
+        (1.3, [0, 0]),
+        (2.0, [0, 0]),
+        (3.5, [0, 0]),
+        (4.5, [0, 0]),
+        // The step is within an outage, or before the first fix.
+        (2.0, [8, 14]),
+        (3.5, [8, 16]),
+        (6.0, [7, 16]),
+        (2.0, [0, 14]),
+        (6.0, [0, 12]),
+    ] {
+        let (flight, fixes) = stepped(100.0, 110.5, -back_s, without);
+        for format in FORMATS {
+            let what = format!("{format}, back by {back_s} s, no fixes {without:?}");
+            are_together(&written(&flight, format).read(), &fixes, &what);
+        }
+    }
+}
+
+#[test]
+fn fixes_follow_the_samples_over_the_end_of_a_counter_in_an_outage() {
+    for (start_s, period_s) in
+        [(4_285.0, 4_294.967_296), (55.0, 65.536), (604_790.0, 604_800.0), (86_390.0, 86_400.0)]
+    {
+        for without in [[8, 14], [0, 14]] {
+            let (flight, fixes) = stepped(start_s, period_s, -period_s, without);
+            for format in FORMATS {
+                let what = format!("{format}, {period_s} s, no fixes {without:?}");
+                are_together(&written(&flight, format).read(), &fixes, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_receiver_whose_clock_goes_on_only_gets_the_gap() {
+    for back_s in [2.0, 7.0] {
+        let (mut flight, _) = stepped(100.0, 110.5, -back_s, [0, 0]);
+        flight.fixes = Flight::at_rest(100.0).fixes;
+        for format in FORMATS {
+            let dataset = written(&flight, format).read();
+            let length_s = dataset.fixes[19].time - dataset.fixes[0].time;
+            assert!((length_s - 24.0).abs() < 0.01, "{format}, back by {back_s} s: {length_s} s");
+        }
+    }
+}
+
+#[test]
+fn a_step_forward_of_one_sensor_alone_is_named_in_every_format() {
+    let (both, _) = stepped(100.0, 110.5, 9.0, [0, 0]);
+    let steady = Flight::at_rest(100.0);
+    let samples = Flight { fixes: steady.fixes.clone(), ..both.clone() };
+    let fixes = Flight { fixes: both.fixes.clone(), ..steady.clone() };
+    for (flight, expected) in [
+        (&samples, "the clock of the first sensor may go forward by 9.0"),
+        (&fixes, "the clock may go forward by 10.000 s"),
+        (&both, ""),
+        (&steady, ""),
+    ] {
+        for format in FORMATS {
+            let dataset = written(flight, format).read();
+            let is_named = warns(&dataset, "may go forward by");
+            assert_eq!(is_named, !expected.is_empty(), "{format}: {:?}", dataset.warnings);
+            assert!(!is_named || warns(&dataset, expected), "{format}: {:?}", dataset.warnings);
+        }
+    }
+}
+
+#[test]
+fn a_clock_that_steps_back_is_a_named_break_in_every_format() {
+    let mut flight = Flight::at_rest(100.0);
+    let back = |time_s: &mut f64| *time_s -= if *time_s > 110.0 { 7.0 } else { 0.0 };
+    flight.samples_s.iter_mut().for_each(back);
+    flight.fixes.iter_mut().for_each(|row| back(&mut row.time_s));
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        assert_eq!(
+            (dataset.imu.len(), dataset.fixes.len()),
+            (1000, 20),
+            "{format}: {:?}",
+            dataset.warnings
+        );
+        let intervals_s = dataset.imu.windows(2).map(|pair| pair[1].time - pair[0].time);
+        let longest_s = intervals_s.fold(0.0, f64::max);
+        assert!((longest_s - 5.0).abs() < 0.05, "{format}: {longest_s}");
+        assert!(warns(&dataset, "the clock goes back by 6.98"), "{format}: {:?}", dataset.warnings);
+        // The fixes follow the samples.
+        let apart_s = dataset.fixes[15].time - dataset.imu[750].time;
+        assert!(apart_s.abs() < 0.15, "{format}: {apart_s}");
+    }
+}
+
+#[test]
+fn counters_that_start_again_continue_in_every_format() {
+    for (start_s, period_s, name) in [
+        (4_285.0, 4_294.967_296, "2^32 µs"),
+        (55.0, 65.536, "2^16 ms"),
+        (604_790.0, 604_800.0, "a week"),
+        (86_390.0, 86_400.0, "a day"),
+    ] {
+        let mut flight = Flight::at_rest(start_s);
+        let wrapped =
+            |time_s: &mut f64| *time_s -= if *time_s >= period_s { period_s } else { 0.0 };
+        flight.samples_s.iter_mut().for_each(wrapped);
+        flight.fixes.iter_mut().for_each(|row| wrapped(&mut row.time_s));
+        for format in FORMATS {
+            let dataset = written(&flight, format).read();
+            let (imu, fixes) = (&dataset.imu, &dataset.fixes);
+            assert_eq!(
+                (imu.len(), fixes.len()),
+                (1000, 20),
+                "{format} {name}: {:?}",
+                dataset.warnings
+            );
+            let length_s = imu[999].time - imu[0].time;
+            assert!((length_s - 19.98).abs() < 0.01, "{format} {name}: {length_s}");
+            assert!((fixes[19].time - fixes[0].time - 19.0).abs() < 0.01, "{format} {name}");
+            assert!(warns(&dataset, name), "{format} {name}: {:?}", dataset.warnings);
+        }
+    }
+}
