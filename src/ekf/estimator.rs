@@ -109,10 +109,6 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_said: u32,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    /// Height of the last fix, m, and the time since which fixes of a moving vehicle repeat it without a vertical
-    /// velocity.
-    last_height_m: f64,
-    height_since: Time,
     level: Level,
     wheels: WheelWatch,
     /// Time of the last suspect sample.
@@ -133,8 +129,6 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 const OF_ONE_CLOCK_S: f64 = 10.0;
 /// Speed, m/s, below which a repeated velocity may be correct.
 const REPEATED_MPS: f64 = 0.2;
-/// Minimum time, s, of an unchanged height during motion after which it counts as not measured.
-const HELD_HEIGHT_S: f64 = 3.0;
 /// Longest time, s, between suspect samples of one event.
 const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
@@ -176,8 +170,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             held: [None; HELD],
             last_said: 0,
             is_frozen: false,
-            last_height_m: f64::NAN,
-            height_since: NEVER,
             level: Level::Believed,
             wheels: WheelWatch::of(config.vehicle_kind),
             suspected: NEVER,
@@ -369,20 +361,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
-    /// Whether a receiver seems to hold the height without reporting so, as with three satellites. Then the height of a
-    /// moving vehicle is identical in fix after fix, and its vertical velocity is zero or absent.
-    fn holds_height(&mut self, fix: &Fix) -> bool {
-        let height_m = fix.position.height_m;
-        let same = core::mem::replace(&mut self.last_height_m, height_m) == height_m;
-        let tells_climb = fix.down_velocity_mps.is_some_and(|down_mps| down_mps != 0.0);
-        let stands = level_square(fix).is_none_or(|squared| squared < square(REPEATED_MPS));
-        // At rest a receiver may repeat a height.
-        if !same || tells_climb || stands {
-            self.height_since = fix.time;
-        }
-        fix.time - self.height_since >= HELD_HEIGHT_S
-    }
-
     #[inline(never)]
     fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         let mechanisms = self.filter.config.mechanisms;
@@ -390,7 +368,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
-        fix.two_dimensional |= self.holds_height(fix) && mechanisms.held_heights;
         let mut report = Report::default();
         let searches = self.phase == Phase::Searching;
         let result = if searches {

@@ -78,8 +78,6 @@ switches! {
         previous_position,
         /// No fusion of fixes that repeat the previous one bit for bit.
         repeated_fixes,
-        /// No fusion of heights that a receiver holds without a report.
-        held_heights,
         /// Correction of a heading by the heading bank (H2 to H5).
         heading_monitor,
         /// No reset by a sensor of heading while the heading bank confirms the heading.
