@@ -23,7 +23,7 @@ pub(super) struct Excess {
     /// Normalised innovation of the vertical velocity, if accepted.
     last_down: Option<(Time, f64)>,
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
-    of_late: [f64; 2],
+    mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
     refused: Option<(Time, f64)>,
     /// Same for the vertical velocity, innovation in m/s; zero after a reset to the measurement.
@@ -83,7 +83,7 @@ impl Excess {
         learned: 1.0,
         last: None,
         last_down: None,
-        of_late: [0.0; 2],
+        mean_product: [0.0; 2],
         refused: None,
         refused_down: (Time::ZERO, None),
         reopened_down: (Time::ZERO, None),
@@ -115,10 +115,10 @@ impl Excess {
         let down_far =
             find(Channel::VelocityDown).and_then(|down| self.grows_down(time, down, height));
         self.compare_down(time, accepted(Channel::VelocityDown), height);
-        let [level, down] = self.of_late.map(|of_late| of_late > STEP);
-        for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
+        let [level, down] = self.mean_product.map(|mean_product| mean_product > STEP);
+        for (mean_product, stepped) in self.mean_product.iter_mut().zip([level, down]) {
             if stepped {
-                *of_late = 0.0;
+                *mean_product = 0.0;
             }
         }
         Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
@@ -131,7 +131,7 @@ impl Excess {
             && let Some(interval_s) = soon_after(then, time)
         {
             let alike = north * last[0] + east * last[1];
-            self.of_late[0] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[0]);
+            self.mean_product[0] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[0]);
             let share = RATE * interval_s.min(1.0);
             self.learned =
                 (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
@@ -146,7 +146,7 @@ impl Excess {
             && let Some(interval_s) = soon_after(then, time)
         {
             let alike = if height * down > 0.0 { down * last } else { 0.0 };
-            self.of_late[1] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[1]);
+            self.mean_product[1] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[1]);
         }
     }
 

@@ -106,10 +106,10 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Slow error of the last sensor of heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
     /// Additional one-sigma of the heading sensor's slow error, rad, according to the fixes.
-    pub(super) heading_doubt_rad: f32,
+    pub(super) extra_heading_sigma_rad: f32,
     pub(super) field_watch: FieldWatch,
     /// Time of the last disagreement of the heading sensor with the filter, after the filter was turned against it.
-    pub(super) heading_distrusted: Option<Time>,
+    pub(super) heading_disagreed_at: Option<Time>,
     /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
@@ -165,12 +165,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             attitude_used: None,
             attitude_watch: AttitudeWatch::NONE,
             heading_wander: usual_heading_wander(&config),
-            heading_doubt_rad: 0.0,
+            extra_heading_sigma_rad: 0.0,
             field_watch: FieldWatch::NONE,
-            heading_distrusted: None,
+            heading_disagreed_at: None,
             attitude_lost: None,
             heading_revision: HeadingRevision::NONE,
-            barometer: Barometer::UNHEARD,
+            barometer: Barometer::BEFORE_FIRST_READING,
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
@@ -180,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gps_learned: [1.0; 3],
             net_turn: NetTurn::NONE,
             level_force: LevelForce::NONE,
-            antenna: AntennaOffset::UNSEEN,
+            antenna: AntennaOffset::BEFORE_FIRST_TURN,
             step_variances: [T::ZERO; 2],
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
@@ -197,12 +197,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = None;
         self.attitude_watch = AttitudeWatch::NONE;
         self.heading_wander = usual_heading_wander(&self.config);
-        self.heading_doubt_rad = 0.0;
+        self.extra_heading_sigma_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
-        self.heading_distrusted = None;
+        self.heading_disagreed_at = None;
         self.attitude_lost = None;
         self.heading_revision = HeadingRevision::NONE;
-        self.barometer = Barometer::UNHEARD;
+        self.barometer = Barometer::BEFORE_FIRST_READING;
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
@@ -212,7 +212,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_learned = [1.0; 3];
         self.net_turn = NetTurn::NONE;
         self.level_force = LevelForce::NONE;
-        self.antenna = AntennaOffset::UNSEEN;
+        self.antenna = AntennaOffset::BEFORE_FIRST_TURN;
         self.step_variances = [T::ZERO; 2];
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
@@ -369,7 +369,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
-            self.gates.doubt_filter(sample.time);
+            self.gates.suspect_filter(sample.time);
         }
         if held {
             increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
@@ -416,7 +416,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
-        self.gates.doubt_filter(time);
+        self.gates.suspect_filter(time);
         let rotation_rad = self.state.coast(time, self.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };

@@ -225,7 +225,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let decay = relaxation.decay.get(state).copied().unwrap_or(T::ONE);
                 single((decay - T::ONE) * self.estimate(state))
             };
-            self.gates.expect_elsewhere([lost(first), lost(first + 1)]);
+            self.gates.add_expected_shift([lost(first), lost(first + 1)]);
         }
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);

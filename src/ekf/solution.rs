@@ -128,7 +128,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub fn solution(&self) -> Solution<T> {
         let mut solution = self.undisputed_solution();
-        solution.widen(self.disputed_m());
+        solution.widen(self.ambiguity_m());
         solution
     }
 

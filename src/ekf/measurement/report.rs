@@ -73,7 +73,7 @@ impl Report {
     }
 
     /// Notes that the filter was reset to this measurement, with the innovations `off`.
-    pub(super) fn was_taken(&mut self, off: impl IntoIterator<Item = f64>) {
+    pub(super) fn was_fused(&mut self, off: impl IntoIterator<Item = f64>) {
         for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
             (axis.innovation, axis.verdict) = (off, Verdict::Reopened);
         }
