@@ -308,7 +308,7 @@ impl<const N: usize> Adjoint<N> {
                 add_scaled(&mut explained, entry, line);
             }
             for (j, other) in rows.iter().enumerate().skip(i) {
-                if !is_told(i, j) {
+                if !is_used_by_solution(i, j) {
                     continue;
                 }
                 let value = row[j] - dot(&explained, other);
@@ -323,7 +323,7 @@ impl<const N: usize> Adjoint<N> {
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // No controller holds a heading of the past.
-        let mut solution = filter.undisputed_solution();
+        let mut solution = filter.unambiguous_solution();
         solution.widen(sample.ambiguity_m);
         Solution { heading_revision_rad: 0.0, ..solution }
     }
@@ -331,7 +331,7 @@ impl<const N: usize> Adjoint<N> {
 
 /// Whether a solution uses the covariance of two base states. It needs all variances, and for its lever arm and its
 /// angles the covariances among attitude, velocity and position.
-const fn is_told(row: usize, column: usize) -> bool {
+const fn is_used_by_solution(row: usize, column: usize) -> bool {
     row == column || (row < VELOCITY && column < GYRO_BIAS)
 }
 

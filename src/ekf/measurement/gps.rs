@@ -156,7 +156,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // During the absence the vehicle's motion moved the expected position.
             self.gates.reset_position_drift();
         } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
-            report.walked_m = self.note_position_drift(fix, moved_m);
+            report.position_drift_m = self.note_position_drift(fix, moved_m);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
         if report.contradicts {
@@ -183,7 +183,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             || (self.gates.were_reopened(fix.time) && !is_far);
         if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
             self.open_biases(stepped, trace);
-            report.biases_doubted = true;
+            report.biases_opened = true;
         }
         Ok(())
     }
