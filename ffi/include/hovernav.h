@@ -55,7 +55,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 9
+#define HOVERNAV_ABI 8
 
 // Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 #define HOVERNAV_SIZE 34816
@@ -504,6 +504,11 @@ typedef struct HovernavImuModel {
     double gyro_scale_sigma;
     // One-sigma of each accelerometer's scale factor error.
     double accel_scale_sigma;
+    // Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
+    // times as large.
+    double turn_error_share;
+    // Time, s, for which the error of a turn keeps its sign.
+    double turn_error_time_s;
     // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
     double net_turn_error_share;
     // Time constant with which a net turn is forgotten, s.

@@ -144,6 +144,11 @@ settings! {
         gyro_scale_sigma = 0.005,
         /// One-sigma of each accelerometer's scale factor error, if the layout has states for it.
         accel_scale_sigma = 0.005,
+        /// Gyro error about the axis of a turn, as a share of the turn, if the layout has no states for it. It contains
+        /// scale and lag. Across the axis, by misalignment, it is 2.5 times as large.
+        turn_error_share = 0.0012,
+        /// Time, s, for which the error of a turn keeps its sign.
+        turn_error_time_s = 2.0,
         /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, if the layout has no
         /// states for it.
         net_turn_error_share = 0.003,

@@ -173,7 +173,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.net_turn.push(increment.rotation_rad, increment.interval_s, memory_s)
             }
         };
-        let (angle_variance, velocity_variance) = self.noise(increment.interval_s, net_turn);
+        let (angle_variance, velocity_variance) = self.noise(increment, net_turn);
         let mean = |[x, y, z]: [T; 3]| (x + y + z) * T::of(1.0 / 3.0);
         self.step_variances = [mean(angle_variance), mean(velocity_variance)];
         self.level_force.push(advance.from_specific_force_mps, increment.interval_s);
@@ -273,7 +273,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
-    fn noise(&self, interval_s: T, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
+    fn noise(&self, increment: &Increment<T>, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
+        let interval_s = increment.interval_s;
         let imu = &self.config.imu;
         let over_s = T::of(self.excess_factor()) * interval_s;
         let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
@@ -291,8 +292,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             T::of(imu.accel_vibration_time_s),
             self.samples.integrity.accel_vibration(),
         );
+        // Rates of two different samples, so that vibration does not count as turning.
+        let turned = match L::GYRO_SCALE {
+            Some(_) => [T::ZERO; 3],
+            None => {
+                let [x, y, z] = increment.rotation_rad.to_array();
+                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
+                [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO))
+            }
+        };
+        let own = square(T::of(imu.turn_error_share)) * T::of(imu.turn_error_time_s);
+        let across = T::of(square(ACROSS)) * own;
+        let [x, y, z] = turned;
+        let turning =
+            [own * x + across * (y + z), own * y + across * (z + x), own * z + across * (x + y)];
         let share = square(T::of(imu.net_turn_error_share));
-        let gyro = sum(gyro, net_turn.map(|grown| share * grown));
+        let gyro = sum(sum(gyro, turning), net_turn.map(|grown| share * grown));
         let suspicion = &self.samples.suspicion;
         (sum(gyro, suspicion.angle_variance), sum(accel, suspicion.velocity_variance))
     }
@@ -341,6 +356,9 @@ const RELAXED_EVERY_S: f64 = 0.2;
 const DELAY_TIME_S: f64 = 10_800.0;
 /// e^(−1/2): decay over half a correlation time.
 const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
+
+/// Ratio of gyro errors across the axis of a turn to errors about it: IMUs are aligned to half a degree.
+const ACROSS: f64 = 2.5;
 
 /// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;

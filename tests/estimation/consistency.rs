@@ -37,6 +37,7 @@ fn imu_model() -> ImuModel {
     model.angle_random_walk_rad = 5e-4;
     model.velocity_random_walk_mps = 0.01;
     model.gyro_vibration_share = 0.0;
+    model.turn_error_share = 0.0;
     model.net_turn_error_share = 0.0;
     model.accel_vibration_share = 0.0;
     model.gyro_bias_sigma_radps = 0.004;

@@ -108,6 +108,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             &self.config,
             learned,
             step,
+            &self.rate_radps,
             &mut self.net_turn,
             L::GYRO_SCALE.is_some(),
         );

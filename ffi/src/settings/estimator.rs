@@ -80,6 +80,11 @@ pub struct ImuModel {
     pub gyro_scale_sigma: f64,
     /// One-sigma of each accelerometer's scale factor error.
     pub accel_scale_sigma: f64,
+    /// Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
+    /// times as large.
+    pub turn_error_share: f64,
+    /// Time, s, for which the error of a turn keeps its sign.
+    pub turn_error_time_s: f64,
     /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
     pub net_turn_error_share: f64,
     /// Time constant with which a net turn is forgotten, s.
@@ -238,7 +243,7 @@ pub struct Config {
 mirror!(ImuModel, core_ekf::ImuModel {
     angle_random_walk_rad velocity_random_walk_mps gyro_vibration_share accel_vibration_share
     accel_vibration_time_s gyro_bias_sigma_radps gyro_bias_time_s accel_bias_sigma_mps2
-    accel_bias_time_s gyro_scale_sigma accel_scale_sigma
+    accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share turn_error_time_s
     net_turn_error_share net_turn_memory_s gyro_range_radps accel_range_mps2 gap_s
     gap_acceleration_mps2 gap_rate_radps covariance_interval_s
 });

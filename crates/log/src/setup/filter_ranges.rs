@@ -102,6 +102,8 @@ pub(super) const NAVIGATION: &[Section] = &[
             range("accel_bias_time_s", 1.0, 1e7, BIAS_TIME),
             range("gyro_scale_sigma", 0.0, 0.3, ""),
             range("accel_scale_sigma", 0.0, 0.3, ""),
+            range("turn_error_share", 0.0, 0.3, ""),
+            range("turn_error_time_s", 0.05, 1e3, "s"),
             range("net_turn_error_share", 0.0, 0.3, ""),
             range("net_turn_memory_s", 0.5, 1e5, "s"),
             range("gyro_range_radps", 0.17, 175.0, "rad/s").or_zero(),

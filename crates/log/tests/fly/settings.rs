@@ -280,6 +280,7 @@ const HARMLESS: [(&str, &[&str], &[&str]); 9] = [
             "navigation.filter.imu.gyro_scale_sigma",
             "navigation.filter.imu.gyro_vibration_share",
             "navigation.filter.imu.net_turn_error_share",
+            "navigation.filter.imu.turn_error_share",
             "navigation.rangefinder.model.noise_share",
             "navigation.second_antenna.model.wander_share",
         ],

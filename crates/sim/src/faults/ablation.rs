@@ -30,7 +30,7 @@ enum Change {
 }
 
 /// Cuts of settings whose zero switches something off, and of all mechanisms at once.
-const OTHERS: [(&str, Change); 7] = [
+const OTHERS: [(&str, Change); 8] = [
     (
         "slow_fix_errors",
         Change::Setting(|config| {
@@ -46,6 +46,7 @@ const OTHERS: [(&str, Change); 7] = [
             (config.imu.gyro_vibration_share, config.imu.accel_vibration_share) = (0.0, 0.0);
         }),
     ),
+    ("turn_errors", Change::Setting(|config| config.imu.turn_error_share = 0.0)),
     ("net_turns", Change::Setting(|config| config.imu.net_turn_error_share = 0.0)),
     ("all", Change::Only(Mechanisms::NONE)),
 ];
