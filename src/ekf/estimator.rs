@@ -291,8 +291,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(report) = self.filter.update_at_rest(trace) {
             notify(Notice::Updated(report));
         }
-        let mechanisms = self.filter.config.mechanisms;
-        if L::WHEELS && mechanisms.wheels && self.phase == Phase::Navigating {
+        if L::WHEELS && self.filter.config.mechanisms.wheels && self.phase == Phase::Navigating {
             self.constrain_to_road(trace, notify);
         }
         let suspicion = &self.filter.samples.suspicion;

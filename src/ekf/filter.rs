@@ -11,7 +11,7 @@ use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
 use super::field_watch::FieldWatch;
-use super::gate::Gates;
+use super::gate::{Gates, NEVER};
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -44,8 +44,8 @@ pub(super) struct Samples<T> {
     pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
-    /// Time of the last sample, if it was rejected for a time far ahead.
-    pub far_ahead: Option<Time>,
+    /// Time of the last sample that was rejected for a time far ahead.
+    pub far_ahead: Time,
     /// Mean rate, rad/s, over a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
 }
@@ -58,19 +58,16 @@ impl<T: Scalar> Samples<T> {
         self_contradiction: SelfContradiction::NONE,
         rest: Rest::NONE,
         rectification: Rectification::NONE,
-        far_ahead: None,
+        far_ahead: NEVER,
         resting_rate_radps: None,
     };
 
-    /// Whether a sample must be rejected because its time is far after `last`. A single such time is wrong: it would
-    /// block all later samples. A second one soon after it shows that the inertial unit was off.
-    fn is_far_ahead(&mut self, time: Time, last: Time) -> bool {
-        if time - last <= LONGEST_BRIDGE_S {
-            self.far_ahead = None;
-            return false;
-        }
-        let before = self.far_ahead.replace(time);
-        !before.is_some_and(|before| (0.0..=FOLLOWS_S).contains(&(time - before)))
+    /// Whether a sample far ahead follows another such sample. A single such time is wrong: it would block all later
+    /// samples. A second one shows that the inertial unit was off.
+    #[inline(never)]
+    fn confirms_far_ahead(&mut self, time: Time) -> bool {
+        let before = core::mem::replace(&mut self.far_ahead, time);
+        (0.0..=FOLLOWS_S).contains(&(time - before))
     }
 
     /// Clears the memory, as [`Gates::clear`] does.
@@ -81,7 +78,7 @@ impl<T: Scalar> Samples<T> {
         self.self_contradiction = SelfContradiction::NONE;
         self.rest = Rest::NONE;
         self.rectification = Rectification::NONE;
-        self.far_ahead = None;
+        self.far_ahead = NEVER;
         self.resting_rate_radps = None;
     }
 }
@@ -337,17 +334,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= last {
             return Err(ImuFault::NotLater);
         }
-        if self.samples.is_far_ahead(sample.time, last) {
-            return Err(ImuFault::FarAhead);
+        let interval_s: T = sample.time.seconds_since(last);
+        if interval_s > T::of(LONGEST_BRIDGE_S) {
+            if !self.samples.confirms_far_ahead(sample.time) {
+                return Err(ImuFault::FarAhead);
+            }
+        } else {
+            self.samples.far_ahead = NEVER;
         }
         let motion = sample.motion.cast();
         let integrity = &mut self.samples.integrity;
-        let mechanisms = self.config.mechanisms;
-        if integrity.is_stuck(&motion) && mechanisms.stuck_samples {
+        if integrity.is_stuck(&motion) && self.config.mechanisms.stuck_samples {
             return Err(ImuFault::Stuck);
         }
-        let interval_s = sample.time.seconds_since(last);
-        if mechanisms.interpolated_samples && integrity.is_interpolated(&motion, interval_s) {
+        if self.config.mechanisms.interpolated_samples
+            && integrity.is_interpolated(&motion, interval_s)
+        {
             return Err(ImuFault::Interpolated);
         }
         let errors = self.imu_errors();

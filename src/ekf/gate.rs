@@ -114,8 +114,9 @@ pub(super) struct Gates {
     /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
     position_fused_s: f32,
     drift: PositionDrift,
-    /// Innovation of the receiver's height when its rejection began, m.
+    /// Innovation of the receiver's height when its rejection began, m, and that of its horizontal position.
     height_off_m: f32,
+    position_off_m: f32,
     pub contradiction: Contradiction,
     /// Whether the barometer's last reading disagrees with the filter's height.
     baro_disagrees: bool,
@@ -133,8 +134,6 @@ struct Gate {
     spread: f32,
     /// For a height: mean of recent normalised innovations, which shows their bias.
     bias_sigmas: f32,
-    /// For a rejected horizontal position: its innovation at the first rejection, m.
-    first_off_m: f32,
     /// For a position accepted without other evidence: distance, m, to the previous position, which may still be right;
     /// zero without such an ambiguity.
     ambiguity_m: f32,
@@ -155,7 +154,6 @@ impl Gate {
         since: NEVER,
         spread: 0.0,
         bias_sigmas: 0.0,
-        first_off_m: 0.0,
         ambiguity_m: 0.0,
         ambiguity_s: 0,
         rejections: 0,
@@ -226,6 +224,7 @@ impl Gates {
         position_fused_s: 0.0,
         drift: PositionDrift::NONE,
         height_off_m: 0.0,
+        position_off_m: 0.0,
         contradiction: Contradiction::NONE,
         baro_disagrees: false,
         heading_is_consistent: false,
@@ -242,6 +241,7 @@ impl Gates {
         self.position_fused_s = 0.0;
         self.drift = PositionDrift::NONE;
         self.height_off_m = 0.0;
+        self.position_off_m = 0.0;
         self.contradiction = Contradiction::NONE;
         self.baro_disagrees = false;
         self.heading_is_consistent = false;

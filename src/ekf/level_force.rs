@@ -60,6 +60,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K23) of docs/equations.md.
     pub(super) fn judge_level_force(&mut self) {
+        if !self.config.mechanisms.level_force {
+            self.level_force.variance = T::ZERO;
+            return;
+        }
         let [north, east, _] = self.state.body_to_ned.rows();
         let over_s = T::of(2.0 * AVERAGED_S);
         let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
@@ -67,11 +71,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
         let east = self.level_variance(&east, ATTITUDE, gravity);
         self.level_force.variance = sensed + (north + east).max(T::ZERO);
-    }
-
-    /// The part of a force, NED, that shows the heading: all of it without the mechanism.
-    pub(super) fn force_of_motion(&self, force: Vector<Ned, T>) -> Vector<Ned, T> {
-        if self.config.mechanisms.level_force { self.level_force.of_motion(force) } else { force }
     }
 
     /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from

@@ -19,7 +19,6 @@ macro_rules! switches {
             derive(serde::Deserialize, serde::Serialize),
             serde(default, deny_unknown_fields)
         )]
-        #[expect(clippy::struct_excessive_bools, reason = "independent switches")]
         pub struct $group { $($(#[doc = $doc])+ pub $name: bool,)* }
 
         impl $group {

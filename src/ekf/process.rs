@@ -30,7 +30,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
-        let mechanisms = self.config.mechanisms;
+        let mechanisms = &self.config.mechanisms;
         let checks = Checks {
             clipping: mechanisms.clipping,
             shocks: mechanisms.shocks,
@@ -75,7 +75,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         };
-        let excess = self.excess_factor();
+        let excess = self.excess.factor();
         markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s / excess);
         markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s / excess);
         let [position_h, position_v, velocity_h, velocity_v] =
@@ -180,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
-            force_mps: self.force_of_motion(advance.from_specific_force_mps),
+            force_mps: self.level_force.of_motion(advance.from_specific_force_mps),
             angle_variance,
             velocity_variance,
         };
@@ -248,11 +248,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Factor on the variances of the inertial unit's driving noise.
-    fn excess_factor(&self) -> f64 {
-        if self.config.mechanisms.excess_noise { self.excess.factor() } else { 1.0 }
-    }
-
     /// Variance of the accelerometers' mean error over `over_s`, (m/s²)², summed over the three axes.
     ///
     /// # Source
@@ -276,7 +271,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn noise(&self, increment: &Increment<T>, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
         let interval_s = increment.interval_s;
         let imu = &self.config.imu;
-        let over_s = T::of(self.excess_factor()) * interval_s;
+        let over_s = T::of(self.excess.factor()) * interval_s;
         let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
             density(walk, share, alike_s.max(interval_s), vibration).map(|density| density * over_s)
         };

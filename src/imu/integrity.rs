@@ -299,7 +299,7 @@ impl<T: Scalar> Integrity<T> {
             lost_s: if is_late { interval_s - typical } else { T::ZERO },
             now: (interval_s / T::of(NOW_S)).min(T::ONE),
             usual: (interval_s / self.seen_s).min(T::ONE),
-            usual_is_known: self.seen_s > T::of(LEAST_SEEN_S),
+            usual_is_known: checks.shocks && self.seen_s > T::of(LEAST_SEEN_S),
             checks,
         };
         let (turn, force) = (rates.angular_rate_radps, rates.specific_force_mps2);

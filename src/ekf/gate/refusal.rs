@@ -30,6 +30,8 @@ struct Evidence {
     velocity_agrees: bool,
     /// A position from a receiver that does not report its velocity.
     without_velocity: bool,
+    /// The same, and the innovation has grown since the first rejection.
+    grows: bool,
     /// For a heading: another source confirms the filter's own.
     is_confirmed: bool,
     /// For a position: it may be at the second hypothesis again.
@@ -57,7 +59,7 @@ impl Gates {
         let gate = self.gates.get_mut(group as usize)?;
         gate.count_rejection(group, time, off[0], &evidence);
         let rejection_time_s =
-            gate.rejection_time_s(group, off[0], f64::from(reported_s), &evidence, config);
+            gate.rejection_time_s(group, f64::from(reported_s), &evidence, config);
         let reopens = !forbidden
             && gate.rejections >= LEAST_REJECTIONS
             && time - gate.since >= rejection_time_s;
@@ -102,6 +104,7 @@ impl Gates {
         let baro_agrees = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.barometer_agrees(time);
         let velocity_was_reset = self.were_reopened(time);
+        let without_velocity = self.is_position_without_velocity(group, time);
         Evidence {
             baro_agrees,
             baro_level_is_ambiguous: baro_agrees
@@ -118,10 +121,22 @@ impl Gates {
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
                 _ => false,
             },
-            without_velocity: self.is_position_without_velocity(group, time),
+            without_velocity,
+            grows: without_velocity && self.grows(group, off[0]),
             is_confirmed: self.is_heading_confirmed(group, time),
             may_be_at_previous: self.may_be_back(group, off[0], config),
         }
+    }
+
+    /// Whether the innovation of a horizontal position has grown since the first rejection, which it notes.
+    fn grows(&mut self, group: Group, off_m: f64) -> bool {
+        if group != Group::HorizontalPosition {
+            return false;
+        }
+        if self.gates.get(group as usize).is_some_and(|gate| gate.rejections == 0) {
+            self.position_off_m = off_m as f32;
+        }
+        off_m > f64::from(GROWN * self.position_off_m)
     }
 
     /// Whether a position lies within reach of the second hypothesis.
@@ -175,9 +190,6 @@ impl Gate {
                 && was_open_lately
                 && off.abs() > reach_m;
             self.since = time;
-            if group == Group::HorizontalPosition {
-                self.first_off_m = off as f32;
-            }
             let may_be_lost = evidence.suspect || !was_open_lately || self.spread > DIVERGING;
             self.filter_has_diverged =
                 if jumped { evidence.velocity_was_reset } else { may_be_lost };
@@ -187,12 +199,11 @@ impl Gate {
             evidence.velocity_was_reset || (evidence.suspect && !evidence.velocity_agrees);
     }
 
-    /// Time, s, for which the filter rejects a measurement with innovation `off`, where the filter's own value was
-    /// reported for `reported_s`.
+    /// Time, s, for which the filter rejects a measurement, where the filter's own value was reported for
+    /// `reported_s`.
     fn rejection_time_s(
         &self,
         group: Group,
-        off: f64,
         reported_s: f64,
         evidence: &Evidence,
         config: &GateConfig,
@@ -205,11 +216,7 @@ impl Gate {
             _ if evidence.baro_agrees => reported_s.min(LEVEL_S).max(config.fault_s),
             _ if self.filter_has_diverged => config.recovery_s,
             // A position that jumped keeps a constant offset; a diverged filter moves away from it.
-            Group::HorizontalPosition
-                if evidence.without_velocity && off > f64::from(GROWN * self.first_off_m) =>
-            {
-                config.recovery_s
-            }
+            _ if evidence.grows => config.recovery_s,
             // A position from a few fixes is no more certain than the same number of fixes against it.
             Group::HorizontalPosition if evidence.velocity_agrees => {
                 config.fault_s.min(reported_s.max(config.recovery_s))

@@ -173,6 +173,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // Errors left by clipping or a gap are in the velocity, and are no step of a bias.
         let mechanisms = self.config.mechanisms;
         let mut stepped = self.excess.learn(fix.time, report);
+        if !mechanisms.excess_noise {
+            self.excess.forget_factor();
+        }
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
         // A height that a barometer confirms is right, and so are the biases behind it.
@@ -326,7 +329,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
-            turning: (-self.force_of_motion(back.force_m) - arm).to_array(),
+            turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(skew(-arm), back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
@@ -364,7 +367,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
-            turning: (self.force_of_motion(back.force_mps) - swing).to_array(),
+            turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
             gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),

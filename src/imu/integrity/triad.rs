@@ -61,7 +61,7 @@ pub(super) struct Timing<T> {
     pub now: T,
     /// Weight of the sample in the mean of the usual vibration.
     pub usual: T,
-    /// Whether the usual vibration has been averaged long enough.
+    /// Whether shocks are looked for, and the usual vibration has been averaged long enough.
     pub usual_is_known: bool,
     /// Which faults are looked for.
     pub checks: Checks,
@@ -185,17 +185,17 @@ impl<T: Scalar> Triad<T> {
         }
         let now = self.now;
         let shocked: [bool; 3] = core::array::from_fn(|axis| {
-            checks.shocks && timing.usual_is_known && now[axis] > number(SHOCK) * quiet[axis]
+            timing.usual_is_known && now[axis] > number(SHOCK) * quiet[axis]
         });
         let (mut shock, mut shaken, mut hidden) = (None, false, [T::ZERO; 3]);
         // A lasting tone raises the usual vibration, but its clipped readings stay wrong.
         if self.goes_on_s > 0.0 {
             self.goes_on_s -= interval_s.wide() as f32;
         }
-        if any(clipped) && self.is_tone(values, clipped) {
+        if any(clipped) && checks.shocks && self.is_tone(values, clipped) {
             self.goes_on_s = NOW_S as f32;
         }
-        let cut_off = checks.shocks && self.goes_on_s > 0.0;
+        let cut_off = self.goes_on_s > 0.0;
         if any(shocked) || cut_off {
             let (mut struck, least_blow) = (false, square(number(limits.least_blow)));
             for axis in 0..3 {
@@ -215,7 +215,7 @@ impl<T: Scalar> Triad<T> {
         if timing.lost_s > T::ZERO {
             variance = self.lost(bend.unwrap_or_default(), timing);
         }
-        let stuck = if checks.stuck_axes && total(stuck_s) > T::ZERO {
+        let stuck = if total(stuck_s) > T::ZERO && checks.stuck_axes {
             self.add_stuck(&mut variance, stuck_s, limits, interval_s)
         } else {
             [false; 3]
