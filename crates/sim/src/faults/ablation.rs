@@ -104,7 +104,8 @@ pub struct Ablated {
     pub run: String,
     /// Name of the cut.
     pub cut: String,
-    /// Root mean square errors, in the order of [`ERRORS`]; NaN if unknown.
+    /// Root mean square errors; NaN if unknown: of velocity, m/s, vertical velocity, m/s, horizontal position, m, height,
+    /// m, tilt, °, and yaw, °.
     pub errors: [f64; 6],
     /// Share of velocity and attitude inside 3 sigma.
     pub inside: f64,
