@@ -34,6 +34,8 @@ mod report;
 mod score;
 
 #[cfg(feature = "lab")]
+mod ablate;
+#[cfg(feature = "lab")]
 mod campaign;
 #[cfg(feature = "lab")]
 mod design;
@@ -98,6 +100,9 @@ enum Verb {
     /// dataset.toml that estimate, info and convert read
     #[cfg(feature = "formats")]
     Init(init::Arguments),
+    /// Switch off each mechanism of the estimator alone, on many flights and faults; writes results.csv and table.md
+    #[cfg(feature = "lab")]
+    Ablate(ablate::Arguments),
     /// Copy a log and add faults to it: vibration, gaps, GPS glitches and many more
     #[cfg(feature = "lab")]
     Inject(inject::Arguments),
@@ -147,6 +152,8 @@ impl Verb {
             #[cfg(feature = "formats")]
             Self::Init(arguments) => init::run(arguments),
             #[cfg(feature = "lab")]
+            Self::Ablate(arguments) => ablate::run(arguments),
+            #[cfg(feature = "lab")]
             Self::Inject(arguments) => inject::run(arguments),
             #[cfg(feature = "lab")]
             Self::Design(arguments) => design::run(arguments),
@@ -186,6 +193,8 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("completions", "feature `manual`"),
     #[cfg(not(feature = "manual"))]
     ("man", "feature `manual`"),
+    #[cfg(not(feature = "lab"))]
+    ("ablate", "feature `lab`"),
     #[cfg(not(feature = "lab"))]
     ("campaign", "feature `lab`"),
     #[cfg(not(feature = "lab"))]

@@ -19,7 +19,7 @@ pub(super) struct AntennaOffset {
     evidence: [f32; 2],
     used: bool,
     /// Variance at the last report, infinite before the first.
-    told_variance: f32,
+    reported_variance: f32,
 }
 
 /// One-sigma of the error of a wrong lever arm, m.
@@ -43,12 +43,12 @@ const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {
     /// State before the first turn: zero offset.
-    pub const UNSEEN: Self = Self {
+    pub const BEFORE_FIRST_TURN: Self = Self {
         found_m: [0.0; 2],
         variance: 1.0,
         evidence: [0.0; 2],
         used: false,
-        told_variance: f32::INFINITY,
+        reported_variance: f32::INFINITY,
     };
 
     /// Whether a rate about the vertical, rad/s, is fast enough to show the antenna offset.
@@ -63,11 +63,11 @@ impl AntennaOffset {
     }
 
     /// Offset, m, and its one-sigma, m: once when it is first used, and again when it has become much more accurate.
-    pub fn news(&mut self) -> Option<(Vector<Body, f32>, f32)> {
-        if !(self.used && self.variance < FALLEN * self.told_variance) {
+    pub fn next_report(&mut self) -> Option<(Vector<Body, f32>, f32)> {
+        if !(self.used && self.variance < FALLEN * self.reported_variance) {
             return None;
         }
-        self.told_variance = self.variance;
+        self.reported_variance = self.variance;
         Some((self.offset_m(), SIGMA_M * root(self.variance)))
     }
 
@@ -87,7 +87,7 @@ impl AntennaOffset {
     ///
     /// # Source
     /// Equation (M16) of docs/equations.md.
-    pub fn told(
+    pub fn observe_innovation(
         &mut self,
         rate_radps: f32,
         acceleration_mps2: f32,
@@ -145,7 +145,7 @@ mod tests {
 
     /// State after fixes in turns at these rates, with an antenna offset by `off_m` from its declared lever arm.
     fn flown(off_m: [f32; 2], rates_radps: impl IntoIterator<Item = f32>) -> AntennaOffset {
-        let mut antenna = AntennaOffset::UNSEEN;
+        let mut antenna = AntennaOffset::BEFORE_FIRST_TURN;
         for (step, rate) in rates_radps.into_iter().enumerate() {
             // Noise differs from fix to fix, with unit variance over many.
             let phase = 2.4 * step as f32;
@@ -153,7 +153,7 @@ mod tests {
             let known = antenna.offset_m().to_array();
             let left = [off_m[0] - known[0], off_m[1] - known[1]];
             let innovation = [-rate * left[1] + noise[0], rate * left[0] + noise[1]];
-            antenna.told(rate, 0.3, innovation, NOISE_MPS * NOISE_MPS);
+            antenna.observe_innovation(rate, 0.3, innovation, NOISE_MPS * NOISE_MPS);
         }
         antenna
     }
@@ -165,18 +165,18 @@ mod tests {
     #[test]
     fn an_antenna_a_metre_off_is_found_by_turns_to_both_sides() {
         let mut antenna = flown([0.4, -0.9], to_and_fro(40));
-        let (offset_m, sigma_m) = antenna.news().unwrap();
+        let (offset_m, sigma_m) = antenna.next_report().unwrap();
         assert!(
             (offset_m - Vector::new(0.4, -0.9, 0.0)).norm() < 3.0 * sigma_m,
             "{offset_m:?} {sigma_m}"
         );
-        assert!(sigma_m < 0.05 && antenna.news().is_none());
+        assert!(sigma_m < 0.05 && antenna.next_report().is_none());
     }
 
     #[test]
     fn turns_to_one_side_alone_convince_nobody() {
         let mut antenna = flown([0.4, -0.9], core::iter::repeat_n(0.5, 100));
-        assert!(antenna.news().is_none() && antenna.offset_m() == Vector::ZERO);
+        assert!(antenna.next_report().is_none() && antenna.offset_m() == Vector::ZERO);
         assert!(antenna.velocity_variance(0.5) == 0.0);
     }
 
@@ -192,13 +192,13 @@ mod tests {
         let mut antenna = flown([0.4, -0.9], to_and_fro(40).map(|rate| 0.1 * rate));
         for step in 0..100 {
             let rate = if step % 4 < 2 { 0.5 } else { -0.5 };
-            antenna.told(rate, 10.0, [0.5 * rate, rate], 0.01);
-            antenna.told(rate, 0.0, [f32::NAN, rate], 0.01);
-            antenna.told(rate, f32::NAN, [rate, rate], 0.01);
-            antenna.told(f32::NAN, 0.0, [rate, rate], 0.01);
-            antenna.told(f32::INFINITY, 0.0, [rate, rate], 0.01);
-            antenna.told(rate, 0.0, [rate, rate], f32::INFINITY);
-            antenna.told(rate, 0.0, [rate, rate], f32::NAN);
+            antenna.observe_innovation(rate, 10.0, [0.5 * rate, rate], 0.01);
+            antenna.observe_innovation(rate, 0.0, [f32::NAN, rate], 0.01);
+            antenna.observe_innovation(rate, f32::NAN, [rate, rate], 0.01);
+            antenna.observe_innovation(f32::NAN, 0.0, [rate, rate], 0.01);
+            antenna.observe_innovation(f32::INFINITY, 0.0, [rate, rate], 0.01);
+            antenna.observe_innovation(rate, 0.0, [rate, rate], f32::INFINITY);
+            antenna.observe_innovation(rate, 0.0, [rate, rate], f32::NAN);
         }
         assert!(antenna.variance == 1.0 && antenna.evidence == [0.0; 2]);
     }

@@ -67,7 +67,7 @@ impl AttitudeWatch {
     }
 
     /// Whether the reference turns differently from the gyros.
-    pub fn denies(&self) -> bool {
+    pub fn is_inconsistent(&self) -> bool {
         self.square.iter().any(|square| *square > MOST_RAD * MOST_RAD)
     }
 
@@ -118,16 +118,16 @@ mod tests {
 
     #[test]
     fn a_heading_that_is_frozen_late_or_smoothed_is_denied() {
-        assert!(watched(|_| 0.1).denies());
-        assert!(watched(|time_s| heading_rad(time_s - 0.3)).denies());
-        assert!(watched(|time_s| 0.5 * heading_rad(time_s)).denies());
+        assert!(watched(|_| 0.1).is_inconsistent());
+        assert!(watched(|time_s| heading_rad(time_s - 0.3)).is_inconsistent());
+        assert!(watched(|time_s| 0.5 * heading_rad(time_s)).is_inconsistent());
     }
 
     #[test]
     fn one_that_is_off_by_much_or_drifts_as_gyros_may_is_not() {
         for (off_rad, drift_radps) in [(0.0, 0.0), (2.0, 0.0), (3.1, 0.017), (-3.1, -0.05)] {
             let watch = watched(|time_s| heading_rad(time_s) + off_rad + drift_radps * time_s);
-            assert!(!watch.denies(), "{off_rad} {drift_radps}");
+            assert!(!watch.is_inconsistent(), "{off_rad} {drift_radps}");
             let [tilt, heading] = watch.excess::<f64>(NOISE_RAD, STEP_S);
             assert!(tilt == 0.0 && heading < 1e-4, "{off_rad} {drift_radps}: {heading}");
         }
@@ -136,13 +136,13 @@ mod tests {
     #[test]
     fn one_that_jumps_is_left_to_the_gate() {
         let jumped = |time_s: f32| if time_s > 59.0 { 1.5 } else { 0.0 };
-        assert!(!watched(|time_s| heading_rad(time_s) + jumped(time_s)).denies());
+        assert!(!watched(|time_s| heading_rad(time_s) + jumped(time_s)).is_inconsistent());
     }
 
     #[test]
     fn a_little_late_it_counts_for_less() {
         let watch = watched(|time_s| heading_rad(time_s - 0.1));
-        assert!(!watch.denies());
+        assert!(!watch.is_inconsistent());
         let [_, heading] = watch.excess::<f64>(NOISE_RAD, STEP_S);
         assert!(heading > 10.0 * NOISE_RAD * NOISE_RAD, "{heading}");
     }

@@ -30,17 +30,17 @@ const MOST: f64 = 10.0;
 
 impl Barometer {
     /// State before the first reading.
-    pub const UNHEARD: Self =
+    pub const BEFORE_FIRST_READING: Self =
         Self { level_m: 0.0, reading_m: f32::NAN, left_m: 0.0, variance: 0.0 };
 
     /// Barometer whose first reading was `level_m` above the filter's height, with a stated one-sigma of `noise_m`.
     pub fn at(level_m: f64, noise_m: f64) -> Self {
         let variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
-        Self { level_m: level_m as f32, variance, ..Self::UNHEARD }
+        Self { level_m: level_m as f32, variance, ..Self::BEFORE_FIRST_READING }
     }
 
     /// Whether a reading has been received.
-    pub fn is_heard(&self) -> bool {
+    pub fn has_reading(&self) -> bool {
         self.variance > 0.0
     }
 

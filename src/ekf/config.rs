@@ -1,5 +1,7 @@
 //! Error models of the sensors in the filter, with a unit for every number.
 
+use super::mechanisms::Mechanisms;
+
 /// Settings of the filter. [`EkfConfig::default`] suits a consumer or tactical-grade MEMS unit on a vibrating vehicle
 /// and a stand-alone GPS. Set better known values by name.
 ///
@@ -24,6 +26,8 @@ pub struct EkfConfig {
     pub baro: BaroModel,
     /// Gates and recovery.
     pub gate: GateConfig,
+    /// Switches of the mechanisms beyond a textbook filter.
+    pub mechanisms: Mechanisms,
 }
 
 impl EkfConfig {

@@ -83,13 +83,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
-        self.heading_distrusted = Some(time);
+        self.heading_disagreed_at = Some(time);
         self.heading_revision.replaced(turn_rad);
         self.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
         self.attitude_lost = None;
-        self.antenna_heading.distrusted = Some(time);
-        self.gates.doubt_filter(time);
-        self.gates.doubt_heading(time);
+        self.antenna_heading.disagreed_at = Some(time);
+        self.gates.suspect_filter(time);
+        self.gates.start_unconfirmed_heading(time);
         let [wander_rad, _] = self.heading_wander;
         self.forget_heading_error(wander_rad);
     }
@@ -105,10 +105,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Whether the filter shall be set to a measured attitude or heading. True for the first measurement within
-    /// [`TAKEN_S`] after a gap, if its source is not suspect.
-    pub(super) fn takes_attitude(&mut self, time: Time) -> bool {
+    /// [`ATTITUDE_RESET_S`] after a gap, if its source is not suspect.
+    pub(super) fn shall_reset_attitude(&mut self, time: Time) -> bool {
         let lost = self.attitude_lost.take();
-        self.heading_distrusted.is_none() && lost.is_some_and(|lost| time - lost < TAKEN_S)
+        self.heading_disagreed_at.is_none()
+            && lost.is_some_and(|lost| time - lost < ATTITUDE_RESET_S)
     }
 
     /// Turns the attitude to the measured one and opens the measured axes, from `first` on. The update that follows
@@ -117,7 +118,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K20) of docs/equations.md.
-    pub(super) fn take_attitude(
+    pub(super) fn reset_attitude(
         &mut self,
         turn_rad: Vector<Ned, T>,
         first: usize,
@@ -140,7 +141,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K19) of docs/equations.md.
     #[inline(never)]
-    pub(super) fn doubt_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
+    pub(super) fn open_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
         // A horizontal step within the gate can be of gyro or accelerometer: each is opened by its usual one-sigma.
         let (gyro, accel) = match stepped {
@@ -211,7 +212,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Raises the uncertainty of the heading and of the heading source's slow error by `off_rad` each. Later fixes show
     /// which of the two is wrong.
     pub(super) fn doubt_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
-        self.heading_doubt_rad = self.heading_doubt_rad.max(libm::fabs(off_rad) as f32);
+        self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
         let opened = T::of(square(off_rad));
         let mut relaxation = Relaxation::default();
         let wander = L::ATTITUDE_REFERENCE.and_then(|first| relaxation.noise.get_mut(first + 2));
@@ -229,12 +230,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let field_rad = f64::from(self.field_watch.doubt_rad);
         let usual_rad =
             if field_rad == 0.0 { usual_rad } else { Scalar::hypot(usual_rad, field_rad) };
-        if self.heading_doubt_rad == 0.0 {
+        if self.extra_heading_sigma_rad == 0.0 {
             return usual_rad;
         }
-        let left = libm::exp(-elapsed_s.clamp(0.0, DOUBT_S) / DOUBT_S) as f32;
-        let doubt_rad = self.heading_doubt_rad * left;
-        self.heading_doubt_rad = if doubt_rad > FORGOTTEN_RAD { doubt_rad } else { 0.0 };
+        let left = libm::exp(-elapsed_s.clamp(0.0, SUSPECT_TIME_S) / SUSPECT_TIME_S) as f32;
+        let doubt_rad = self.extra_heading_sigma_rad * left;
+        self.extra_heading_sigma_rad = if doubt_rad > FORGOTTEN_RAD { doubt_rad } else { 0.0 };
         Scalar::hypot(usual_rad, f64::from(doubt_rad))
     }
 
@@ -246,21 +247,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the
     /// source, the source must first agree for [`AGREED_S`].
-    pub(super) fn trusts_heading(&mut self, time: Time, off_rad: f64) -> bool {
-        is_trusted(&mut self.heading_distrusted, time, off_rad)
+    pub(super) fn accepts_heading(&mut self, time: Time, off_rad: f64) -> bool {
+        is_accepted(&mut self.heading_disagreed_at, time, off_rad)
     }
 }
 
-/// Whether a heading source is accepted, at an innovation of `off_rad`. `distrusted` is the time of its last
+/// Whether a heading source is accepted, at an innovation of `off_rad`. `disagreed_at` is the time of its last
 /// disagreement, if suspect.
-pub(super) fn is_trusted(distrusted: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
-    let Some(disagreed) = *distrusted else { return true };
+pub(super) fn is_accepted(disagreed_at: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
+    let Some(disagreed) = *disagreed_at else { return true };
     if libm::fabs(off_rad) > DISAGREED_RAD {
-        *distrusted = Some(time);
+        *disagreed_at = Some(time);
     } else if time - disagreed > AGREED_S {
-        *distrusted = None;
+        *disagreed_at = None;
     }
-    distrusted.is_none()
+    disagreed_at.is_none()
 }
 
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
@@ -272,7 +273,7 @@ const DISAGREED_RAD: f64 = 0.3;
 const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
 /// against the attitude from the fixes.
-const TAKEN_S: f64 = 5.0;
+const ATTITUDE_RESET_S: f64 = 5.0;
 /// One-sigmas of biases that may have stepped, in units of the usual ones: of the accelerometers after a vertical or
 /// large step, of the gyros after a large step.
 const STEPPED_ACCEL: f64 = 3.0;
@@ -282,7 +283,7 @@ const STEPPED_TILT_RAD: f64 = 0.02;
 /// Typical time, s, from a bias step to its detection.
 const STEPPED_S: f64 = 3.0;
 /// Time constant with which the suspicion against a heading reference decays, s.
-const DOUBT_S: f64 = 200.0;
+const SUSPECT_TIME_S: f64 = 200.0;
 /// Least suspicion, rad; a smaller one is set to zero, because its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
 /// Correlation time of a disturbed field, s.

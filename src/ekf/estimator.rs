@@ -104,15 +104,11 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     aiding: Aiding,
     rangefinder: Rangefinder,
     antenna_heading: AntennaHeadingModel,
-    held: [Option<Fix>; HELD],
+    waiting_fixes: [Option<Fix>; MOST_WAITING],
     /// [`signature`] of the last fix.
-    last_said: u32,
+    last_signature: u32,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    /// Height of the last fix, m, and the time since which fixes of a moving vehicle repeat it without a vertical
-    /// velocity.
-    last_height_m: f64,
-    height_since: Time,
     level: Level,
     wheels: WheelWatch,
     /// Time of the last suspect sample.
@@ -133,12 +129,10 @@ const FOUND_SIGMA_RAD: f64 = 0.175;
 const OF_ONE_CLOCK_S: f64 = 10.0;
 /// Speed, m/s, below which a repeated velocity may be correct.
 const REPEATED_MPS: f64 = 0.2;
-/// Minimum time, s, of an unchanged height during motion after which it counts as not measured.
-const HELD_HEIGHT_S: f64 = 3.0;
 /// Longest time, s, between suspect samples of one event.
 const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
-const HELD: usize = 4;
+const MOST_WAITING: usize = 4;
 
 impl Estimator {
     /// The default estimator, before its first event: all states, in `f64`, with a search for an unknown heading. Its
@@ -173,11 +167,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             aiding: config.aiding,
             rangefinder: config.rangefinder,
             antenna_heading: config.antenna_heading,
-            held: [None; HELD],
-            last_said: 0,
+            waiting_fixes: [None; MOST_WAITING],
+            last_signature: 0,
             is_frozen: false,
-            last_height_m: f64::NAN,
-            height_since: NEVER,
             level: Level::Believed,
             wheels: WheelWatch::of(config.vehicle_kind),
             suspected: NEVER,
@@ -198,18 +190,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         mut notify: impl FnMut(Notice),
     ) {
-        self.take_in(event, trace, &mut notify);
+        self.process_event(event, trace, &mut notify);
     }
 
     /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`.
-    fn take_in(
+    fn process_event(
         &mut self,
         event: &Event,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
         if self.phase == Phase::Aligning {
-            self.tell_why_alignment_waits(event, notify);
+            self.report_ignored(event, notify);
             let alignment = if H::SEARCHES {
                 self.aligner.push(event)
             } else {
@@ -227,9 +219,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
                 if fix.time > self.due_until() {
-                    self.hold(fix, trace, notify);
+                    self.store_fix(fix, trace, notify);
                 } else {
-                    self.take_at_once(fix, trace, notify);
+                    self.fuse_at_once(fix, trace, notify);
                 }
             }
             Event::Baro(reading) => self.barometer(reading, trace, notify),
@@ -271,7 +263,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         let before = self.filter.state.time;
         if sample.time - before > self.filter.config.imu.gap_s {
-            self.take_held(before, trace, notify);
+            self.fuse_waiting(before, trace, notify);
         }
         let time = sample.time;
         match self.filter.predict_traced(sample, trace) {
@@ -279,7 +271,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 if self.filter.samples.suspicion.hides_motion() {
                     self.search.monitor(self.filter.state.body_to_ned);
                 } else {
-                    self.feel(sample, time.seconds_since(before));
+                    self.observe_sample(sample, time.seconds_since(before));
                 }
                 self.search_if_lost(time);
             }
@@ -299,8 +291,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(report) = self.filter.update_at_rest(trace) {
             notify(Notice::Updated(report));
         }
-        if L::WHEELS && self.phase == Phase::Navigating {
-            self.hold_on_wheels(trace, notify);
+        if L::WHEELS && self.filter.config.mechanisms.wheels && self.phase == Phase::Navigating {
+            self.constrain_to_road(trace, notify);
         }
         let suspicion = &self.filter.samples.suspicion;
         if self.phase == Phase::Navigating
@@ -312,7 +304,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             self.suspected = time;
         }
-        self.take_held(self.due_until(), trace, notify);
+        self.fuse_waiting(self.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
@@ -322,12 +314,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Holds a vehicle on wheels to its road while fixes are absent, and reports the start and the end.
     #[inline(never)]
-    fn hold_on_wheels(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+    fn constrain_to_road(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if let Some(report) = self.filter.update_on_wheels(&mut self.wheels, trace) {
             notify(Notice::Updated(report));
         }
         let time = self.filter.state.time;
-        match self.wheels.news() {
+        match self.wheels.next_report() {
             Some(true) => {
                 let sigma_mps = f64::from(self.wheels.sigma_mps());
                 notify(Notice::OnWheels { time, sigma_mps });
@@ -338,15 +330,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Feeds a sample to the heading search and to the wheel monitor.
-    fn feel(&mut self, sample: &ImuSample, interval_s: T) {
+    fn observe_sample(&mut self, sample: &ImuSample, interval_s: T) {
         let mean = sample.motion.cast().mean_rates(interval_s);
         let errors = self.filter.imu_errors();
         let force_mps2 = mean.specific_force_mps2 - errors.accel_bias_mps2;
         if L::WHEELS {
             let [forward, right, _] = force_mps2.to_array();
-            self.wheels.feel([single(forward), single(right)], single(interval_s));
+            self.wheels.observe_sample([single(forward), single(right)], single(interval_s));
         }
-        self.search.feel(
+        self.search.observe_sample(
             mean.angular_rate_radps - errors.gyro_bias_radps,
             force_mps2,
             self.filter.step_variances,
@@ -358,7 +350,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// fix's velocity is not zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
-        if core::mem::replace(&mut self.last_said, said) != said {
+        if core::mem::replace(&mut self.last_signature, said) != said {
             self.is_frozen = false;
             return false;
         }
@@ -368,39 +360,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.is_frozen
     }
 
-    /// Whether a receiver seems to hold the height without reporting so, as with three satellites. Then the height of a
-    /// moving vehicle is identical in fix after fix, and its vertical velocity is zero or absent.
-    fn holds_height(&mut self, fix: &Fix) -> bool {
-        let height_m = fix.position.height_m;
-        let same = core::mem::replace(&mut self.last_height_m, height_m) == height_m;
-        let tells_climb = fix.down_velocity_mps.is_some_and(|down_mps| down_mps != 0.0);
-        let stands = level_square(fix).is_none_or(|squared| squared < square(REPEATED_MPS));
-        // At rest a receiver may repeat a height.
-        if !same || tells_climb || stands {
-            self.height_since = fix.time;
-        }
-        fix.time - self.height_since >= HELD_HEIGHT_S
-    }
-
     #[inline(never)]
     fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
-        if self.repeats(fix) {
+        let mechanisms = self.filter.config.mechanisms;
+        if self.repeats(fix) && mechanisms.repeated_fixes {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
             return;
         }
-        fix.two_dimensional |= self.holds_height(fix);
         let mut report = Report::default();
         let searches = self.phase == Phase::Searching;
         let result = if searches {
-            self.filter.take_in_position(fix, &mut report, trace)
+            self.filter.fuse_position(fix, &mut report, trace)
         } else {
-            self.filter.take_in_gps(fix, &mut report, trace)
+            self.filter.fuse_gps(fix, &mut report, trace)
         };
         if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
         }
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
-        if let Some((offset_m, sigma_m)) = self.filter.antenna.news() {
+        if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
         }
@@ -420,8 +398,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         } else {
             self.watch_heading(fix, trace, notify);
         }
-        self.filter.gates.set_heading_borne_out(self.search.is_confirmed());
-        self.mind_level(fix, &report, trace, notify);
+        let is_confirmed = self.search.is_confirmed() && mechanisms.confirmed_heading;
+        self.filter.gates.set_heading_consistent(is_confirmed);
+        self.monitor_tilt(fix, &report, trace, notify);
     }
 
     #[inline(never)]
@@ -436,7 +415,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let body_to_ned = filter.state.body_to_ned;
-        let Some(better) = self.search.better(fix.time, body_to_ned, own_sigma_rad) else { return };
+        let better = self.search.better(fix.time, body_to_ned, own_sigma_rad);
+        let Some(better) = better.filter(|_| filter.config.mechanisms.heading_monitor) else {
+            return;
+        };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
         if !replaces {
             filter.doubt_heading(turn_rad, trace);

@@ -21,11 +21,11 @@ pub(super) struct Excess {
     /// Normalised innovations of velocity, north and east, of the last fix, if accepted.
     last: Option<(Time, [f64; 2])>,
     /// Normalised innovation of the vertical velocity, if accepted.
-    last_down: Option<(Time, f64)>,
+    last_down: (Time, Option<f32>),
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
-    of_late: [f64; 2],
+    mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
-    refused: Option<(Time, f64)>,
+    refused: (Time, Option<f32>),
     /// Same for the vertical velocity, innovation in m/s; zero after a reset to the measurement.
     refused_down: (Time, Option<f32>),
     /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
@@ -82,9 +82,9 @@ impl Excess {
     pub const NONE: Self = Self {
         learned: 1.0,
         last: None,
-        last_down: None,
-        of_late: [0.0; 2],
-        refused: None,
+        last_down: (Time::ZERO, None),
+        mean_product: [0.0; 2],
+        refused: (Time::ZERO, None),
         refused_down: (Time::ZERO, None),
         reopened_down: (Time::ZERO, None),
     };
@@ -92,6 +92,11 @@ impl Excess {
     /// Factor on the variances, from 1 to 10.
     pub fn factor(&self) -> f64 {
         (self.learned / BY_CHANCE).max(1.0)
+    }
+
+    /// Resets the factor to one.
+    pub fn forget_factor(&mut self) {
+        self.learned = 1.0;
     }
 
     /// Feeds the report of a fix. Returns the step, if any, that recent fixes indicate.
@@ -115,10 +120,10 @@ impl Excess {
         let down_far =
             find(Channel::VelocityDown).and_then(|down| self.grows_down(time, down, height));
         self.compare_down(time, accepted(Channel::VelocityDown), height);
-        let [level, down] = self.of_late.map(|of_late| of_late > STEP);
-        for (of_late, stepped) in self.of_late.iter_mut().zip([level, down]) {
+        let [level, down] = self.mean_product.map(|mean_product| mean_product > STEP);
+        for (mean_product, stepped) in self.mean_product.iter_mut().zip([level, down]) {
             if stepped {
-                *of_late = 0.0;
+                *mean_product = 0.0;
             }
         }
         Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
@@ -131,7 +136,7 @@ impl Excess {
             && let Some(interval_s) = soon_after(then, time)
         {
             let alike = north * last[0] + east * last[1];
-            self.of_late[0] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[0]);
+            self.mean_product[0] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[0]);
             let share = RATE * interval_s.min(1.0);
             self.learned =
                 (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
@@ -141,29 +146,30 @@ impl Excess {
     /// Compares the vertical velocity of a fix with that of the previous fix. The product counts only if the height
     /// innovation `height` has the same sign: a receiver's vertical velocity has slow errors too.
     fn compare_down(&mut self, time: Time, down: Option<f64>, height: f64) {
-        let before = core::mem::replace(&mut self.last_down, down.map(|down| (time, down)));
-        if let (Some(down), Some((then, last))) = (down, before)
+        let newest = (time, down.map(|down| down as f32));
+        let (then, before) = core::mem::replace(&mut self.last_down, newest);
+        if let (Some(down), Some(last)) = (down, before.map(f64::from))
             && let Some(interval_s) = soon_after(then, time)
         {
             let alike = if height * down > 0.0 { down * last } else { 0.0 };
-            self.of_late[1] += (interval_s / STEP_S).min(1.0) * (alike - self.of_late[1]);
+            self.mean_product[1] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[1]);
         }
     }
 
     /// Whether rejected innovations grow, as with a bias step. A receiver fault appears at full size at once.
     fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
         let Some((north, east)) = refused else {
-            self.refused = None;
+            self.refused.1 = None;
             return false;
         };
         let size = Scalar::hypot(north, east);
-        let Some((since, first)) = self.refused else {
-            self.refused = began.then_some((time, size));
+        let (since, Some(first)) = self.refused else {
+            self.refused = (time, began.then_some(size as f32));
             return false;
         };
-        let grown = time - since >= GROWING_S && size >= GROWN * first;
+        let grown = time - since >= GROWING_S && size >= GROWN * f64::from(first);
         if grown {
-            self.refused = Some((time, size));
+            self.refused = (time, Some(size as f32));
         }
         grown
     }
@@ -171,7 +177,8 @@ impl Excess {
     /// Growth of the vertical velocity innovation, if the height innovation `height` has the same sign.
     fn grows_down(&mut self, time: Time, down: &Innovation, height: f64) -> Option<Growth> {
         let off = down.innovation;
-        let began = self.last_down.is_some_and(|(then, _)| soon_after(then, time).is_some());
+        let (then, last) = self.last_down;
+        let began = last.is_some() && soon_after(then, time).is_some();
         let ((since, before), (then, reopened)) = (self.refused_down, self.reopened_down);
         self.refused_down = match down.verdict {
             Verdict::Accepted => (time, None),

@@ -40,7 +40,7 @@ pub(super) struct Parts {
 
 /// Uncertainty of the filter's attitude.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AttitudeDoubt {
+pub(super) struct AttitudeUncertainty {
     pub tilt_variance: f32,
     pub heading_variance: f32,
     /// Whether the gyros may have missed a recent turn.
@@ -110,7 +110,7 @@ impl FieldWatch {
 
     /// Whether a reading at `time` comes at least `interval_s` after the last evaluated one.
     pub fn is_due(&self, time: Time, interval_s: f64) -> bool {
-        !self.has_seen() || time - self.seen >= interval_s
+        !self.has_reading() || time - self.seen >= interval_s
     }
 
     /// Whether the last reading was the first unusual one.
@@ -118,7 +118,7 @@ impl FieldWatch {
         self.suspect > 0.0
     }
 
-    fn has_seen(&self) -> bool {
+    fn has_reading(&self) -> bool {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
@@ -128,8 +128,13 @@ impl FieldWatch {
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
-    pub fn push(&mut self, time: Time, field: Parts, doubt: &AttitudeDoubt) -> Option<FieldChange> {
-        let is_first = !self.has_seen();
+    pub fn push(
+        &mut self,
+        time: Time,
+        field: Parts,
+        doubt: &AttitudeUncertainty,
+    ) -> Option<FieldChange> {
+        let is_first = !self.has_reading();
         let before = core::mem::replace(&mut self.seen, time);
         if is_first {
             (self.usual, self.opened_at) = (field, field);
@@ -246,8 +251,8 @@ impl Parts {
 mod tests {
     use super::*;
 
-    const SURE: AttitudeDoubt =
-        AttitudeDoubt { tilt_variance: 1e-4, heading_variance: 1e-3, turned: false };
+    const SURE: AttitudeUncertainty =
+        AttitudeUncertainty { tilt_variance: 1e-4, heading_variance: 1e-3, turned: false };
     const EARTH: Parts = Parts { level: 0.3, down: 0.35, azimuth_rad: 0.0 };
 
     fn at(step: i64) -> Time {
@@ -306,7 +311,7 @@ mod tests {
     fn a_turn_that_gyros_may_have_missed_is_none_of_the_field() {
         let (mut watch, _) = watched(&[EARTH; 100]);
         let turned = Parts { azimuth_rad: 2.0, ..EARTH };
-        let missed = AttitudeDoubt { turned: true, ..SURE };
+        let missed = AttitudeUncertainty { turned: true, ..SURE };
         assert!(watch.push(at(100), turned, &missed).is_none());
         assert!(watch.push(at(101), turned, &SURE).is_none());
     }

@@ -11,7 +11,7 @@ use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
 use super::field_watch::FieldWatch;
-use super::gate::Gates;
+use super::gate::{Gates, NEVER};
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -44,6 +44,8 @@ pub(super) struct Samples<T> {
     pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
+    /// Time of the last sample that was rejected for a time far ahead.
+    pub far_ahead: Time,
     /// Mean rate, rad/s, over a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
 }
@@ -56,8 +58,17 @@ impl<T: Scalar> Samples<T> {
         self_contradiction: SelfContradiction::NONE,
         rest: Rest::NONE,
         rectification: Rectification::NONE,
+        far_ahead: NEVER,
         resting_rate_radps: None,
     };
+
+    /// Whether a sample far ahead follows another such sample. A single such time is wrong: it would block all later
+    /// samples. A second one shows that the inertial unit was off.
+    #[inline(never)]
+    fn confirms_far_ahead(&mut self, time: Time) -> bool {
+        let before = core::mem::replace(&mut self.far_ahead, time);
+        (0.0..=FOLLOWS_S).contains(&(time - before))
+    }
 
     /// Clears the memory, as [`Gates::clear`] does.
     fn clear(&mut self) {
@@ -67,6 +78,7 @@ impl<T: Scalar> Samples<T> {
         self.self_contradiction = SelfContradiction::NONE;
         self.rest = Rest::NONE;
         self.rectification = Rectification::NONE;
+        self.far_ahead = NEVER;
         self.resting_rate_radps = None;
     }
 }
@@ -91,10 +103,10 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Slow error of the last sensor of heading: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
     /// Additional one-sigma of the heading sensor's slow error, rad, according to the fixes.
-    pub(super) heading_doubt_rad: f32,
+    pub(super) extra_heading_sigma_rad: f32,
     pub(super) field_watch: FieldWatch,
     /// Time of the last disagreement of the heading sensor with the filter, after the filter was turned against it.
-    pub(super) heading_distrusted: Option<Time>,
+    pub(super) heading_disagreed_at: Option<Time>,
     /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
@@ -150,12 +162,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             attitude_used: None,
             attitude_watch: AttitudeWatch::NONE,
             heading_wander: usual_heading_wander(&config),
-            heading_doubt_rad: 0.0,
+            extra_heading_sigma_rad: 0.0,
             field_watch: FieldWatch::NONE,
-            heading_distrusted: None,
+            heading_disagreed_at: None,
             attitude_lost: None,
             heading_revision: HeadingRevision::NONE,
-            barometer: Barometer::UNHEARD,
+            barometer: Barometer::BEFORE_FIRST_READING,
             ground: Ground::UNKNOWN,
             antenna_heading: AntennaHeadingMemory::NONE,
             gps_wander: None,
@@ -165,7 +177,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gps_learned: [1.0; 3],
             net_turn: NetTurn::NONE,
             level_force: LevelForce::NONE,
-            antenna: AntennaOffset::UNSEEN,
+            antenna: AntennaOffset::BEFORE_FIRST_TURN,
             step_variances: [T::ZERO; 2],
             excess: Excess::NONE,
             bias_shift: BiasShift::UNKNOWN,
@@ -182,12 +194,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_used = None;
         self.attitude_watch = AttitudeWatch::NONE;
         self.heading_wander = usual_heading_wander(&self.config);
-        self.heading_doubt_rad = 0.0;
+        self.extra_heading_sigma_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
-        self.heading_distrusted = None;
+        self.heading_disagreed_at = None;
         self.attitude_lost = None;
         self.heading_revision = HeadingRevision::NONE;
-        self.barometer = Barometer::UNHEARD;
+        self.barometer = Barometer::BEFORE_FIRST_READING;
         self.ground = Ground::UNKNOWN;
         self.antenna_heading = AntennaHeadingMemory::NONE;
         self.gps_wander = None;
@@ -197,7 +209,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_learned = [1.0; 3];
         self.net_turn = NetTurn::NONE;
         self.level_force = LevelForce::NONE;
-        self.antenna = AntennaOffset::UNSEEN;
+        self.antenna = AntennaOffset::BEFORE_FIRST_TURN;
         self.step_variances = [T::ZERO; 2];
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
@@ -322,12 +334,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if sample.time <= last {
             return Err(ImuFault::NotLater);
         }
+        let interval_s: T = sample.time.seconds_since(last);
+        if interval_s > T::of(LONGEST_BRIDGE_S) {
+            if !self.samples.confirms_far_ahead(sample.time) {
+                return Err(ImuFault::FarAhead);
+            }
+        } else {
+            self.samples.far_ahead = NEVER;
+        }
         let motion = sample.motion.cast();
         let integrity = &mut self.samples.integrity;
-        if integrity.is_stuck(&motion) {
+        if integrity.is_stuck(&motion) && self.config.mechanisms.stuck_samples {
             return Err(ImuFault::Stuck);
         }
-        if integrity.is_interpolated(&motion, sample.time.seconds_since(last)) {
+        if self.config.mechanisms.interpolated_samples
+            && integrity.is_interpolated(&motion, interval_s)
+        {
             return Err(ImuFault::Interpolated);
         }
         let errors = self.imu_errors();
@@ -349,7 +371,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
-            self.gates.doubt_filter(sample.time);
+            self.gates.suspect_filter(sample.time);
         }
         if held {
             increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
@@ -396,7 +418,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
-        self.gates.doubt_filter(time);
+        self.gates.suspect_filter(time);
         let rotation_rad = self.state.coast(time, self.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
@@ -425,6 +447,8 @@ const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
 /// One-sigma of the level of a barometer before its first use, m. It is far larger than that of any height, so that the
 /// first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
+/// Longest time, s, between two samples far ahead that confirm each other.
+const FOLLOWS_S: f64 = 1.0;
 /// Longest gap that is bridged, s: the motion in a longer one is unknown.
 const LONGEST_BRIDGE_S: f64 = 60.0;
 

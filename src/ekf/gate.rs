@@ -36,11 +36,11 @@
 //! correlations. Both hypotheses then lie within it. Then the fix is fused. The report is always
 //! [`Verdict::Reopened`](super::Verdict::Reopened).
 
+mod position_drift;
 mod refusal;
-mod walk;
 
 use crate::time::Time;
-use walk::Walk;
+use position_drift::PositionDrift;
 
 /// Kinds of measurement that are rejected, and reopened, together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl Group {
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
-    /// Whether the group is one axis and measures height, as [`leans`](Gates::leans) requires.
+    /// Whether the group is one axis and measures height, as [`is_biased`](Gates::is_biased) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
     }
@@ -104,23 +104,24 @@ impl Contradiction {
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
     /// End of the time in which trouble with the inertial samples makes the filter suspect.
-    doubted_until: Time,
+    suspect_until: Time,
     /// End of the time in which a reopened velocity makes the filter suspect.
-    lost_until: Time,
+    diverged_until: Time,
     /// End of the time in which a found or replaced heading is unconfirmed.
-    unproven_until: Time,
+    unconfirmed_until: Time,
     /// Time for which the receiver's height has been fused, s.
-    height_taken_s: f32,
+    height_fused_s: f32,
     /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
-    place_taken_s: f32,
-    walk: Walk,
-    /// Innovation of the receiver's height when its rejection began, m.
+    position_fused_s: f32,
+    drift: PositionDrift,
+    /// Innovation of the receiver's height when its rejection began, m, and that of its horizontal position.
     height_off_m: f32,
+    position_off_m: f32,
     pub contradiction: Contradiction,
     /// Whether the barometer's last reading disagrees with the filter's height.
-    baro_denies: bool,
+    baro_disagrees: bool,
     /// Whether the filter's heading is consistent with recent fixes.
-    heading_borne_out: bool,
+    heading_is_consistent: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -131,19 +132,18 @@ struct Gate {
     since: Time,
     /// Mean square of recent normalised innovations; 1 if filter and sensor agree.
     spread: f32,
-    /// For a height: mean of recent normalised innovations, which shows their bias. For a rejected horizontal position:
-    /// its innovation at the first rejection, m.
-    lean: f32,
+    /// For a height: mean of recent normalised innovations, which shows their bias.
+    bias_sigmas: f32,
     /// For a position accepted without other evidence: distance, m, to the previous position, which may still be right;
     /// zero without such an ambiguity.
-    disputed_m: f32,
+    ambiguity_m: f32,
     /// Time of fused fixes, s, in which that ambiguity decays: the duration for which the previous position was
     /// reported.
-    disputed_s: u8,
+    ambiguity_s: u8,
     /// Successive rejections; zero while the gate is open.
-    refusals: u8,
+    rejections: u8,
     /// Whether the filter itself causes these rejections.
-    filter_is_lost: bool,
+    filter_has_diverged: bool,
     /// Whether the gate was ever open.
     was_open: bool,
 }
@@ -153,11 +153,11 @@ impl Gate {
         accepted: NEVER,
         since: NEVER,
         spread: 0.0,
-        lean: 0.0,
-        disputed_m: 0.0,
-        disputed_s: 0,
-        refusals: 0,
-        filter_is_lost: false,
+        bias_sigmas: 0.0,
+        ambiguity_m: 0.0,
+        ambiguity_s: 0,
+        rejections: 0,
+        filter_has_diverged: false,
         was_open: false,
     };
 
@@ -168,10 +168,10 @@ impl Gate {
 
     /// Reduces the ambiguity after another `taken_s` seconds of fused fixes.
     fn settle(&mut self, taken_s: f32) {
-        if self.disputed_m > 0.0 {
-            self.disputed_m *= (1.0 - taken_s / f32::from(self.disputed_s)).max(0.0);
-            if self.disputed_m < DISPUTED_LEAST_M {
-                self.disputed_m = 0.0;
+        if self.ambiguity_m > 0.0 {
+            self.ambiguity_m *= (1.0 - taken_s / f32::from(self.ambiguity_s)).max(0.0);
+            if self.ambiguity_m < AMBIGUITY_LEAST_M {
+                self.ambiguity_m = 0.0;
             }
         }
     }
@@ -182,19 +182,19 @@ const ABSENCE_S: f64 = 2.5;
 /// Earlier than every other time.
 pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
 /// Time, s, for which a suspicion against the filter explains a disagreement.
-const DOUBT_S: f64 = 10.0;
+const SUSPECT_TIME_S: f64 = 10.0;
 /// Time, s, after which a found heading counts as confirmed.
-const UNPROVEN_S: f64 = 60.0;
+const UNCONFIRMED_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
 /// Mean innovation, in one-sigmas, above which innovations are biased: chance does not explain it.
-const LEANING: f32 = 1.5;
+const BIASED_SIGMAS: f32 = 1.5;
 /// Limit, in one-sigmas, of a single innovation in that mean.
-const MOST_LEAN: f32 = 5.0;
+const MOST_BIAS_SIGMAS: f32 = 5.0;
 /// Time constant of that mean, s, for frequent innovations.
-const LEANING_S: f64 = 2.0;
+const BIAS_TIME_S: f64 = 2.0;
 /// Mean innovation, in one-sigmas, below which innovations are unbiased.
-const UPRIGHT: f32 = 0.75;
+const UNBIASED_SIGMAS: f32 = 0.75;
 /// Largest position innovation with a correct filter velocity, m; `JUMP_MPS`, m/s, is added for each second since the
 /// last accepted fix. A larger innovation is a jump.
 const JUMP_M: f64 = 5.0;
@@ -205,9 +205,9 @@ const HEADING_S: f64 = 120.0;
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
-const DISPUTED_MOST_S: f32 = 200.0;
+const AMBIGUITY_MOST_S: f32 = 200.0;
 /// Least ambiguity, m; a smaller one is set to zero.
-const DISPUTED_LEAST_M: f32 = 0.1;
+const AMBIGUITY_LEAST_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 /// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
@@ -217,79 +217,81 @@ impl Gates {
     /// Gates before the first measurement.
     pub const NONE: Self = Self {
         gates: [Gate::NONE; Group::COUNT],
-        doubted_until: NEVER,
-        lost_until: NEVER,
-        unproven_until: NEVER,
-        height_taken_s: 0.0,
-        place_taken_s: 0.0,
-        walk: Walk::NONE,
+        suspect_until: NEVER,
+        diverged_until: NEVER,
+        unconfirmed_until: NEVER,
+        height_fused_s: 0.0,
+        position_fused_s: 0.0,
+        drift: PositionDrift::NONE,
         height_off_m: 0.0,
+        position_off_m: 0.0,
         contradiction: Contradiction::NONE,
-        baro_denies: false,
-        heading_borne_out: false,
+        baro_disagrees: false,
+        heading_is_consistent: false,
     };
 
     /// Clears the state of all gates. It does so field by field: [`NONE`](Self::NONE) as a whole would be stored as a
     /// constant next to the program.
     pub fn clear(&mut self) {
         self.gates = [Gate::NONE; Group::COUNT];
-        self.doubted_until = NEVER;
-        self.lost_until = NEVER;
-        self.unproven_until = NEVER;
-        self.height_taken_s = 0.0;
-        self.place_taken_s = 0.0;
-        self.walk = Walk::NONE;
+        self.suspect_until = NEVER;
+        self.diverged_until = NEVER;
+        self.unconfirmed_until = NEVER;
+        self.height_fused_s = 0.0;
+        self.position_fused_s = 0.0;
+        self.drift = PositionDrift::NONE;
         self.height_off_m = 0.0;
+        self.position_off_m = 0.0;
         self.contradiction = Contradiction::NONE;
-        self.baro_denies = false;
-        self.heading_borne_out = false;
+        self.baro_disagrees = false;
+        self.heading_is_consistent = false;
     }
 
     /// Notes a gap in the inertial samples, or clipping: disagreements now are the filter's own fault.
-    pub fn doubt_filter(&mut self, time: Time) {
-        self.doubted_until = time + DOUBT_S;
+    pub fn suspect_filter(&mut self, time: Time) {
+        self.suspect_until = time + SUSPECT_TIME_S;
     }
 
     /// Notes that a heading was found or replaced: if fixes disagree in the time after it, the heading is wrong.
-    pub fn doubt_heading(&mut self, time: Time) {
-        self.unproven_until = time + UNPROVEN_S;
+    pub fn start_unconfirmed_heading(&mut self, time: Time) {
+        self.unconfirmed_until = time + UNCONFIRMED_S;
     }
 
-    /// Whether the inertial samples had trouble within the last [`DOUBT_S`].
-    pub fn doubts_filter(&self, time: Time) -> bool {
-        time < self.doubted_until
+    /// Whether the inertial samples had trouble within the last [`SUSPECT_TIME_S`].
+    pub fn is_filter_suspect(&self, time: Time) -> bool {
+        time < self.suspect_until
     }
 
     /// Whether the inertial samples have had trouble since `time`.
-    pub fn doubted_after(&self, time: Time) -> bool {
-        self.doubted_until - time > DOUBT_S
+    pub fn was_suspected_after(&self, time: Time) -> bool {
+        self.suspect_until - time > SUSPECT_TIME_S
     }
 
     /// Whether a velocity was reopened recently. Afterwards innovations keep one sign for some seconds.
     pub fn were_reopened(&self, time: Time) -> bool {
-        time < self.lost_until
+        time < self.diverged_until
     }
 
     /// Notes whether the filter's heading is consistent with recent fixes.
-    pub fn set_heading_borne_out(&mut self, borne_out: bool) {
-        self.heading_borne_out = borne_out;
+    pub fn set_heading_consistent(&mut self, is_confirmed: bool) {
+        self.heading_is_consistent = is_confirmed;
     }
 
     /// Whether the filter's heading, with which a measured heading disagrees, is confirmed by the fixes or by the other
     /// kind of measured heading.
-    fn is_heading_borne_out(&self, group: Group, time: Time) -> bool {
+    fn is_heading_confirmed(&self, group: Group, time: Time) -> bool {
         let other = match group {
             Group::Heading => Group::BaselineHeading,
             Group::BaselineHeading => Group::Heading,
             _ => return false,
         };
-        let by_fixes = self.heading_borne_out && !self.lack_fixes(time);
+        let by_fixes = self.heading_is_consistent && !self.lack_fixes(time);
         by_fixes || self.is_open(other, time)
     }
 
     /// Notes whether a reading of the barometer disagrees with the filter's height.
-    pub fn set_baro_denies(&mut self, denies: bool) {
-        self.baro_denies = denies;
+    pub fn set_baro_disagrees(&mut self, denies: bool) {
+        self.baro_disagrees = denies;
     }
 
     /// Whether the group belongs to a receiver with a proven contradiction.
@@ -300,13 +302,14 @@ impl Gates {
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
     /// biased beyond chance while the other height sensor agrees with the filter. The first of receiver and barometer
     /// with a bias is the one that drifts.
-    pub fn leans(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
+    pub fn is_biased(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
         let normalised = off / sigma;
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
-        let newest = NEWEST.min(((time - gate.accepted) / LEANING_S) as f32);
-        gate.lean += newest * ((normalised as f32).clamp(-MOST_LEAN, MOST_LEAN) - gate.lean);
-        let leans = gate.lean.abs() > LEANING;
-        leans
+        let newest = NEWEST.min(((time - gate.accepted) / BIAS_TIME_S) as f32);
+        gate.bias_sigmas += newest
+            * ((normalised as f32).clamp(-MOST_BIAS_SIGMAS, MOST_BIAS_SIGMAS) - gate.bias_sigmas);
+        let is_biased = gate.bias_sigmas.abs() > BIASED_SIGMAS;
+        is_biased
             && match group {
                 Group::VerticalPosition | Group::VerticalVelocity => self.agrees(Group::Baro, time),
                 Group::Baro => [Group::VerticalPosition, Group::VerticalVelocity]
@@ -318,9 +321,12 @@ impl Gates {
 
     /// Whether a group is open and its innovations are unbiased.
     fn agrees(&self, group: Group, time: Time) -> bool {
-        let leans = self.gates.get(group as usize).is_some_and(|gate| gate.lean.abs() > UPRIGHT);
-        let denies = group == Group::Baro && self.baro_denies;
-        self.is_open(group, time) && !(leans || denies)
+        let is_biased = self
+            .gates
+            .get(group as usize)
+            .is_some_and(|gate| gate.bias_sigmas.abs() > UNBIASED_SIGMAS);
+        let denies = group == Group::Baro && self.baro_disagrees;
+        self.is_open(group, time) && !(is_biased || denies)
     }
 
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
@@ -328,15 +334,15 @@ impl Gates {
         if let Some(gate) = self.gates.get_mut(group as usize) {
             let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             match group {
-                Group::VerticalPosition if gate.was_open => self.height_taken_s += since_s,
+                Group::VerticalPosition if gate.was_open => self.height_fused_s += since_s,
                 Group::HorizontalPosition if gate.was_open => {
-                    self.place_taken_s += since_s;
-                    self.walk.forget(since_s, self.place_taken_s);
+                    self.position_fused_s += since_s;
+                    self.drift.forget(since_s, self.position_fused_s);
                 }
                 _ => {}
             }
             (gate.accepted, gate.was_open) = (time, true);
-            gate.refusals = 0;
+            gate.rejections = 0;
             gate.settle(since_s);
             gate.spread += NEWEST * (spread as f32 - gate.spread);
         }
@@ -349,46 +355,53 @@ impl Gates {
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
-    pub fn place_moved(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
-        if self.place_taken_s < SETTLED_S {
-            self.forget_walk();
+    pub fn observe_position_shift(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
+        if self.position_fused_s < SETTLED_S {
+            self.reset_position_drift();
             return 0.0;
         }
         let tells_motion = self.is_open(Group::HorizontalVelocity, time);
-        if tells_motion && !self.doubts_filter(time) && !self.were_reopened(time) {
-            self.walk.add(moved_m);
+        if tells_motion && !self.is_filter_suspect(time) && !self.were_reopened(time) {
+            self.drift.add(moved_m);
         }
-        self.walk.judge(least_m);
-        self.walk.walked_m()
+        self.drift.judge(least_m);
+        self.drift.drifted_m()
     }
 
     /// Adds a shift of the expected position of the next fix, other than by the vehicle's motion, north and east, m.
-    pub fn expect_elsewhere(&mut self, moved_m: [f32; 2]) {
-        self.walk.add(moved_m);
+    pub fn add_expected_shift(&mut self, moved_m: [f32; 2]) {
+        self.drift.add(moved_m);
     }
 
     /// Resets the sum of the shifts of the expected position.
-    pub fn forget_walk(&mut self) {
-        self.walk = Walk::NONE;
+    pub fn reset_position_drift(&mut self) {
+        self.drift = PositionDrift::NONE;
     }
 
     /// Distances, m, horizontal and vertical, to a previous position and height that may still be right.
-    pub fn disputed_m(&self) -> [f32; 2] {
+    pub fn ambiguity_m(&self) -> [f32; 2] {
         let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m));
-        [level_m.max(self.walk.walked_m()), vertical_m]
+            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.ambiguity_m));
+        [level_m.max(self.drift.drifted_m()), vertical_m]
+    }
+
+    /// Drops the second hypothesis of a position that was reopened.
+    pub fn forget_previous(&mut self, group: Group) {
+        if let Some(gate) = self.gates.get_mut(group as usize) {
+            (gate.ambiguity_m, gate.ambiguity_s) = (0.0, 0);
+        }
     }
 
     /// Resets the fused time of the position: the next fix makes the position known.
-    pub fn forget_place(&mut self) {
-        self.place_taken_s = 0.0;
+    pub fn reset_position_time(&mut self) {
+        self.position_fused_s = 0.0;
     }
 
     /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].
     pub fn is_open(&self, group: Group, time: Time) -> bool {
         self.gates
             .get(group as usize)
-            .is_some_and(|gate| gate.refusals == 0 && gate.was_open_lately(time))
+            .is_some_and(|gate| gate.rejections == 0 && gate.was_open_lately(time))
     }
 
     /// How long ago a group was last accepted, s.
@@ -400,7 +413,7 @@ impl Gates {
     pub fn is_absent(&self, group: Group, time: Time) -> bool {
         self.gates
             .get(group as usize)
-            .is_some_and(|gate| gate.refusals == 0 && !gate.was_open_lately(time))
+            .is_some_and(|gate| gate.rejections == 0 && !gate.was_open_lately(time))
     }
 
     fn was_open_lately(&self, group: Group, time: Time) -> bool {

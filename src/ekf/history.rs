@@ -76,7 +76,7 @@ pub struct LookBack<T> {
 
 /// Motion since an earlier moment, from inertial samples alone.
 #[derive(Clone, Copy, Debug)]
-pub struct FeltSince<To, T> {
+pub struct MotionSince<To, T> {
     /// Velocity change by specific force, m/s.
     pub velocity_mps: Vector<To, T>,
     /// Duration, s.
@@ -178,12 +178,12 @@ impl<T: Scalar> History<T> {
 
     /// Motion measured since `time`, in the axes to which `attitude` turns the body now. `None` if `time` is older than
     /// the memory.
-    pub fn felt_since<To>(
+    pub fn motion_since<To>(
         &self,
         time: Time,
         attitude: Rotation<Body, To, T>,
-    ) -> Option<FeltSince<To, T>> {
-        let mut felt = FeltSince {
+    ) -> Option<MotionSince<To, T>> {
+        let mut felt = MotionSince {
             velocity_mps: Vector::ZERO,
             duration_s: T::ZERO,
             attitude,

@@ -88,9 +88,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         }
-        let [level_m, vertical_m] = self.disputed_m().map(f64::from);
-        for (axis, disputed_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
-            joint[axis][axis] += disputed_m * disputed_m;
+        let [level_m, vertical_m] = self.ambiguity_m().map(f64::from);
+        for (axis, ambiguity_m) in [level_m, level_m, vertical_m].into_iter().enumerate() {
+            joint[axis][axis] += ambiguity_m * ambiguity_m;
         }
         JointCovariance(joint)
     }

@@ -60,6 +60,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K23) of docs/equations.md.
     pub(super) fn judge_level_force(&mut self) {
+        if !self.config.mechanisms.level_force {
+            self.level_force.variance = T::ZERO;
+            return;
+        }
         let [north, east, _] = self.state.body_to_ned.rows();
         let over_s = T::of(2.0 * AVERAGED_S);
         let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);

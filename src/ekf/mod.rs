@@ -23,6 +23,7 @@ mod innovation;
 mod joint;
 mod learned;
 mod measurement;
+mod mechanisms;
 mod motion_sum;
 mod net_turn;
 mod prediction;
@@ -52,8 +53,9 @@ pub use joint::JointCovariance;
 #[doc(hidden)]
 pub use learned::Learned;
 pub use measurement::{
-    Aid, Expected, Measurement, Report, Row, Rows, Unusable, WrongDerivative, check_derivatives,
+    Aid, Expected, Measurement, Report, Row, Rows, Unusable, WrongRows, check_derivatives,
 };
+pub use mechanisms::Mechanisms;
 pub use prediction::{ImuFault, Prediction, ResetCause};
 #[cfg(feature = "alloc")]
 pub use smoother::{Adjoint, Smoother};

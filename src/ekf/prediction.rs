@@ -46,6 +46,8 @@ pub enum ImuFault {
     NotFinite,
     /// Not later than the previous sample.
     NotLater,
+    /// More than a minute after the previous sample, and no other sample with such a time came right before it.
+    FarAhead,
     /// All readings are the same as before, in an inertial unit that vibrates: the unit did not measure.
     Stuck,
     /// All readings lie on the straight line of the previous ones, in an inertial unit that vibrates: a logger
@@ -82,6 +84,9 @@ impl fmt::Display for ImuFault {
         f.write_str(match self {
             Self::NotFinite => "not finite, or impossibly large",
             Self::NotLater => "not later than the previous sample",
+            Self::FarAhead => {
+                "more than a minute after the previous sample, without another one to confirm it"
+            }
             Self::Stuck => "identical to the previous sample, so not measured",
             Self::Interpolated => "on a straight line with other samples, so not measured",
         })

@@ -8,7 +8,7 @@ use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
 use super::trace::Trace;
 use super::{single, square};
-use crate::imu::{FullScale, ImuSample, Motion};
+use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
 /// Largest usual slow error, in one-sigmas.
@@ -30,10 +30,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             gyro_radps: self.config.imu.gyro_range_radps,
             accel_mps2: self.config.imu.accel_range_mps2,
         };
+        let mechanisms = &self.config.mechanisms;
+        let checks = Checks {
+            clipping: mechanisms.clipping,
+            shocks: mechanisms.shocks,
+            stuck_axes: mechanisms.stuck_axes,
+        };
         let momentary = matches!(motion, Motion::Rates { .. });
         let integrity = &mut self.samples.integrity;
         self.samples.suspicion =
-            integrity.push((&mean, momentary), &sample.clipped, interval_s, &scale);
+            integrity.push((&mean, momentary), &sample.clipped, interval_s, (&scale, checks));
         let vibration = self.samples.integrity.accel_vibration();
         self.samples.rectification.push(
             vibration,
@@ -107,9 +113,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
         let [.., down] = self.state.body_to_ned.rows();
-        let rectified = self.samples.rectification.variance(down, interval_s);
-        for (noise, rectified) in noise.iter_mut().skip(ACCEL_BIAS).zip(rectified) {
-            *noise += rectified;
+        if self.config.mechanisms.rectification {
+            let rectified = self.samples.rectification.variance(down, interval_s);
+            for (noise, rectified) in noise.iter_mut().skip(ACCEL_BIAS).zip(rectified) {
+                *noise += rectified;
+            }
         }
         Relaxation { decay, noise }
     }
@@ -217,7 +225,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let decay = relaxation.decay.get(state).copied().unwrap_or(T::ONE);
                 single((decay - T::ONE) * self.estimate(state))
             };
-            self.gates.expect_elsewhere([lost(first), lost(first + 1)]);
+            self.gates.add_expected_shift([lost(first), lost(first + 1)]);
         }
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);

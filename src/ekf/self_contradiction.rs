@@ -180,9 +180,10 @@ impl<T: Scalar> SelfContradiction<T> {
                 unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
             },
         };
-        let is_denied =
-            change.is_some_and(|change| is_denied(change, felt_mps, fallen_mps, expected));
-        self.judge_jump(reading.time, left_mps, is_denied);
+        let is_impossible_at_any_attitude = change.is_some_and(|change| {
+            is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
+        });
+        self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
         let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             self.contradicted = reading.time;
@@ -213,11 +214,11 @@ impl<T: Scalar> SelfContradiction<T> {
 
     /// Feeds an unmeasured change of velocity, and whether every attitude contradicts it. A change that continues
     /// unaltered is not a jump: it comes from a bias step or a wrong tilt.
-    fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_denied: bool) {
+    fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_impossible_at_any_attitude: bool) {
         let left = left.to_array().map(|left| left as f32);
         let before = core::mem::replace(&mut self.left_mps, left);
         if self.farthest_mps == 0.0 {
-            if !is_denied {
+            if !is_impossible_at_any_attitude {
                 return;
             }
             self.jumped = time;
@@ -241,7 +242,7 @@ impl<T: Scalar> SelfContradiction<T> {
 
 /// Whether no attitude makes the measured velocity change equal to `change` after gravity's `fallen_mps`. A rotation
 /// preserves lengths, so the lengths are compared.
-fn is_denied(
+fn is_impossible_at_any_attitude(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,
     fallen_mps: Vector<Ned>,

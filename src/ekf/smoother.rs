@@ -101,7 +101,7 @@ struct Sample<const N: usize> {
     parameters: [f64; N],
     angular_rate_radps: Vector<Body>,
     /// Ambiguity of the filter's position, horizontal and vertical, m.
-    disputed_m: [f32; 2],
+    ambiguity_m: [f32; 2],
 }
 
 /// Information from the later part of the log about the error state at a moment; zero by default, at the end of the
@@ -161,7 +161,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
             state: filter.state,
             parameters: filter.parameters,
             angular_rate_radps: filter.angular_rate_radps,
-            disputed_m: filter.disputed_m(),
+            ambiguity_m: filter.ambiguity_m(),
         });
         for state in 0..BASE {
             self.covariances.extend_from_slice(filter.covariance.upper_row(state));
@@ -308,7 +308,7 @@ impl<const N: usize> Adjoint<N> {
                 add_scaled(&mut explained, entry, line);
             }
             for (j, other) in rows.iter().enumerate().skip(i) {
-                if !is_told(i, j) {
+                if !is_used_by_solution(i, j) {
                     continue;
                 }
                 let value = row[j] - dot(&explained, other);
@@ -323,15 +323,15 @@ impl<const N: usize> Adjoint<N> {
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // No controller holds a heading of the past.
-        let mut solution = filter.undisputed_solution();
-        solution.widen(sample.disputed_m);
+        let mut solution = filter.unambiguous_solution();
+        solution.widen(sample.ambiguity_m);
         Solution { heading_revision_rad: 0.0, ..solution }
     }
 }
 
 /// Whether a solution uses the covariance of two base states. It needs all variances, and for its lever arm and its
 /// angles the covariances among attitude, velocity and position.
-const fn is_told(row: usize, column: usize) -> bool {
+const fn is_used_by_solution(row: usize, column: usize) -> bool {
     row == column || (row < VELOCITY && column < GYRO_BIAS)
 }
 

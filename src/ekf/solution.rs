@@ -127,13 +127,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// one-sigma of position reaches back to it (equation K9), further than that of the covariance.
     #[must_use]
     pub fn solution(&self) -> Solution<T> {
-        let mut solution = self.undisputed_solution();
-        solution.widen(self.disputed_m());
+        let mut solution = self.unambiguous_solution();
+        solution.widen(self.ambiguity_m());
         solution
     }
 
     /// [`solution`](Self::solution), with the one-sigma of position from the covariance alone.
-    pub(super) fn undisputed_solution(&self) -> Solution<T> {
+    pub(super) fn unambiguous_solution(&self) -> Solution<T> {
         let errors = self.imu_errors();
         let estimate = Estimate {
             state: &self.state,

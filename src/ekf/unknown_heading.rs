@@ -28,7 +28,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Errors
     /// As [`update_gps`](Self::update_gps).
     #[inline(never)]
-    pub(super) fn take_in_position(
+    pub(super) fn fuse_position(
         &mut self,
         fix: &Fix,
         report: &mut Report,
@@ -36,11 +36,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
         // A filter that follows every velocity cannot contradict a position.
-        self.gates.lose_position(fix.time);
+        self.gates.note_position_divergence(fix.time);
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
-        let result = self.take_in_gps(fix, report, trace);
+        let result = self.fuse_gps(fix, report, trace);
         // The errors of a velocity are learned with a known heading only; those of a position alone likewise.
         let [before, level, down] = learned;
         let [found, ..] = self.gps_learned;
@@ -58,11 +58,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.set_variance(state, *variance);
             }
         }
-        self.gates.forget_walk();
+        self.gates.reset_position_drift();
         self.excess = Excess::NONE;
         self.bias_shift = BiasShift::UNKNOWN;
         self.level_force = LevelForce::NONE;
-        self.antenna = AntennaOffset::UNSEEN;
+        self.antenna = AntennaOffset::BEFORE_FIRST_TURN;
         result
     }
 
@@ -176,7 +176,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn had_heading(&self, time: Time) -> bool {
         let lately = |used: Time| time - used < HEADING_GIVEN_S;
         let by_attitude =
-            self.heading_distrusted.is_none() && self.attitude_used.is_some_and(lately);
+            self.heading_disagreed_at.is_none() && self.attitude_used.is_some_and(lately);
         by_attitude || lately(self.antenna_heading.used)
     }
 }

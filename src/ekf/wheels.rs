@@ -27,9 +27,9 @@ pub(super) struct WheelWatch {
     force_mps2: [f32; 2],
     /// Whether the vehicle rolls on wheels, as its user declares.
     declared: Option<bool>,
-    holds: bool,
-    /// Whether [`news`](Self::news) has reported the present value of `holds`.
-    told: bool,
+    is_active: bool,
+    /// Whether [`next_report`](Self::next_report) has reported the present value of `is_active`.
+    is_reported: bool,
     /// Time of the last observation or constraint.
     seen: Time,
 }
@@ -93,10 +93,10 @@ const BANKS: f32 = 0.5;
 /// Growth of the slope's one-sigma outside the observed speeds, per m/s, from angle of attack or sideslip.
 const BEYOND: f32 = 0.005;
 /// Residual assumed after a vehicle has violated the constraint, m/s.
-const DENIED_MPS: f32 = 1.0;
+const VIOLATED_MPS: f32 = 1.0;
 /// Mean normalised innovation that indicates a vehicle slowly leaving its road. A car's mean stays within 0.3: the
 /// residual is correlated, and [`Line::variance`] is inflated for it.
-const LEANING: f32 = 0.75;
+const BIASED: f32 = 0.75;
 /// Longer intervals between readings, s, count as this one.
 const LONGEST_S: f32 = 1.0;
 
@@ -113,16 +113,16 @@ struct Track {
     /// Observation time, weighted by accuracy relative to a car's usual residual, s.
     seen_s: f32,
     /// Mean normalised innovation during the constraint.
-    lean: f32,
+    mean_innovation: f32,
 }
 
 impl Track {
-    const UNSEEN: Self = Self {
+    const BEFORE_FIRST_TURN: Self = Self {
         information: PRIOR_INFORMATION,
         moments: [0.0; CAUSES],
         left: USUAL_MPS * USUAL_MPS,
         seen_s: 0.0,
-        lean: 0.0,
+        mean_innovation: 0.0,
     };
 
     /// Covariance of slope, arm and compliance.
@@ -140,7 +140,7 @@ impl Track {
         (covariance.map(|row| dot(row, self.moments)), covariance)
     }
 
-    fn told(&mut self, seen: &Seen, elapsed_s: f32) {
+    fn observe(&mut self, seen: &Seen, elapsed_s: f32) {
         let causes = seen.causes();
         let left = seen.across_mps - dot(self.found().0, causes);
         let own_variance = seen.own_variance;
@@ -199,29 +199,29 @@ impl WheelWatch {
 
     const fn declared(declared: Option<bool>) -> Self {
         Self {
-            right: Track::UNSEEN,
-            down: Track::UNSEEN,
+            right: Track::BEFORE_FIRST_TURN,
+            down: Track::BEFORE_FIRST_TURN,
             turned_rad: 0.0,
             banked: [0.0; 2],
             speeds_mps: [f32::INFINITY, 0.0],
             force_mps2: [0.0; 2],
             declared,
-            holds: matches!(declared, Some(true)),
-            told: false,
+            is_active: matches!(declared, Some(true)),
+            is_reported: false,
             seen: Time::ZERO,
         }
     }
 
     /// Returns to the state before the first observation.
     pub const fn forget(&mut self) {
-        *self = Self { told: self.told, ..Self::declared(self.declared) };
+        *self = Self { is_reported: self.is_reported, ..Self::declared(self.declared) };
     }
 
     /// Feeds the velocity to the right and downwards after a fix, and the sine of the bank to the right.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
-    pub fn told(&mut self, time: Time, right: &Seen, down: &Seen, bank: f32) {
+    pub fn observe_velocity(&mut self, time: Time, right: &Seen, down: &Seen, bank: f32) {
         let elapsed_s = ((time - self.seen) as f32).clamp(0.0, LONGEST_S);
         self.seen = time;
         let size =
@@ -240,15 +240,15 @@ impl WheelWatch {
             *sum = fade * *sum + elapsed_s * centripetal * factor;
         }
         let before_s = self.right.seen_s;
-        self.right.told(right, elapsed_s);
-        self.down.told(down, elapsed_s);
+        self.right.observe(right, elapsed_s);
+        self.down.observe(down, elapsed_s);
         self.turned_rad += (self.right.seen_s - before_s).max(0.0) * right.rate_radps.abs();
         let left = self.right.left.max(self.down.left);
         let [banked, turned] = self.banked;
         let banks = banked > BANKS * turned;
-        self.holds = if let Some(declared) = self.declared {
+        self.is_active = if let Some(declared) = self.declared {
             declared
-        } else if self.holds {
+        } else if self.is_active {
             left < 2.0 * square(ROLLS_MPS) && !banks
         } else {
             left < square(ROLLS_MPS)
@@ -259,14 +259,14 @@ impl WheelWatch {
     }
 
     /// Whether the vehicle rolls on wheels, once after each change.
-    pub fn news(&mut self) -> Option<bool> {
-        let before = core::mem::replace(&mut self.told, self.holds);
-        (before != self.holds).then_some(self.holds)
+    pub fn next_report(&mut self) -> Option<bool> {
+        let before = core::mem::replace(&mut self.is_reported, self.is_active);
+        (before != self.is_active).then_some(self.is_active)
     }
 
     /// Whether the constraint is due at `time`; if so, `time` becomes the last one.
     pub fn is_due(&mut self, time: Time) -> bool {
-        let is_due = self.holds && time - self.seen >= INTERVAL_S;
+        let is_due = self.is_active && time - self.seen >= INTERVAL_S;
         if is_due {
             self.seen = time;
         }
@@ -276,20 +276,22 @@ impl WheelWatch {
     /// Feeds the normalised innovations to the right and downwards, before the constraint is applied. Returns `true` if
     /// the motion is impossible on wheels: an innovation beyond `gate`, or one-sided innovations. The constraint then
     /// stops until fixes show wheels again.
-    pub fn denies(&mut self, normalised: [f32; 2], gate: f32) -> bool {
+    pub fn is_violated(&mut self, normalised: [f32; 2], gate: f32) -> bool {
         for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
-            track.lean += INTERVAL_S as f32 / CORRELATED_S * (normalised - track.lean);
+            track.mean_innovation +=
+                INTERVAL_S as f32 / CORRELATED_S * (normalised - track.mean_innovation);
         }
         // The comparison also counts NaN as a violation.
-        let upright = self.right.lean.abs() < LEANING && self.down.lean.abs() < LEANING;
-        let denied = !(upright && normalised.iter().all(|size| size.abs() <= gate));
-        if denied {
-            self.holds = false;
+        let unbiased =
+            self.right.mean_innovation.abs() < BIASED && self.down.mean_innovation.abs() < BIASED;
+        let violated = !(unbiased && normalised.iter().all(|size| size.abs() <= gate));
+        if violated {
+            self.is_active = false;
             for track in [&mut self.right, &mut self.down] {
-                (track.left, track.lean) = (square(DENIED_MPS), 0.0);
+                (track.left, track.mean_innovation) = (square(VIOLATED_MPS), 0.0);
             }
         }
-        denied
+        violated
     }
 
     /// Line along which the vehicle rolls with the motion `seen`.
@@ -323,7 +325,7 @@ impl WheelWatch {
     }
 
     /// Feeds the specific force of a sample, forward and to the right, m/s².
-    pub fn feel(&mut self, force_mps2: [f32; 2], interval_s: f32) {
+    pub fn observe_sample(&mut self, force_mps2: [f32; 2], interval_s: f32) {
         let newest = (interval_s / FORCE_S).min(1.0);
         for (mean, force) in self.force_mps2.iter_mut().zip(force_mps2) {
             *mean += newest * (force - *mean);

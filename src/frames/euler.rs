@@ -82,7 +82,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         let two = T::of(2.0);
         let sin_pitch = self.sin_pitch();
         let (yaw_rad, pitch_rad) = (self.heading_rad(), sin_pitch.asin());
-        if is_upright(sin_pitch) {
+        if is_vertical(sin_pitch) {
             return [T::ZERO, pitch_rad, yaw_rad];
         }
         let roll_rad = (two * (w * x + y * z)).atan2(T::ONE - two * (x * x + y * y));
@@ -95,7 +95,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         let [x, y, z, w] = self.to_array();
         let two = T::of(2.0);
         let sin_pitch = self.sin_pitch();
-        if is_upright(sin_pitch) {
+        if is_vertical(sin_pitch) {
             let twice = if sin_pitch < T::ZERO { two } else { -two };
             return wrap_angle(twice * x.atan2(w));
         }
@@ -105,7 +105,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
     /// Sine and cosine of [`heading_rad`](Self::heading_rad), without an angle in between.
     #[must_use]
     pub fn heading_sincos(self) -> (T, T) {
-        if is_upright(self.sin_pitch()) {
+        if is_vertical(self.sin_pitch()) {
             return self.heading_rad().sincos();
         }
         let [x, y, z, w] = self.to_array();
@@ -128,7 +128,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
 }
 
 /// Whether only the sum or difference of roll and yaw exists.
-fn is_upright<T: Scalar>(sin_pitch: T) -> bool {
+fn is_vertical<T: Scalar>(sin_pitch: T) -> bool {
     sin_pitch.abs() > T::of(1.0 - 1e-12)
 }
 

@@ -19,6 +19,22 @@ pub struct FullScale {
     pub accel_mps2: f64,
 }
 
+/// Which faults of single axes are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Checks {
+    /// Readings at full scale.
+    pub clipping: bool,
+    /// Shocks.
+    pub shocks: bool,
+    /// Axes that repeat one reading.
+    pub stuck_axes: bool,
+}
+
+impl Checks {
+    /// All faults.
+    pub const ALL: Self = Self { clipping: true, shocks: true, stuck_axes: true };
+}
+
 /// Stuck gyros and accelerometers of an inertial unit, in one byte, because every filter keeps one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StuckAxes(u8);
@@ -261,7 +277,7 @@ impl<T: Scalar> Integrity<T> {
         (rates, momentary): (&MeanRates<T>, bool),
         marks: &ClippedAxes,
         interval_s: T,
-        scale: &FullScale,
+        (scale, checks): (&FullScale, Checks),
     ) -> Suspicion<T> {
         if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
@@ -283,7 +299,8 @@ impl<T: Scalar> Integrity<T> {
             lost_s: if is_late { interval_s - typical } else { T::ZERO },
             now: (interval_s / T::of(NOW_S)).min(T::ONE),
             usual: (interval_s / self.seen_s).min(T::ONE),
-            usual_is_known: self.seen_s > T::of(LEAST_SEEN_S),
+            usual_is_known: checks.shocks && self.seen_s > T::of(LEAST_SEEN_S),
+            checks,
         };
         let (turn, force) = (rates.angular_rate_radps, rates.specific_force_mps2);
         let gyro = self.gyro.push(turn, marks.gyro, scale.gyro_radps, &Limits::GYRO, &timing);

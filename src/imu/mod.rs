@@ -13,7 +13,7 @@ mod vibration;
 
 pub use clipped::ClippedAxes;
 pub use errors::ImuErrors;
-pub use integrity::{FullScale, Integrity, StuckAxes, Suspicion};
+pub use integrity::{Checks, FullScale, Integrity, StuckAxes, Suspicion};
 pub use motion::{MeanRates, Motion};
 #[doc(hidden)]
 pub use notch::apparent_hz;

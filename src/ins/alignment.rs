@@ -242,7 +242,7 @@ impl Window {
         }
         let mean = sample.motion.mean_rates(interval_s);
         if WEIGH {
-            self.since_fix.feel(mean, interval_s);
+            self.since_fix.observe_sample(mean, interval_s);
         }
         // A full window halves its count and length: old samples lose weight, and a fix still finds a long window.
         let is_long = last - first > longest_s;

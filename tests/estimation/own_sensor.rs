@@ -253,6 +253,23 @@ fn a_reading_is_accepted_or_rejected_as_a_whole_and_never_resets_the_filter() {
     assert!(last(&estimator).velocity_mps.x() > 0.0);
 }
 
+/// Each row passes the gate alone. The second differs from the first by 20 of their one-sigmas.
+#[test]
+fn rows_that_contradict_each_other_are_rejected() {
+    let mut estimator = at_rest();
+    let before = last(&estimator);
+    let [sigma, ..] = before.position_sigma_m.to_array();
+    let row = |residual| Row::new(residual, 0.05 * sigma).with_position(NORTH);
+    let rows = vec![row(0.5 * sigma), row(-0.5 * sigma)];
+    for row in &rows {
+        let alone = estimator.clone().update(&Given(vec![*row]), before.time).unwrap();
+        assert!(alone.innovations().all(|axis| axis.verdict == Verdict::Accepted));
+    }
+    let report = estimator.update(&Given(rows), before.time).unwrap();
+    assert!(report.innovations().all(|axis| axis.verdict == Verdict::Rejected), "{report:?}");
+    assert_eq!(last(&estimator).position_sigma_m, before.position_sigma_m);
+}
+
 #[test]
 fn readings_wait_for_alignment_and_heading() {
     let reading = Given(vec![Row::new(0.0, 1.0).with_velocity(NORTH)]);

@@ -269,7 +269,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
                 }
                 Did::Corrected => {
                     let rows = self.oracle.climb_rows();
-                    self.oracle.take_in(&rows, &[updates == 1]);
+                    self.oracle.fuse(&rows, &[updates == 1]);
                 }
             }
         }
@@ -286,7 +286,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         self.counts.measurements += 1;
         self.counts.axes += accepted.len();
         self.counts.rejected += accepted.iter().filter(|accepted| !**accepted).count();
-        let compared = self.oracle.take_in(rows, &accepted);
+        let compared = self.oracle.fuse(rows, &accepted);
         // For an attitude that replaced the filter's own, the report contains the innovation before the replacement.
         for (shipped, oracle) in report.innovations().zip(&compared).filter(|_| !taken) {
             self.differences.of_innovations(what, shipped, oracle, &self.tolerance);

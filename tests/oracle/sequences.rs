@@ -234,6 +234,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
             Call::LongGap => {
                 let seconds = self.draw.between(61.0, 100.0);
                 self.sample(seconds);
+                // The second sample confirms the time of the first.
+                self.sample(seconds + self.interval_s);
             }
         }
     }

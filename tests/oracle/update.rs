@@ -61,7 +61,7 @@ pub fn joseph<const N: usize>(p: &mut Matrix<N>, row: &Row<N>) -> SVector<f64, N
 
 impl<L: Layout<N>, const N: usize> Filter<L, N> {
     /// Fuses the `accepted` rows one after another, and corrects the state by all of them together.
-    pub fn take_in(&mut self, rows: &[Row<N>], accepted: &[bool]) -> Vec<Compared> {
+    pub fn fuse(&mut self, rows: &[Row<N>], accepted: &[bool]) -> Vec<Compared> {
         let mut correction = SVector::<f64, N>::zeros();
         let mut compared = Vec::new();
         let before = self.covariance.diagonal();

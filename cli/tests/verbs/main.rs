@@ -1,6 +1,8 @@
 //! Files, output and errors of the subcommands, as a user runs them.
 
 #[cfg(feature = "lab")]
+mod ablate;
+#[cfg(feature = "lab")]
 mod campaign;
 mod command;
 #[path = "../common/mod.rs"]

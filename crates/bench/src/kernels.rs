@@ -89,7 +89,7 @@ pub fn update<L: Layout<N>, const N: usize>(
     let mut joint = Joint::<L, f64, N>::new(Sensitivities::Each(axes), [0.0; MOST]);
     joint.project(p, 0);
     for axis in 0..arms.len() {
-        joint.take_in(p, axis, 1.0, joint.sigma(axis, 1.0), &mut |_, _, _| {});
+        joint.fuse(p, axis, 1.0, joint.sigma(axis, 1.0), &mut |_, _, _| {});
     }
     joint.settle(p, &mut |_, _, _| {});
     black_box(joint.correction());

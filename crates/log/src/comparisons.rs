@@ -95,9 +95,9 @@ pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let Notice::Updated(report) = notice else { return None };
     let first = report.innovations().next()?.channel;
     let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
-    let is_remarkable = report.biases_were_doubted()
+    let is_remarkable = report.biases_were_opened()
         || report.covariance_was_reset()
         || report.contradicts_itself()
-        || report.walked_m().is_some();
+        || report.position_drift_m().is_some();
     (is_accepted && !is_remarkable).then_some(first)
 }

@@ -178,6 +178,7 @@ impl Manifest {
                     "magnetometer" => ekf.magnetometer = overlaid(&ekf.magnetometer, section)?,
                     "baro" => ekf.baro = overlaid(&ekf.baro, section)?,
                     "gate" => ekf.gate = overlaid(&ekf.gate, section)?,
+                    "mechanisms" => ekf.mechanisms = overlaid(&ekf.mechanisms, section)?,
                     _ => return Err(ValueError::unknown_field(key, FILTER_SECTIONS)),
                 }
                 Ok(())
@@ -205,7 +206,8 @@ impl Manifest {
 }
 
 /// Subsections of `[filter]`.
-const FILTER_SECTIONS: &[&str] = &["imu", "gps", "attitude", "magnetometer", "baro", "gate"];
+const FILTER_SECTIONS: &[&str] =
+    &["imu", "gps", "attitude", "magnetometer", "baro", "gate", "mechanisms"];
 
 /// `aligned` if its numbers are within their ranges.
 fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError> {

@@ -131,6 +131,30 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
+    /// Largest squared normalised innovation of the measurements `members`, each judged after the earlier ones of them:
+    /// measurements that contradict each other then exceed a gate that each of them passes alone.
+    #[must_use]
+    #[inline(never)]
+    pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MOST]) -> T {
+        let (mut seen, mut innovations) = (self.seen, self.innovations);
+        let mut largest = T::ZERO;
+        // Turns: at most MOST.
+        for index in members.start..members.end.min(MOST) {
+            let variance = seen[index][index].max(T::ZERO) + noise[index];
+            largest = largest.max(innovations[index] * innovations[index] / variance);
+            let own = seen[index];
+            // Turns: at most MOST.
+            for later in index + 1..members.end.min(MOST) {
+                let share = own[later] / variance;
+                innovations[later] -= share * innovations[index];
+                for (seen, &own) in seen[later].iter_mut().zip(&own) {
+                    *seen -= share * own;
+                }
+            }
+        }
+        largest
+    }
+
     /// Correction of the state by the fused measurements, complete after [`settle`](Self::settle).
     #[must_use]
     pub const fn correction(&self) -> &[T; N] {
@@ -146,22 +170,22 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     ///
     /// # Source
     /// Equations (K6) and (K16) of docs/equations.md.
-    pub fn take_in(
+    pub fn fuse(
         &mut self,
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
         sigma: T,
-        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+        on_fused: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let variance = self.variance(index);
         if variance <= T::ZERO {
             let nothing = Gain { gain: [T::ZERO; N], innovation_variance: noise };
-            told(index, &nothing, self.innovation(index));
+            on_fused(index, &nothing, self.innovation(index));
             return;
         }
         if variance > noise * T::MOST_INFORMATION {
-            self.take_in_stabilised(covariance, index, noise, told);
+            self.fuse_stabilised(covariance, index, noise, on_fused);
             return;
         }
         let index = index.min(MOST - 1);
@@ -183,15 +207,15 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
 
     // Rare, and not inlined: it needs a stack frame of its own.
     #[inline(never)]
-    fn take_in_stabilised(
+    fn fuse_stabilised(
         &mut self,
         covariance: &mut Covariance<T, N>,
         index: usize,
         noise: T,
-        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+        on_fused: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         let Some(sensitivity) = self.sensitivities.of::<L, N>(index) else { return };
-        self.settle(covariance, told);
+        self.settle(covariance, on_fused);
         self.project(covariance, index);
         let variance = self.variance(index);
         let projected = &self.projected[index.min(MOST - 1)];
@@ -204,23 +228,23 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             }
         }
         self.project(covariance, index + 1);
-        told(index, &gain, innovation);
+        on_fused(index, &gain, innovation);
     }
 
-    /// Applies the measurements fused since the last call to covariance and correction. Calls `told` with the index,
+    /// Applies the measurements fused since the last call to covariance and correction. Calls `on_fused` with the index,
     /// gain and innovation of each, in their order. Later measurements must be [`project`](Self::project)ed again.
     // Not inlined, so that the stack frames of this function and of the others do not add up.
     #[inline(never)]
     pub fn settle(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+        on_fused: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         match self.pending.iter().rposition(|&sigma| sigma > T::ZERO) {
             None => return,
-            Some(0) => self.settle_first::<1>(covariance, told),
-            Some(1 | 2) => self.settle_first::<3>(covariance, told),
-            Some(_) => self.settle_first::<MOST>(covariance, told),
+            Some(0) => self.settle_first::<1>(covariance, on_fused),
+            Some(1 | 2) => self.settle_first::<3>(covariance, on_fused),
+            Some(_) => self.settle_first::<MOST>(covariance, on_fused),
         }
         self.pending = [T::ZERO; MOST];
     }
@@ -230,7 +254,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     fn settle_first<const K: usize>(
         &mut self,
         covariance: &mut Covariance<T, N>,
-        told: &mut impl FnMut(usize, &Gain<T, N>, T),
+        on_fused: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
         // In units of the innovations' one-sigmas, which avoids later divisions.
         let mut shares = [[T::ZERO; K]; K];
@@ -274,7 +298,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             if sigma > T::ZERO {
                 let gain = projected.map(|value| value * inverse);
                 let gain = Gain { gain, innovation_variance: sigma * sigma };
-                told(index, &gain, self.innovations[index.min(MOST - 1)]);
+                on_fused(index, &gain, self.innovations[index.min(MOST - 1)]);
             }
         }
         covariance.subtract_squares(projected);

@@ -229,7 +229,7 @@ proptest! {
         joint.project(&mut covariance, 0);
         let (mut expected, mut state) = (start, SVector::<f64, 28>::zeros());
         let (mut gains, mut found) = (Vec::new(), Vec::new());
-        let mut told = |_: usize, gain: &Gain<f64, 28>, _: f64| found.push(gain.gain);
+        let mut on_fused = |_: usize, gain: &Gain<f64, 28>, _: f64| found.push(gain.gain);
         for n in 0..MOST {
             let Some(sensitivity) = &sensitivities[n] else { continue };
             let h = dense_sensitivity::<f64, 28>(sensitivity);
@@ -244,13 +244,13 @@ proptest! {
             if taken[n] {
                 let gain = expected * h / (variance + noise);
                 let sigma = joint.sigma(n, noise);
-                joint.take_in(&mut covariance, n, noise, sigma, &mut told);
+                joint.fuse(&mut covariance, n, noise, sigma, &mut on_fused);
                 state += gain * left;
                 gains.push(gain);
                 expected = joseph(&expected, &h, noise);
             }
         }
-        joint.settle(&mut covariance, &mut told);
+        joint.settle(&mut covariance, &mut on_fused);
         prop_assert!(gains.len() == found.len());
         for (found, gain) in found.iter().zip(&gains) {
             prop_assert!(difference_of_gains(found, gain, &start) < 1e-6);
@@ -315,7 +315,7 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
                 let mut joint = Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MOST]);
                 joint.project(&mut covariance, 0);
                 let sigma = joint.sigma(0, noise);
-                joint.take_in(&mut covariance, 0, noise, sigma, &mut |_, _, _| {});
+                joint.fuse(&mut covariance, 0, noise, sigma, &mut |_, _, _| {});
                 joint.settle(&mut covariance, &mut |_, _, _| {});
             }
         }

@@ -35,7 +35,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let mut report = Report::default();
         let result = self
             .navigating()
-            .and_then(|filter| filter.take_in_attitude(time, reference, &mut report, trace));
+            .and_then(|filter| filter.fuse_attitude(time, reference, &mut report, trace));
         self.note_heading(&report);
         notify(Notice::of_report(time, Aid::Attitude, result, &report));
     }

@@ -33,7 +33,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
             return;
         }
-        self.doubt_level();
+        self.start_tilt_check();
         if H::SEARCHES && !self.filter.had_heading(time.offset_by(-length_s)) {
             let variance = self.filter.covariance.variance(ATTITUDE + 2);
             self.search_about(Scalar::sqrt(variance).max(HIDDEN_RADPS * length_s));
@@ -44,7 +44,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
-        if !(H::SEARCHES && self.phase == Phase::Navigating && filter.gates.doubts_filter(time)) {
+        if !(H::SEARCHES && self.phase == Phase::Navigating && filter.gates.is_filter_suspect(time))
+        {
             return;
         }
         let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
@@ -85,7 +86,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if motion.is_found {
             let time = self.filter.state.time;
             // A heading from motion alone is unconfirmed; readings of two antennas go on to correct theirs.
-            self.filter.gates.doubt_heading(time);
+            self.filter.gates.start_unconfirmed_heading(time);
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
             self.filter.follow(&motion, trace);

@@ -42,8 +42,8 @@ const STEEP: f64 = 0.9;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Starts a check of roll and pitch with the next samples.
-    pub(super) fn doubt_level(&mut self) {
-        if H::SEARCHES {
+    pub(super) fn start_tilt_check(&mut self) {
+        if H::SEARCHES && self.filter.config.mechanisms.lost_level {
             self.aligner.restart();
             self.level = Level::Doubted;
         }
@@ -51,7 +51,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// After a fix: continues a check of roll and pitch, if one is running. If not, starts one when a velocity is
     /// rejected soon after samples that hid the motion.
-    pub(super) fn mind_level(
+    pub(super) fn monitor_tilt(
         &mut self,
         fix: &Fix,
         report: &Report,
@@ -61,12 +61,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         // A fix that waited through a gap does not match the samples after it.
         let is_fresh = libm::fabs(self.filter.state.time - fix.time) < FRESH_S;
         let moves = self.phase == Phase::Navigating || self.is_searching_again();
-        if !(H::SEARCHES && is_fresh && moves) {
+        if !(H::SEARCHES && self.filter.config.mechanisms.lost_level && is_fresh && moves) {
             return;
         }
         if self.level == Level::Doubted {
-            self.check_level(fix, trace, notify);
-        } else if self.filter.gates.doubts_filter(fix.time) && refuses_velocity(report) {
+            self.continue_tilt_check(fix, trace, notify);
+        } else if self.filter.gates.is_filter_suspect(fix.time) && rejects_velocity(report) {
             self.level = Level::Doubted;
             self.aligner.restart_at(fix, self.filter.state.time);
         }
@@ -78,7 +78,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// # Source
     /// Equation (H7) of docs/equations.md.
     #[inline(never)]
-    fn check_level(
+    fn continue_tilt_check(
         &mut self,
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
@@ -100,23 +100,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         self.level = Level::Believed;
-        let Some(off_rad) = self.off_upright_rad(&alignment) else { return };
+        let Some(off_rad) = self.force_direction_error_rad(&alignment) else { return };
         if off_rad > LOST_RAD.max(SIGMAS * sigma_rad) {
-            self.align_anew(&alignment, trace);
+            self.restart_from(&alignment, trace);
             let time = self.filter.state.time;
             notify(Notice::CovarianceReset { time, cause: ResetCause::Misaligned { off_rad } });
         }
     }
 
     /// Angle between the directions of the specific force according to the solution and to an alignment, rad.
-    fn off_upright_rad(&self, alignment: &Alignment) -> Option<f64> {
+    fn force_direction_error_rad(&self, alignment: &Alignment) -> Option<f64> {
         let felt = alignment.start.state.body_to_ned.inverse() * alignment.axis;
         let by_solution = self.solution()?.body_to_ned.cast() * felt;
         Some(libm::acos(by_solution.dot(alignment.axis).clamp(-1.0, 1.0)))
     }
 
     /// Restarts from an alignment and keeps the gyro biases; searches the heading if it is unknown.
-    fn align_anew(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
+    fn restart_from(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
         let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
         let variance = (0..3)
             .map(|axis| self.filter.covariance.variance(GYRO_BIAS + axis))
@@ -128,7 +128,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };
         self.filter.realign(&aligned, trace);
-        self.filter.gates.doubt_heading(self.filter.state.time);
+        self.filter.gates.start_unconfirmed_heading(self.filter.state.time);
         self.wheels.forget();
         if is_open {
             self.level = Level::Lost;
@@ -143,7 +143,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 }
 
 /// Whether a velocity of a fix was rejected. A position does not count: it may have jumped while the filter is right.
-fn refuses_velocity(report: &Report) -> bool {
+fn rejects_velocity(report: &Report) -> bool {
     report.innovations().any(|axis| {
         let is_velocity = matches!(
             axis.channel,

@@ -14,7 +14,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Reports the events that the alignment ignores and why: impossible readings, and fixes of another time. A reading
     /// before the first samples is no fault.
     #[inline(never)]
-    pub(super) fn tell_why_alignment_waits(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
+    pub(super) fn report_ignored(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
         let time = event.time();
         let (aid, reason) = match event {
             Event::Imu(sample) => {

@@ -5,7 +5,7 @@ use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, HELD, Notice, OF_ONE_CLOCK_S, Phase};
+use super::{Estimator, MOST_WAITING, Notice, OF_ONE_CLOCK_S, Phase};
 use crate::gps::Fix;
 use crate::time::Time;
 
@@ -20,13 +20,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// The slot of the earliest waiting fix.
     fn earliest_held(&mut self) -> Option<&mut Option<Fix>> {
-        let held = self.held.iter_mut().filter(|held| held.is_some());
+        let held = self.waiting_fixes.iter_mut().filter(|held| held.is_some());
         held.min_by_key(|held| held.as_ref().map(|fix| fix.time))
     }
 
     /// Stores a fix until its samples arrive; without a free slot, in place of the oldest.
     #[inline(never)]
-    pub(super) fn hold(
+    pub(super) fn store_fix(
         &mut self,
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
@@ -38,7 +38,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             return;
         }
         // The newest fixes show best where the vehicle went during a gap in the samples.
-        let full = self.held.iter().all(Option::is_some);
+        let full = self.waiting_fixes.iter().all(Option::is_some);
         if let Some(mut oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {
                 self.gps(&mut oldest, trace, notify);
@@ -47,14 +47,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 notify(Notice::NotUsed { time: oldest.time, aid: Aid::Gps, reason });
             }
         }
-        if let Some(slot) = self.held.iter_mut().find(|slot| slot.is_none()) {
+        if let Some(slot) = self.waiting_fixes.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(*fix);
         }
     }
 
     /// Fuses a fix that need not wait.
     #[inline(never)]
-    pub(super) fn take_at_once(
+    pub(super) fn fuse_at_once(
         &mut self,
         fix: &Fix,
         trace: &mut impl Trace<T, N>,
@@ -66,13 +66,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Fuses the waiting fixes up to the time `until`, in order of time.
     #[inline(never)]
-    pub(super) fn take_held(
+    pub(super) fn fuse_waiting(
         &mut self,
         until: Time,
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        for _ in 0..HELD {
+        for _ in 0..MOST_WAITING {
             let due = |held: &mut Option<Fix>| held.take_if(|fix| fix.time <= until);
             let Some(mut fix) = self.earliest_held().and_then(due) else { return };
             self.gps(&mut fix, trace, notify);

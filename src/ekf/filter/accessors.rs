@@ -57,8 +57,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
-    pub(in super::super) fn disputed_m(&self) -> [f32; 2] {
-        self.gates.disputed_m()
+    pub(in super::super) fn ambiguity_m(&self) -> [f32; 2] {
+        self.gates.ambiguity_m()
     }
 
     /// The covariance of the error state, up to `covariance_interval_s` old. It does not include the ambiguity of a

@@ -1,13 +1,15 @@
 //! Evaluation of a rejection: which side is at fault, the time until a reopening, and the reopened states.
 
 use super::super::config::GateConfig;
-use super::{DISPUTED_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};
+use super::{
+    AMBIGUITY_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening,
+};
 use crate::time::Time;
 
 /// Fewest rejections before a reopening, at any spacing in time.
-const LEAST_REFUSALS: u8 = 3;
+const LEAST_REJECTIONS: u8 = 3;
 /// Time, s, for which the filter is suspect after its velocity was reopened.
-const LOST_S: f64 = super::DOUBT_S;
+const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
 /// Growth factor of a position innovation without a reported velocity that shows a diverged filter.
@@ -17,27 +19,29 @@ const GROWN: f32 = 2.0;
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
     /// A barometer agrees with the filter, so the receiver's height is wrong.
-    witness: bool,
+    baro_agrees: bool,
     /// The level of the agreeing barometer came from this receiver, and the height has a constant offset.
-    level_disputed: bool,
+    baro_level_is_ambiguous: bool,
     /// A velocity was reopened recently.
-    was_lost: bool,
+    velocity_was_reset: bool,
     /// The samples had trouble, or the heading is unconfirmed, or a velocity was reopened.
-    doubted: bool,
+    suspect: bool,
     /// For a position: the receiver's velocity agrees with the filter.
     velocity_agrees: bool,
     /// A position from a receiver that does not report its velocity.
-    alone: bool,
+    without_velocity: bool,
+    /// The same, and the innovation has grown since the first rejection.
+    grows: bool,
     /// For a heading: another source confirms the filter's own.
-    borne_out: bool,
+    is_confirmed: bool,
     /// For a position: it may be at the second hypothesis again.
-    back: bool,
+    may_be_at_previous: bool,
 }
 
 impl Gates {
     /// Notes a rejection. `off` is the size of the innovation, and for a [height](Group::is_height) its one-sigma.
     /// Returns the states to reopen, if any.
-    pub fn refused(
+    pub fn note_rejection(
         &mut self,
         group: Group,
         time: Time,
@@ -45,40 +49,49 @@ impl Gates {
         config: &GateConfig,
     ) -> Option<Reopening> {
         let evidence = self.evidence(group, time, off, config);
-        let told_s = match group {
-            Group::HorizontalPosition => self.place_taken_s,
-            Group::VerticalPosition => self.height_taken_s,
+        let reported_s = match group {
+            Group::HorizontalPosition => self.position_fused_s,
+            Group::VerticalPosition => self.height_fused_s,
             _ => 0.0,
         };
-        let denied = (evidence.witness && !evidence.level_disputed)
+        let forbidden = (evidence.baro_agrees && !evidence.baro_level_is_ambiguous)
             || self.contradiction.forbids_reset(group);
         let gate = self.gates.get_mut(group as usize)?;
-        gate.refuse(group, time, off[0], &evidence);
-        let patience_s = gate.patience_s(group, off[0], f64::from(told_s), &evidence, config);
-        let reopens = !denied && gate.refusals >= LEAST_REFUSALS && time - gate.since >= patience_s;
+        gate.count_rejection(group, time, off[0], &evidence);
+        let rejection_time_s =
+            gate.rejection_time_s(group, f64::from(reported_s), &evidence, config);
+        let reopens = !forbidden
+            && gate.rejections >= LEAST_REJECTIONS
+            && time - gate.since >= rejection_time_s;
         if !reopens {
             return None;
         }
         let lost_s = time - if gate.was_open { gate.accepted } else { gate.since };
-        gate.reopen(group, time, off[0], told_s, &evidence);
+        gate.reopen(group, time, off[0], reported_s, &evidence);
         match group {
-            Group::VerticalPosition => self.height_taken_s = 0.0,
+            Group::VerticalPosition => self.height_fused_s = 0.0,
             Group::HorizontalPosition => {
-                self.place_taken_s = 0.0;
-                self.forget_walk();
+                self.position_fused_s = 0.0;
+                self.reset_position_drift();
             }
             _ => {}
         }
-        if evidence.alone || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity) {
+        if evidence.without_velocity
+            || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity)
+        {
             // A filter that diverged in velocity has diverged in position too.
-            self.lost_until = time + LOST_S;
+            self.diverged_until = time + DIVERGED_S;
         }
-        Some(if evidence.alone { Reopening::Motion { lost_s } } else { Reopening::State })
+        Some(if evidence.without_velocity {
+            Reopening::Motion { lost_s }
+        } else {
+            Reopening::State
+        })
     }
 
     /// Notes that the filter may have diverged in position: a position that it rejects is right.
-    pub fn lose_position(&mut self, time: Time) {
-        self.lost_until = time + LOST_S;
+    pub fn note_position_divergence(&mut self, time: Time) {
+        self.diverged_until = time + DIVERGED_S;
     }
 
     fn evidence(
@@ -88,16 +101,19 @@ impl Gates {
         off: [f64; 2],
         config: &GateConfig,
     ) -> Evidence {
-        let witness = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
+        let baro_agrees = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.barometer_agrees(time);
-        let was_lost = self.were_reopened(time);
+        let velocity_was_reset = self.were_reopened(time);
+        let without_velocity = self.is_position_without_velocity(group, time);
         Evidence {
-            witness,
-            level_disputed: witness
+            baro_agrees,
+            baro_level_is_ambiguous: baro_agrees
                 && group == Group::VerticalPosition
-                && self.is_level_disputed(time, off, config),
-            was_lost,
-            doubted: was_lost || self.doubts_filter(time) || time < self.unproven_until,
+                && self.is_baro_level_ambiguous(time, off, config),
+            velocity_was_reset,
+            suspect: velocity_was_reset
+                || self.is_filter_suspect(time)
+                || time < self.unconfirmed_until,
             velocity_agrees: match group {
                 // A single rejected velocity among accepted ones is no disagreement.
                 Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
@@ -105,20 +121,32 @@ impl Gates {
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
                 _ => false,
             },
-            alone: self.tells_motion_alone(group, time),
-            borne_out: self.is_heading_borne_out(group, time),
-            back: self.may_be_back(group, off[0], config),
+            without_velocity,
+            grows: without_velocity && self.grows(group, off[0]),
+            is_confirmed: self.is_heading_confirmed(group, time),
+            may_be_at_previous: self.may_be_back(group, off[0], config),
         }
+    }
+
+    /// Whether the innovation of a horizontal position has grown since the first rejection, which it notes.
+    fn grows(&mut self, group: Group, off_m: f64) -> bool {
+        if group != Group::HorizontalPosition {
+            return false;
+        }
+        if self.gates.get(group as usize).is_some_and(|gate| gate.rejections == 0) {
+            self.position_off_m = off_m as f32;
+        }
+        off_m > f64::from(GROWN * self.position_off_m)
     }
 
     /// Whether a position lies within reach of the second hypothesis.
     fn may_be_back(&self, group: Group, off_m: f64, config: &GateConfig) -> bool {
-        let disputed_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.disputed_m);
-        off_m.abs() <= config.sigmas * f64::from(disputed_m)
+        let ambiguity_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.ambiguity_m);
+        off_m.abs() <= config.sigmas * f64::from(ambiguity_m)
     }
 
     /// Whether a group is a position of a receiver that does not report its velocity.
-    fn tells_motion_alone(&self, group: Group, time: Time) -> bool {
+    fn is_position_without_velocity(&self, group: Group, time: Time) -> bool {
         let velocity = match group {
             Group::HorizontalPosition => Group::HorizontalVelocity,
             Group::VerticalPosition => Group::VerticalVelocity,
@@ -129,7 +157,7 @@ impl Gates {
 
     /// Whether a height that disagrees with a barometer keeps the offset from the start of its rejection. Then only the
     /// barometer's level is ambiguous, not the motion. If the offset changes, the rejection starts again.
-    fn is_level_disputed(
+    fn is_baro_level_ambiguous(
         &mut self,
         time: Time,
         [off_m, sigma_m]: [f64; 2],
@@ -139,7 +167,7 @@ impl Gates {
         let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
         let moved_m = off_m - f64::from(self.height_off_m);
         let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
-        if gate.refusals == 0 || !is_steady {
+        if gate.rejections == 0 || !is_steady {
             self.height_off_m = off_m as f32;
             gate.since = time;
         }
@@ -149,11 +177,11 @@ impl Gates {
 
 impl Gate {
     /// Counts a rejection, and decides at the first one which side is at fault.
-    fn refuse(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
-        if evidence.borne_out {
+    fn count_rejection(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
+        if evidence.is_confirmed {
             self.since = time;
         }
-        if self.refusals == 0 {
+        if self.rejections == 0 {
             let was_open_lately = self.was_open_lately(time);
             // No trouble of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
@@ -162,23 +190,21 @@ impl Gate {
                 && was_open_lately
                 && off.abs() > reach_m;
             self.since = time;
-            if group == Group::HorizontalPosition {
-                self.lean = off as f32;
-            }
-            let may_be_lost = evidence.doubted || !was_open_lately || self.spread > DIVERGING;
-            self.filter_is_lost = if jumped { evidence.was_lost } else { may_be_lost };
+            let may_be_lost = evidence.suspect || !was_open_lately || self.spread > DIVERGING;
+            self.filter_has_diverged =
+                if jumped { evidence.velocity_was_reset } else { may_be_lost };
         }
-        self.refusals = self.refusals.saturating_add(1);
-        self.filter_is_lost |= evidence.was_lost || (evidence.doubted && !evidence.velocity_agrees);
+        self.rejections = self.rejections.saturating_add(1);
+        self.filter_has_diverged |=
+            evidence.velocity_was_reset || (evidence.suspect && !evidence.velocity_agrees);
     }
 
-    /// Time, s, for which the filter rejects a measurement with innovation `off`, where the filter's own value was
-    /// reported for `told_s`.
-    fn patience_s(
+    /// Time, s, for which the filter rejects a measurement, where the filter's own value was reported for
+    /// `reported_s`.
+    fn rejection_time_s(
         &self,
         group: Group,
-        off: f64,
-        told_s: f64,
+        reported_s: f64,
         evidence: &Evidence,
         config: &GateConfig,
     ) -> f64 {
@@ -186,16 +212,14 @@ impl Gate {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays comes from other ground.
             Group::Range => config.recovery_s,
-            _ if evidence.back => config.recovery_s,
-            _ if evidence.witness => told_s.min(LEVEL_S).max(config.fault_s),
-            _ if self.filter_is_lost => config.recovery_s,
+            _ if evidence.may_be_at_previous => config.recovery_s,
+            _ if evidence.baro_agrees => reported_s.min(LEVEL_S).max(config.fault_s),
+            _ if self.filter_has_diverged => config.recovery_s,
             // A position that jumped keeps a constant offset; a diverged filter moves away from it.
-            Group::HorizontalPosition if evidence.alone && off > f64::from(GROWN * self.lean) => {
-                config.recovery_s
-            }
+            _ if evidence.grows => config.recovery_s,
             // A position from a few fixes is no more certain than the same number of fixes against it.
             Group::HorizontalPosition if evidence.velocity_agrees => {
-                config.fault_s.min(told_s.max(config.recovery_s))
+                config.fault_s.min(reported_s.max(config.recovery_s))
             }
             _ if evidence.velocity_agrees => config.fault_s,
             _ => config.lockout_s,
@@ -204,18 +228,22 @@ impl Gate {
 
     /// Reopens at a measurement with innovation `off`. A position may have no other evidence than its repetition. Then
     /// the previous position stays a second hypothesis for as long as it was reported.
-    fn reopen(&mut self, group: Group, time: Time, off: f64, told_s: f32, evidence: &Evidence) {
+    fn reopen(&mut self, group: Group, time: Time, off: f64, reported_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let told_s = told_s.clamp(1.0, DISPUTED_MOST_S) as u8;
-        let (disputed_m, disputed_s) = if evidence.back && self.disputed_m > 0.0 {
+        let reported_s = reported_s.clamp(1.0, AMBIGUITY_MOST_S) as u8;
+        let (ambiguity_m, ambiguity_s) = if evidence.may_be_at_previous && self.ambiguity_m > 0.0 {
             // The fix may be at the previous position or at a third one: only the size of the offset is stored.
-            (self.disputed_m.max(off_m), self.disputed_s)
-        } else if is_place && (evidence.level_disputed || evidence.back || !self.filter_is_lost) {
-            (off_m, told_s)
+            (self.ambiguity_m.max(off_m), self.ambiguity_s)
+        } else if is_place
+            && (evidence.baro_level_is_ambiguous
+                || evidence.may_be_at_previous
+                || !self.filter_has_diverged)
+        {
+            (off_m, reported_s)
         } else {
             (0.0, 0)
         };
-        *self = Self { accepted: time, was_open: true, disputed_m, disputed_s, ..Self::NONE };
+        *self = Self { accepted: time, was_open: true, ambiguity_m, ambiguity_s, ..Self::NONE };
     }
 }

@@ -10,7 +10,7 @@ fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
     (0..5 * (right_s + 300)).find_map(|step| {
         let time = Time::from_nanoseconds(step * 200_000_000);
         for group in [Group::Baro, Group::VerticalVelocity] {
-            gates.leans(group, time, [0.0, 1.0]);
+            gates.is_biased(group, time, [0.0, 1.0]);
             gates.accepted(group, time, 1.0);
         }
         let wrong_s = (step - 5 * right_s) as f64 * 0.2;
@@ -19,7 +19,7 @@ fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
             return None;
         }
         let off = [off_m(wrong_s), 3.0];
-        gates.refused(Group::VerticalPosition, time, off, &config).map(|_| wrong_s)
+        gates.note_rejection(Group::VerticalPosition, time, off, &config).map(|_| wrong_s)
     })
 }
 
@@ -44,7 +44,7 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
             let time = Time::ZERO + f64::from(second);
             gates.accepted(Group::HorizontalVelocity, time, 1.0);
             if second == 0 {
-                gates.forget_place();
+                gates.reset_position_time();
             }
             let wrong_s = f64::from(second) - told_s - 1.0;
             if wrong_s < 0.0 {
@@ -52,7 +52,7 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
                 return None;
             }
             let off = [40.0, 0.0];
-            gates.refused(Group::HorizontalPosition, time, off, &config).map(|_| wrong_s)
+            gates.note_rejection(Group::HorizontalPosition, time, off, &config).map(|_| wrong_s)
         });
         assert_eq!(after_s, Some(believed_s));
     }
@@ -69,7 +69,7 @@ fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
             gates.accepted(Group::HorizontalPosition, time, 1.0);
             return false;
         }
-        gates.refused(Group::HorizontalPosition, time, [off_m, 0.0], &config).is_some()
+        gates.note_rejection(Group::HorizontalPosition, time, [off_m, 0.0], &config).is_some()
     };
     let mut off_m = 40.0;
     for second in 0..told_s + seconds {
@@ -78,9 +78,9 @@ fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
             off_m = 0.0;
         }
     }
-    let disputed_m = gates.disputed_m()[0];
+    let ambiguity_m = gates.ambiguity_m()[0];
     let back = (0..60).find(|second| hear(&mut gates, told_s + seconds + second, -40.0));
-    (disputed_m, back)
+    (ambiguity_m, back)
 }
 
 #[test]
@@ -97,15 +97,15 @@ fn a_place_believed_by_its_word_alone_stays_in_dispute_for_as_long_as_the_one_be
 }
 
 /// Gates whose receiver's positions drift north by `moved_m` each second for `seconds`, after a minute without drift.
-fn walked(seconds: i32, moved_m: f32) -> Gates {
+fn drifted(seconds: i32, moved_m: f32) -> Gates {
     let mut gates = Gates::NONE;
     for second in 0..60 + seconds {
         let time = Time::ZERO + f64::from(second);
         gates.accepted(Group::HorizontalVelocity, time, 1.0);
         gates.accepted(Group::HorizontalPosition, time, 1.0);
         let moved_m = if second < 60 { 0.0 } else { moved_m };
-        let walked_m = gates.place_moved(time, [moved_m, 0.0], 8.0);
-        assert!(walked_m == 0.0 || walked_m > 8.0, "{walked_m} m at {second} s");
+        let drifted_m = gates.observe_position_shift(time, [moved_m, 0.0], 8.0);
+        assert!(drifted_m == 0.0 || drifted_m > 8.0, "{drifted_m} m at {second} s");
     }
     gates
 }
@@ -113,28 +113,28 @@ fn walked(seconds: i32, moved_m: f32) -> Gates {
 #[test]
 fn a_place_that_walks_away_from_its_own_velocity_is_in_dispute_with_where_the_walk_began() {
     // At 0.3 m/s the memory of 20 s never holds more than 6 m.
-    assert_eq!(walked(200, 0.3).disputed_m()[0], 0.0);
-    assert_eq!(walked(8, 1.0).disputed_m()[0], 0.0);
-    let disputed_m = walked(40, 1.0).disputed_m()[0];
-    assert!((20.0..40.0).contains(&disputed_m), "{disputed_m} m of 40");
+    assert_eq!(drifted(200, 0.3).ambiguity_m()[0], 0.0);
+    assert_eq!(drifted(8, 1.0).ambiguity_m()[0], 0.0);
+    let ambiguity_m = drifted(40, 1.0).ambiguity_m()[0];
+    assert!((20.0..40.0).contains(&ambiguity_m), "{ambiguity_m} m of 40");
     // Trouble with the samples, or a velocity that is not fused, explains the shift otherwise.
-    let mut gates = walked(8, 1.0);
-    gates.doubt_filter(Time::ZERO + 68.0);
-    assert_eq!(gates.place_moved(Time::ZERO + 68.0, [20.0, 0.0], 8.0), 0.0);
-    let mut gates = walked(8, 1.0);
-    assert_eq!(gates.place_moved(Time::ZERO + 72.0, [20.0, 0.0], 8.0), 0.0);
+    let mut gates = drifted(8, 1.0);
+    gates.suspect_filter(Time::ZERO + 68.0);
+    assert_eq!(gates.observe_position_shift(Time::ZERO + 68.0, [20.0, 0.0], 8.0), 0.0);
+    let mut gates = drifted(8, 1.0);
+    assert_eq!(gates.observe_position_shift(Time::ZERO + 72.0, [20.0, 0.0], 8.0), 0.0);
 }
 
 #[test]
 fn a_place_that_walks_back_is_in_dispute_no_longer() {
-    let mut gates = walked(40, 1.0);
+    let mut gates = drifted(40, 1.0);
     let left_m: Vec<f32> = (100..135)
         .map(|second| {
             let time = Time::ZERO + f64::from(second);
             gates.accepted(Group::HorizontalVelocity, time, 1.0);
             gates.accepted(Group::HorizontalPosition, time, 1.0);
-            gates.place_moved(time, [-1.0, 0.0], 8.0);
-            gates.disputed_m()[0]
+            gates.observe_position_shift(time, [-1.0, 0.0], 8.0);
+            gates.ambiguity_m()[0]
         })
         .collect();
     assert!(left_m.is_sorted_by(|before, after| after <= before), "{left_m:?}");

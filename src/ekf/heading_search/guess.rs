@@ -21,7 +21,7 @@ const TIMING: f32 = 0.1;
 
 /// Motion between two fixes, in the body axes at the start of the bank.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Felt {
+pub(super) struct MeasuredMotion {
     /// Velocity change by specific force, m/s.
     pub velocity_mps: [f32; 3],
     /// Duration, s.
@@ -32,7 +32,7 @@ pub(super) struct Felt {
     pub variances: [f32; 2],
 }
 
-impl Felt {
+impl MeasuredMotion {
     /// No motion.
     pub const NONE: Self = Self {
         velocity_mps: [0.0; 3],
@@ -155,13 +155,13 @@ impl Guess {
     }
 
     /// Integral of the rotation by the bias, in NED, for a bias along each body axis, s.
-    fn turned_s(&self, felt: &Felt) -> [[f32; 3]; 3] {
+    fn turned_s(&self, felt: &MeasuredMotion) -> [[f32; 3]; 3] {
         multiply(&self.start_to_ned.rows(), &felt.turned_s)
     }
 
     /// Velocity change by specific force, NED, m/s. The rotation by the bias grows evenly, so half of it acts on the
     /// force.
-    fn force_mps(&self, felt: &Felt, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
+    fn force_mps(&self, felt: &MeasuredMotion, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
         let turn = product(turned_s, self.bias_radps);
         let [x, y, z] = felt.velocity_mps;
         let force = self.start_to_ned * Vector::<Body, f32>::new(x, y, z);
@@ -169,7 +169,7 @@ impl Guess {
     }
 
     /// Velocity after the motion since the last fix, NED, m/s.
-    pub fn velocity_after(&self, felt: &Felt) -> [f32; 3] {
+    pub fn velocity_after(&self, felt: &MeasuredMotion) -> [f32; 3] {
         let [x, y, z] = self.force_mps(felt, &self.turned_s(felt)).to_array();
         let [north, east, down] = self.velocity_mps;
         [north + x, east + y, down + z + GRAVITY_MPS2 * felt.duration_s]
@@ -179,7 +179,7 @@ impl Guess {
     ///
     /// # Source
     /// Equation (H5) of docs/equations.md.
-    pub fn step(&mut self, felt: &Felt, measured: &Measured) -> Surprise {
+    pub fn step(&mut self, felt: &MeasuredMotion, measured: &Measured) -> Surprise {
         let turned_s = self.turned_s(felt);
         let force = self.force_mps(felt, &turned_s).to_array();
         let by_attitude = cross(force);
@@ -231,7 +231,7 @@ impl Guess {
         by_attitude: &[[f32; 3]; 3],
         half: &[[f32; 3]; 3],
         by_bias: &[[f32; 3]; 3],
-        felt: &Felt,
+        felt: &MeasuredMotion,
         change: [f32; 3],
     ) {
         // The transition is the identity except for the rows of velocity and attitude. The rows of velocity come first,

@@ -43,7 +43,7 @@ pub(in super::super) mod sealed {
         /// Monitors a heading from the next fix on.
         fn monitor(&mut self, _body_to_ned: Rotation<Body, Ned, T>) {}
         /// Adds an inertial sample, less bias, whose noise adds `variances` to angle, rad², and velocity, (m/s)².
-        fn feel(
+        fn observe_sample(
             &mut self,
             _rate_radps: Vector<Body, T>,
             _force_mps2: Vector<Body, T>,
@@ -102,14 +102,14 @@ impl<T: Scalar> sealed::Method<T> for HeadingSearch<T> {
     fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.monitor(body_to_ned);
     }
-    fn feel(
+    fn observe_sample(
         &mut self,
         rate_radps: Vector<Body, T>,
         force_mps2: Vector<Body, T>,
         variances: [T; 2],
         interval_s: T,
     ) {
-        self.feel(rate_radps, force_mps2, variances, interval_s);
+        self.observe_sample(rate_radps, force_mps2, variances, interval_s);
     }
     #[inline(never)]
     fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {

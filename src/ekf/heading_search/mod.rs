@@ -31,7 +31,7 @@ use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use guess::{Felt, Guess, Measured, Prior, Surprise};
+use guess::{Guess, Measured, MeasuredMotion, Prior, Surprise};
 use monitor::Judgement;
 
 /// Number of guesses.
@@ -92,7 +92,7 @@ pub struct HeadingSearch<T = f64> {
     turned_s: [[T; 3]; 3],
     variances: [T; 2],
     /// Part of that motion between the validity of the last fix and its arrival.
-    since_fix: Felt,
+    since_fix: MeasuredMotion,
     /// Gyro bias of the filter at that fix, rad/s.
     filter_bias_radps: Option<Vector<Body, T>>,
     /// Antenna from the inertial unit at that fix, in the axes at the start, m.
@@ -162,7 +162,7 @@ impl<T: Scalar> HeadingSearch<T> {
             felt_s: T::ZERO,
             turned_s: [[T::ZERO; 3]; 3],
             variances: [T::ZERO; 2],
-            since_fix: Felt::NONE,
+            since_fix: MeasuredMotion::NONE,
             filter_bias_radps: None,
             arm_m: Vector::ZERO,
             last_fix: None,
@@ -187,7 +187,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.felt_s = T::ZERO;
         self.turned_s = [[T::ZERO; 3]; 3];
         self.variances = [T::ZERO; 2];
-        self.since_fix = Felt::NONE;
+        self.since_fix = MeasuredMotion::NONE;
         self.filter_bias_radps = None;
         self.arm_m = Vector::ZERO;
         self.last_fix = None;
@@ -228,7 +228,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Adds a bias-corrected inertial sample whose noise adds `variances` to angle, rad², and velocity, (m/s)².
-    fn feel(
+    fn observe_sample(
         &mut self,
         rate_radps: Vector<Body, T>,
         force_mps2: Vector<Body, T>,
@@ -263,11 +263,11 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Motion until a fix. The velocity change `later_mps` over `later_s` came after the fix, and stays for the next
     /// one.
-    fn felt_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> Felt {
+    fn motion_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> MeasuredMotion {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
         let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
         let single = |value: T| value.wide() as f32;
-        let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| Felt {
+        let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| MeasuredMotion {
             velocity_mps: velocity_mps.to_array().map(single),
             duration_s: single(duration_s),
             turned_s: self.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
@@ -293,14 +293,14 @@ impl<T: Scalar> HeadingSearch<T> {
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
     fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
-        let Some(since) = history.felt_since(fix.time, self.body_to_start) else { return };
+        let Some(since) = history.motion_since(fix.time, self.body_to_start) else { return };
         if since.duration_s > self.felt_s {
             // The fix is older than the bank's start.
             return;
         }
         self.follow_bias(receiver.bias_radps);
         self.body_to_start = self.body_to_start.renormalised();
-        let felt = self.felt_until(since.velocity_mps, since.duration_s);
+        let felt = self.motion_until(since.velocity_mps, since.duration_s);
         let arm_m = since.attitude * receiver.antenna.0;
         let moved_m = arm_m - core::mem::replace(&mut self.arm_m, arm_m);
         let before = self.last_fix.replace((fix.time, fix.position));

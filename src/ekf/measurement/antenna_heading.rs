@@ -1,7 +1,7 @@
 //! The heading of two GPS antennas.
 
 use super::super::config::AntennaHeadingModel;
-use super::super::correction::is_trusted;
+use super::super::correction::is_accepted;
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
 use super::super::gate::{Group, NEVER};
@@ -21,12 +21,12 @@ pub struct AntennaHeadingMemory {
     /// Time of the last used heading, if any.
     pub used: Time,
     /// Time when a heading last disagreed with the filter's heading, which had been turned against it.
-    pub distrusted: Option<Time>,
+    pub disagreed_at: Option<Time>,
 }
 
 impl AntennaHeadingMemory {
     /// The memory before the first heading.
-    pub const NONE: Self = Self { used: NEVER, distrusted: None };
+    pub const NONE: Self = Self { used: NEVER, disagreed_at: None };
 }
 
 /// Difference, rad, beyond which a heading is reversed, if the one-sigma of the filter's own is less than `SURE_RAD`,
@@ -94,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
         let channel = (Channel::BaselineHeading, Group::BaselineHeading);
-        let trusted = is_trusted(&mut self.antenna_heading.distrusted, time, off_rad);
+        let trusted = is_accepted(&mut self.antenna_heading.disagreed_at, time, off_rad);
         let mut axes = [None; 6];
         axes[0] = trusted.then(|| ScalarMeasurement {
             sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE),

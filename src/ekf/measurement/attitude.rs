@@ -31,7 +31,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let mut report = Report::default();
-        self.take_in_attitude(time, reference, &mut report, trace).map(|()| report)
+        self.fuse_attitude(time, reference, &mut report, trace).map(|()| report)
     }
 
     /// Whether an attitude at `time` is late enough after the last used one.
@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
-    pub(in super::super) fn take_in_attitude(
+    pub(in super::super) fn fuse_attitude(
         &mut self,
         time: Time,
         reference: Rotation<Body, Ned, T>,
@@ -64,15 +64,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wander: Vector<Ned, T> = self.block(first).into();
         let off =
             |filter: &Self| (reference * filter.state.body_to_ned.inverse()).rotation_vector();
-        let lost = self.takes_attitude(time).then(|| off(self));
+        let lost = self.shall_reset_attitude(time).then(|| off(self));
         if let Some(off) = lost {
-            self.take_attitude(off - wander, ATTITUDE, trace);
+            self.reset_attitude(off - wander, ATTITUDE, trace);
         }
         let own = self.state.body_to_ned;
         let mut left = off(self) - wander;
         let is_far = left.z().abs() > T::of(FAR_RAD);
-        let trusts_heading = self.trusts_heading(time, left.z().wide());
-        if is_far || !trusts_heading {
+        let accepts_heading = self.accepts_heading(time, left.z().wide());
+        if is_far || !accepts_heading {
             let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
             let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
             let tilt = (turned * own.inverse()).rotation_vector() - wander;
@@ -87,7 +87,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         ];
         let noise = square(T::of(model.noise_rad));
         let mut scalars = core::array::from_fn(|_| None);
-        let used = axes.iter().filter(|axis| axis.1 != Group::Heading || trusts_heading);
+        let used = axes.iter().filter(|axis| axis.1 != Group::Heading || accepts_heading);
         for (slot, &(channel, group, axis)) in scalars.iter_mut().zip(used) {
             let excess = if group == Group::Heading { heading_excess } else { tilt_excess };
             let innovation = left.dot(axis.into());
@@ -98,7 +98,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.update_sequentially(time, &scalars, report, trace);
         if let Some(off) = lost {
-            report.was_taken(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
+            report.was_fused(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
         }
         Ok(())
     }
@@ -114,18 +114,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         off_rad: Vector<Ned, T>,
         elapsed_s: f64,
     ) -> Result<[T; 2], Unusable> {
+        if !self.config.mechanisms.attitude_monitor {
+            return Ok([T::ZERO; 2]);
+        }
         let off_rad = off_rad.cast().to_array();
         let watch = &mut self.attitude_watch;
         // After trouble with the inertial samples the gyros are no reference, and a heading follows a disturbed field.
         let field = &self.field_watch;
-        if elapsed_s > LONGEST_S || self.gates.doubts_filter(time) || field.doubt_rad > 0.0 {
+        if elapsed_s > LONGEST_S || self.gates.is_filter_suspect(time) || field.doubt_rad > 0.0 {
             watch.forget();
         }
         let elapsed_s = elapsed_s.min(LONGEST_S) as f32;
         if !field.is_suspect() {
             watch.push(off_rad, elapsed_s);
         }
-        if watch.denies() {
+        if watch.is_inconsistent() {
             return Err(Unusable::TurnsOtherwise);
         }
         Ok(watch.excess(self.config.attitude.noise_rad, elapsed_s))

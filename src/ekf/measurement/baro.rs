@@ -41,13 +41,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
         let noise_m = self.config.baro.noise_m;
-        if !self.barometer.is_heard() {
+        if !self.barometer.has_reading() {
             self.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
         }
         let innovation = self.baro_innovation(state, height_m).wide();
         let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
         let explained = self.wind_variance().wide() * (elapsed_s / WIND_TIME_S) + moved;
-        let noise = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let scatter = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let learns = self.config.mechanisms.barometer_scatter;
+        let noise = if learns { scatter } else { square(noise_m) };
         let report = self.compare_baro(state, time, height_m, [noise, elapsed_s], trace);
         self.barometer.compared(self.baro_innovation(state, height_m).wide());
         Ok(report)
@@ -73,8 +75,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // The check omits the wind's increased weight as white noise, which would hide how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;
-        let likely = square(T::of(DENIES_SIGMAS)) * (own + noise + wind);
-        self.gates.set_baro_denies(square(innovation) > likely);
+        let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
+        self.gates.set_baro_disagrees(square(innovation) > likely);
         let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
         scalars[0] = Some(ScalarMeasurement {
             channel: Channel::BaroHeight,
@@ -91,6 +93,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Variance of the height error by the wind of the vehicle's own speed, m². A speed within the filter's own error
     /// counts as zero.
     fn wind_variance(&self) -> T {
+        if !self.config.mechanisms.barometer_wind {
+            return T::ZERO;
+        }
         let velocity_mps = self.state.velocity_mps;
         let unknown = (VELOCITY..VELOCITY + 3)
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
@@ -105,6 +110,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 const WIND_SHARE: f64 = 0.1;
 const WIND_TIME_S: f64 = 5.0;
 /// Innovation, in one-sigmas, beyond which a reading disagrees with the filter's height and confirms nothing.
-const DENIES_SIGMAS: f64 = 3.0;
+const DISAGREES_SIGMAS: f64 = 3.0;
 /// Least interval between two readings that counts, s.
 const LEAST_S: f64 = 0.01;

@@ -5,27 +5,45 @@ use core::fmt;
 
 use super::own::{Expected, Measurement, Row, Rows};
 
-/// A derivative of a row that differs from the difference of its residuals.
+/// Rows of a [`Measurement`] that the filter would use wrongly or not at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WrongDerivative {
-    /// Index of the row, from 0.
-    pub row: usize,
-    /// Component of the motion.
-    pub by: &'static str,
-    /// The derivative in the row.
-    pub stated: f64,
-    /// The same by central differences; NaN if a moved state has another number of rows.
-    pub numeric: f64,
+#[non_exhaustive]
+pub enum WrongRows {
+    /// No row, more than six rows, or a row with a number out of its range. The filter would not use the reading.
+    Unusable,
+    /// A slightly different motion has another number of rows, or unusable ones.
+    Unsteady {
+        /// The changed component of the motion.
+        by: &'static str,
+    },
+    /// A derivative differs from the difference of the residuals.
+    Derivative {
+        /// Index of the row, from 0.
+        row: usize,
+        /// Component of the motion.
+        by: &'static str,
+        /// The derivative in the row.
+        stated: f64,
+        /// The same by central differences.
+        numeric: f64,
+    },
 }
 
-impl fmt::Display for WrongDerivative {
+impl fmt::Display for WrongRows {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { row, by, stated, numeric } = self;
-        write!(f, "row {row} by {by}: found {stated}, expected {numeric}")
+        match self {
+            Self::Unusable => {
+                f.write_str("found no usable rows, expected one to six with numbers in range")
+            }
+            Self::Unsteady { by } => write!(f, "found other rows after a small change of {by}"),
+            Self::Derivative { row, by, stated, numeric } => {
+                write!(f, "row {row} by {by}: found {stated}, expected {numeric}")
+            }
+        }
     }
 }
 
-impl Error for WrongDerivative {}
+impl Error for WrongRows {}
 
 /// Components of a motion, block by block.
 const COMPONENTS: [[&str; 3]; 4] = [
@@ -81,36 +99,39 @@ impl Row {
 /// suits measurements that are nearly linear over 0.1 m, 0.01 m/s, 1e-4 rad and 1e-3 rad/s.
 ///
 /// # Errors
-/// [`WrongDerivative`], the first that differs.
+/// [`WrongRows`], the first that is found.
 pub fn check_derivatives(
     measurement: &(impl Measurement + ?Sized),
     expected: &Expected,
     tolerance: f64,
-) -> Result<(), WrongDerivative> {
-    let residuals = |at: &Expected| {
+) -> Result<(), WrongRows> {
+    let usable = |at: &Expected| {
         let mut rows = Rows::default();
         measurement.compare(at, &mut rows);
-        rows
+        (!rows.is_empty() && rows.are_possible()).then_some(rows)
     };
-    let rows = residuals(expected);
+    let rows = usable(expected).ok_or(WrongRows::Unusable)?;
     for (block, (names, step)) in COMPONENTS.iter().zip(STEPS).enumerate() {
         for (axis, by) in names.iter().enumerate() {
-            let [below, above] =
-                [-step, step].map(|step| residuals(&expected.moved(block, axis, step)));
-            for (index, row) in rows.iter().enumerate() {
-                let at = |rows: &Rows| rows.iter().nth(index).map_or(f64::NAN, |row| row.residual);
+            let moved = |by| usable(&expected.moved(block, axis, by));
+            let (below, above) = moved(-step).zip(moved(step)).ok_or(WrongRows::Unsteady { by })?;
+            let count = rows.iter().count();
+            if below.iter().count() != count || above.iter().count() != count {
+                return Err(WrongRows::Unsteady { by });
+            }
+            for (index, (row, (below, above))) in
+                rows.iter().zip(below.iter().zip(above.iter())).enumerate()
+            {
                 // Rows have derivatives of the expected value, which grows where the residual falls.
-                let numeric = (at(&below) - at(&above)) / (2.0 * step);
+                let numeric = (below.residual - above.residual) / (2.0 * step);
                 let stated = row.block(block).get(axis).copied().unwrap_or(f64::NAN);
                 let largest = row
                     .block(block)
                     .iter()
                     .fold(libm::fabs(numeric), |most, d| most.max(libm::fabs(*d)));
                 let rounding = ROUNDING * (1.0 + libm::fabs(row.residual)) / step;
-                // Written so that a NaN is wrong.
-                let is_right = libm::fabs(stated - numeric) <= tolerance * largest + rounding;
-                if !is_right {
-                    return Err(WrongDerivative { row: index, by, stated, numeric });
+                if libm::fabs(stated - numeric) > tolerance * largest + rounding {
+                    return Err(WrongRows::Derivative { row: index, by, stated, numeric });
                 }
             }
         }
@@ -163,21 +184,43 @@ mod tests {
         let right = Both { beacon, factor: 1.0 };
         assert_eq!(check_derivatives(&right, &expected(), 1e-4), Ok(()));
         let wrong = check_derivatives(&Both { beacon, factor: 1.01 }, &expected(), 1e-4);
-        let wrong = wrong.unwrap_err();
-        assert_eq!((wrong.row, wrong.by), (1, "velocity north, per m/s"));
-        assert!((wrong.stated / wrong.numeric - 1.01).abs() < 1e-6, "{wrong}");
+        let WrongRows::Derivative { row, by, stated, numeric } = wrong.unwrap_err() else {
+            panic!("{wrong:?}");
+        };
+        assert_eq!((row, by), (1, "velocity north, per m/s"));
+        assert!((stated / numeric - 1.01).abs() < 1e-6, "{stated} {numeric}");
+    }
+
+    /// As many rows as given, of one-sigma `sigma`; one more above a velocity north of 4 m/s.
+    struct Count {
+        rows: usize,
+        sigma: f64,
+        grows: bool,
+    }
+
+    impl Measurement for Count {
+        fn compare(&self, expected: &Expected, rows: &mut Rows) {
+            let more = usize::from(self.grows && expected.velocity_mps.x() > 4.0);
+            for _ in 0..self.rows + more {
+                rows.push(Row::new(0.0, self.sigma));
+            }
+        }
     }
 
     #[test]
-    fn a_row_that_vanishes_is_wrong() {
-        struct Fast;
-        impl Measurement for Fast {
-            fn compare(&self, expected: &Expected, rows: &mut Rows) {
-                if expected.velocity_mps.x() <= 4.0 {
-                    rows.push(Row::new(0.0, 1.0));
-                }
-            }
+    fn rows_that_vanish_appear_or_are_never_used_are_wrong() {
+        let found = |rows, sigma, grows| {
+            check_derivatives(&Count { rows, sigma, grows }, &expected(), 1e-4)
+        };
+        assert_eq!(found(1, 1.0, false), Ok(()));
+        for unusable in [found(0, 1.0, false), found(7, 1.0, false), found(1, 0.0, false)] {
+            assert_eq!(unusable, Err(WrongRows::Unusable));
         }
-        assert!(check_derivatives(&Fast, &expected(), 1e-4).unwrap_err().numeric.is_nan());
+        let by = "velocity north, per m/s";
+        for rows in [0, 1, 6] {
+            let unsteady = found(rows, 1.0, true).unwrap_err();
+            let expected = if rows == 0 { WrongRows::Unusable } else { WrongRows::Unsteady { by } };
+            assert_eq!(unsteady, expected);
+        }
     }
 }

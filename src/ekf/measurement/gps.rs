@@ -41,7 +41,7 @@ const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 const WALK_M: f32 = 5.0;
 
 /// Cosine of the largest tilt of a nearly level vehicle.
-const UPRIGHT: f32 = 0.8;
+const NEARLY_LEVEL_COSINE: f32 = 0.8;
 
 /// Largest time by which a fix may be ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
@@ -88,11 +88,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<Report, Unusable> {
         let mut report = Report::default();
-        self.take_in_gps(fix, &mut report, trace).map(|()| report)
+        self.fuse_gps(fix, &mut report, trace).map(|()| report)
     }
 
     /// [`update_gps`](Self::update_gps), reported in the empty `report`.
-    pub(in super::super) fn take_in_gps(
+    pub(in super::super) fn fuse_gps(
         &mut self,
         fix: &Fix,
         report: &mut Report,
@@ -135,7 +135,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.rest.fix(fix.time, velocity);
         // Velocity first: it is the more accurate one, and its correction reduces the position's nonlinearity.
         let ([mut vn, mut ve, vd], velocity) = self.velocity_axes(fix, velocity_then, &noise);
-        if !self.samples.self_contradiction.is_proven()
+        if self.config.mechanisms.antenna_offset
+            && !self.samples.self_contradiction.is_proven()
             && let (Some(north), Some(east)) = (&mut vn, &mut ve)
         {
             self.watch_antenna(north, east, velocity_then);
@@ -153,9 +154,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
         if is_absent {
             // During the absence the vehicle's motion moved the expected position.
-            self.gates.forget_walk();
-        } else if L::GPS_POSITION.is_some() {
-            report.walked_m = self.note_walk(fix, moved_m);
+            self.gates.reset_position_drift();
+        } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
+            report.position_drift_m = self.note_position_drift(fix, moved_m);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
         if report.contradicts {
@@ -166,20 +167,26 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bound_climb(fix.time, trace);
         }
         let places_alone = fix.horizontal_velocity_mps.is_none();
-        self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
+        if self.config.mechanisms.fix_errors {
+            self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
+        }
         // Errors left by clipping or a gap are in the velocity, and are no step of a bias.
+        let mechanisms = self.config.mechanisms;
         let mut stepped = self.excess.learn(fix.time, report);
+        if !mechanisms.excess_noise {
+            self.excess.forget_factor();
+        }
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
         // A height that a barometer confirms is right, and so are the biases behind it.
         stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
-        let otherwise = self.gates.doubts_filter(fix.time)
+        let otherwise = self.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()
             || (self.gates.were_reopened(fix.time) && !is_far);
-        if stepped != Stepped::default() && !otherwise {
-            self.doubt_biases(stepped, trace);
-            report.biases_doubted = true;
+        if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
+            self.open_biases(stepped, trace);
+            report.biases_opened = true;
         }
         Ok(())
     }
@@ -209,6 +216,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (position_m, velocity_mps): ([f64; 3], [f64; 3]),
         gravity_mps2: f64,
     ) {
+        if !self.config.mechanisms.self_contradiction {
+            return;
+        }
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
@@ -221,7 +231,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
-    fn note_walk(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
+    fn note_position_drift(&mut self, fix: &Fix, moved_m: [f32; 2]) -> f32 {
         // The learned size grows with a drift, so only a learned reduction counts.
         let assumed = || {
             let [level_m, ..] = self.config.gps.position_sigma_m();
@@ -230,7 +240,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
         let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
         let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
-        self.gates.place_moved(fix.time, moved_m, least_m)
+        self.gates.observe_position_shift(fix.time, moved_m, least_m)
     }
 
     /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. A
@@ -303,12 +313,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let innovation = (off - wander).to_array();
         let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
-        let told = if fix.two_dimensional { 2 } else { 3 };
+        let axes_told = if fix.two_dimensional { 2 } else { 3 };
         let lag_noise = self.lag_noise(back, back.age_s);
         let axes = core::array::from_fn(|axis| {
             let (channel, group) = POSITION_AXES[axis];
             let noise = T::of(noise.position_variance[axis]) + lag_noise;
-            (axis < told).then_some(Compared {
+            (axis < axes_told).then_some(Compared {
                 channel,
                 group,
                 innovation: innovation[axis],
@@ -376,9 +386,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) {
         let body_to_ned = back.state.body_to_ned;
         let turning_radps = single((body_to_ned * back.angular_rate_radps).z());
-        let upright = single(body_to_ned.rows()[2][2]);
+        let down_cosine = single(body_to_ned.rows()[2][2]);
         // The levelled components equal those of the body only if it is nearly level.
-        if !AntennaOffset::is_turn(turning_radps) || upright < UPRIGHT {
+        if !AntennaOffset::is_turn(turning_radps) || down_cosine < NEARLY_LEVEL_COSINE {
             return;
         }
         let (sin, cos) = body_to_ned.heading_sincos();
@@ -388,7 +398,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let expected = |axis: &Compared<T>, state| axis.noise + self.covariance.value(state, state);
         let variance = single(expected(north, VELOCITY) + expected(east, VELOCITY + 1)) * 0.5;
         let unsure = T::of(f64::from(self.antenna.velocity_variance(turning_radps)));
-        self.antenna.told(turning_radps, level_mps2, ahead, variance);
+        self.antenna.observe_innovation(turning_radps, level_mps2, ahead, variance);
         north.noise += unsure;
         east.noise += unsure;
     }

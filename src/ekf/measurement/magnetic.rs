@@ -1,7 +1,7 @@
 //! Magnetic heading.
 
 use super::super::covariance::Sensitivity;
-use super::super::field_watch::{AttitudeDoubt, FieldChange, Parts, Turn};
+use super::super::field_watch::{AttitudeUncertainty, FieldChange, Parts, Turn};
 use super::super::filter::Ekf;
 use super::super::gate::Group;
 use super::super::innovation::Channel;
@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Option<FieldChange> {
         let error = L::ATTITUDE_REFERENCE? + 2;
         let is_due = self.field_watch.is_due(time, self.config.magnetometer.interval_s);
-        if self.attitude_lost.is_some() || !is_due {
+        if !self.config.mechanisms.field_monitor || self.attitude_lost.is_some() || !is_due {
             return None;
         }
         let field = self.state.body_to_ned * field_gauss.cast();
@@ -49,10 +49,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
             return None;
         }
-        let doubt = AttitudeDoubt {
+        let doubt = AttitudeUncertainty {
             tilt_variance: self.tilt_variance() as f32,
             heading_variance: self.covariance.variance(ATTITUDE + 2) as f32,
-            turned: self.gates.doubts_filter(time),
+            turned: self.gates.is_filter_suspect(time),
         };
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &doubt)?;
@@ -119,7 +119,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let usual_rad =
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
         // After a gap the fixes have to correct roll and pitch first.
-        let had_gap = self.gates.doubts_filter(time);
+        let had_gap = self.gates.is_filter_suspect(time);
         let may_lean = had_gap || self.attitude_lost.is_some();
         if may_lean && usual_rad > MOST_UNLEVELLED_RAD {
             return Err(Unusable::NotLevelled);
@@ -129,11 +129,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.relax(trace);
         let before = self.attitude_used.replace(time);
-        let is_first = before.is_none_or(|before| had_gap && self.gates.doubted_after(before));
+        let is_first =
+            before.is_none_or(|before| had_gap && self.gates.was_suspected_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
         self.heading_revision.is_magnetic = true;
-        let lost = self.takes_attitude(time);
+        let lost = self.shall_reset_attitude(time);
         if is_first || lost {
             // Until now the state was the slow error of an attitude reference.
             let missing = square(wander_rad) - self.covariance.variance(first);
@@ -142,11 +143,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
         let off = wrap_angle(error - self.estimate(first));
         if lost {
-            self.take_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
+            self.reset_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
         }
         let innovation = if lost { T::ZERO } else { off };
         let mut axes = [None; 6];
-        axes[0] = self.trusts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
+        axes[0] = self.accepts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
             channel: Channel::Yaw,
             group: Group::Heading,
             innovation,
@@ -156,7 +157,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut report = Report::default();
         self.update_sequentially(time, &axes, &mut report, trace);
         if lost {
-            report.was_taken([off.wide()]);
+            report.was_fused([off.wide()]);
         }
         Ok(report)
     }

@@ -17,7 +17,7 @@ mod wander;
 mod wheels;
 
 pub(super) use antenna_heading::AntennaHeadingMemory;
-pub use derivatives::{WrongDerivative, check_derivatives};
+pub use derivatives::{WrongRows, check_derivatives};
 pub(super) use gps::stated_times;
 pub use own::{Expected, Measurement, Row, Rows};
 pub(super) use range::Ground;

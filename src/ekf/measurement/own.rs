@@ -20,6 +20,7 @@ use crate::time::Time;
 ///
 /// ```
 /// use hovernav::ekf::{Expected, Measurement, Row, Rows, check_derivatives};
+/// use hovernav::frames::Rotation;
 /// use hovernav::prelude::*;
 ///
 /// struct Wheel {
@@ -35,8 +36,12 @@ use crate::time::Time;
 /// }
 ///
 /// let home = Geodetic::from_degrees(48.1, 11.6, 520.0).ok_or("invalid position")?;
-/// let expected = Expected::from(&Solution::at_rest(Time::ZERO, home));
-/// check_derivatives(&Wheel { speed_mps: 3.0 }, &expected, 1e-6).map_err(|_| "a wrong derivative")?;
+/// let mut expected = Expected::from(&Solution::at_rest(Time::ZERO, home));
+/// // A motion without symmetry: some errors do not show at rest.
+/// expected.velocity_mps = Vector::new(4.0, -3.0, 0.7);
+/// expected.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(10.0, -20.0, 130.0));
+/// expected.angular_rate_radps = Vector::new(0.1, -0.3, 0.2);
+/// check_derivatives(&Wheel { speed_mps: 3.0 }, &expected, 1e-6).map_err(|_| "wrong rows")?;
 ///
 /// let mut estimator = Estimator::new(EstimatorConfig::default());
 /// // Before the alignment there is no motion to compare with.

@@ -10,9 +10,9 @@ use super::super::innovation::{Innovation, Verdict};
 pub struct Report {
     axes: [Option<Innovation>; 6],
     pub(super) covariance_reset: bool,
-    pub(super) biases_doubted: bool,
+    pub(super) biases_opened: bool,
     pub(super) contradicts: bool,
-    pub(super) walked_m: f32,
+    pub(super) position_drift_m: f32,
 }
 
 impl Report {
@@ -50,8 +50,8 @@ impl Report {
     /// Whether the fixes of the last seconds were biased. Then the biases of the inertial unit may have stepped, and
     /// their covariance was widened.
     #[must_use]
-    pub const fn biases_were_doubted(&self) -> bool {
-        self.biases_doubted
+    pub const fn biases_were_opened(&self) -> bool {
+        self.biases_opened
     }
 
     /// Drift, m, of the positions of fixes away from their own velocity; `None` without a drift.
@@ -59,8 +59,8 @@ impl Report {
     /// # Source
     /// Equation (K25) of docs/equations.md.
     #[must_use]
-    pub fn walked_m(&self) -> Option<f64> {
-        (self.walked_m > 0.0).then_some(f64::from(self.walked_m))
+    pub fn position_drift_m(&self) -> Option<f64> {
+        (self.position_drift_m > 0.0).then_some(f64::from(self.position_drift_m))
     }
 
     /// Whether the fix was rejected because the receiver contradicts itself: no motion explains its last readings.
@@ -73,7 +73,7 @@ impl Report {
     }
 
     /// Notes that the filter was reset to this measurement, with the innovations `off`.
-    pub(super) fn was_taken(&mut self, off: impl IntoIterator<Item = f64>) {
+    pub(super) fn was_fused(&mut self, off: impl IntoIterator<Item = f64>) {
         for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
             (axis.innovation, axis.verdict) = (off, Verdict::Reopened);
         }

@@ -60,12 +60,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M11) of docs/equations.md.
     pub fn update_at_rest(&mut self, trace: &mut impl Trace<T, N>) -> Option<Report> {
-        if self.samples.rest.moves_off() {
+        if self.samples.rest.moves_off() && self.config.mechanisms.rested_bias {
             let assumed = square(self.config.imu.gyro_bias_sigma_radps);
             self.open_gyro_bias(self.bias_shift.variance(assumed), trace);
             self.bias_shift.rests = false;
         }
-        let rate = self.samples.resting_rate_radps.take()?;
+        let rate =
+            self.samples.resting_rate_radps.take().filter(|_| self.config.mechanisms.rest)?;
         self.relax(trace);
         let earth = Local::about(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();

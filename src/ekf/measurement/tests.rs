@@ -309,7 +309,7 @@ fn a_heading_is_refused_as_not_levelled_after_a_gap_until_the_tilt_is_known() {
     let mut filter = filter(&[0.0; N], None);
     let time = filter.state.time;
     let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
-    filter.gates.doubt_filter(time);
+    filter.gates.suspect_filter(time);
     filter.covariance.set_variance(ATTITUDE, 0.1);
     let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
     assert_eq!(told, Err(Unusable::NotLevelled));

@@ -79,7 +79,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
         let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&mut self.covariance, 0);
-        let mut told = |index: usize, gain: &Gain<T, N>, innovation: T| {
+        let mut on_fused = |index: usize, gain: &Gain<T, N>, innovation: T| {
             if trace.hears_updates()
                 && let Some(sensitivity) = sensitivities.of::<L, N>(index)
             {
@@ -112,6 +112,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 sum += normalised;
                 farthest = farthest.max(joint.innovation(index).abs());
             }
+            if group == Group::Own {
+                largest = joint.largest_in_turn(members.clone(), &noise);
+            }
             let at = members.start;
             let off = match group {
                 _ if group.is_height() => {
@@ -119,20 +122,26 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
                 _ => [farthest.wide(), 0.0],
             };
-            let leans = group.is_height() && self.gates.leans(group, time, off);
+            let is_biased = self.config.mechanisms.biased_heights
+                && group.is_height()
+                && self.gates.is_biased(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
-                && !leans
+                && !is_biased
                 && (is_near || !self.gates.is_contradicted(group));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
-                    self.judge_place(joint.variance(at).wide(), noise[at].wide());
+                    self.judge_position(joint.variance(at).wide(), noise[at].wide());
                 }
                 let count = members.len() as f64;
                 self.gates.accepted(group, time, sum.wide() / count);
                 Verdict::Accepted
-            } else if let Some(reopening) = self.gates.refused(group, time, off, &self.config.gate)
+            } else if let Some(reopening) =
+                self.gates.note_rejection(group, time, off, &self.config.gate)
             {
-                joint.settle(&mut self.covariance, &mut told);
+                if !self.config.mechanisms.previous_position {
+                    self.gates.forget_previous(group);
+                }
+                joint.settle(&mut self.covariance, &mut on_fused);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
                     self.reopen(axis, time);
                     if let Reopening::Motion { lost_s } = reopening {
@@ -149,13 +158,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let innovation = joint.innovation(index).wide();
                 let sigma = joint.sigma(index, noise[index]);
                 if verdict != Verdict::Rejected {
-                    joint.take_in(&mut self.covariance, index, noise[index], sigma, &mut told);
+                    joint.fuse(&mut self.covariance, index, noise[index], sigma, &mut on_fused);
                 }
                 let sigma = sigma.wide();
                 report.push(Innovation { time, channel, innovation, sigma, verdict });
             }
         }
-        joint.settle(&mut self.covariance, &mut told);
+        joint.settle(&mut self.covariance, &mut on_fused);
         report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
@@ -169,10 +178,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Before a position is fused: notifies the gates if this fix first makes the position known. It does if the
     /// `variance` of the position is large compared to the `noise` of the fix, both in m².
-    fn judge_place(&mut self, variance: f64, noise: f64) {
+    fn judge_position(&mut self, variance: f64, noise: f64) {
         let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
-            self.gates.forget_place();
+            self.gates.reset_position_time();
         }
     }
 

@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             seen
         });
         let [.., [_, bank, _]] = self.state.body_to_ned.rows();
-        wheels.told(self.state.time, &right, &down, single(bank));
+        wheels.observe_velocity(self.state.time, &right, &down, single(bank));
     }
 
     /// Holds a vehicle on `wheels` to its road while fixes are absent; call it after [`predict`](Self::predict). `None`
@@ -71,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 ScalarMeasurement::new((channel, Group::RestVelocity), -left_mps, noise);
             *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
         }
-        if wheels.denies(normalised, self.config.gate.sigmas as f32) {
+        if wheels.is_violated(normalised, self.config.gate.sigmas as f32) {
             // The constraint of the last seconds was wrong.
             for axis in 0..3 {
                 self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));

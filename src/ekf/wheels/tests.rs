@@ -31,7 +31,7 @@ fn banked(
         let pitch_rate = 0.05 * (1.3 * time).sin();
         let (right, down) = (right(time, rate_radps), down(time, pitch_rate));
         let time = Time::ZERO + f64::from(second);
-        watch.told(
+        watch.observe_velocity(
             time,
             &seen(right, rate_radps),
             &seen(down, pitch_rate),
@@ -48,7 +48,7 @@ fn a_car_whose_unit_is_turned_and_stands_off_its_axle_is_known_and_so_is_its_lin
         |t, rate| 0.3 + 1.2 * rate + 0.05 * (7.0 * t).sin(),
         |t, _| -0.2 + 0.05 * (5.0 * t).cos(),
     );
-    assert!(watch.holds);
+    assert!(watch.is_active);
     let line = watch.line(Across::Right, &at(10.0));
     assert!((line.slope - 0.03).abs() < 0.003 && (line.arm_m - 1.2).abs() < 0.1, "{line:?}");
     assert!((watch.line(Across::Down, &at(10.0)).slope + 0.02).abs() < 0.003);
@@ -63,7 +63,7 @@ fn a_car_raises_its_nose_as_it_accelerates_and_its_line_follows() {
         let force_mps2 = (0.3 * f32::from(second)).sin();
         let motion = Seen { force_mps2, ..at(10.0) };
         let down = Seen { across_mps: 10.0 * (0.01 + 0.012 * force_mps2), ..motion };
-        watch.told(Time::ZERO + f64::from(second), &motion, &down, 0.0);
+        watch.observe_velocity(Time::ZERO + f64::from(second), &motion, &down, 0.0);
     }
     let slope = |force_mps2| watch.line(Across::Down, &Seen { force_mps2, ..at(10.0) }).slope;
     assert!((slope(0.0) - 0.01).abs() < 1e-3 && (slope(2.0) - 0.034).abs() < 1e-3);
@@ -76,8 +76,8 @@ fn a_declared_car_is_held_from_the_start_within_its_mounting_and_again_after_it_
     // 6° of mounting at 10 m/s.
     let mps = (watch.line(Across::Down, &at(10.0)).variance / 10.0).sqrt();
     assert!((0.9..1.2).contains(&mps), "{mps}");
-    assert!(watch.denies([0.0, 9.0], 5.0) && !watch.is_due(Time::ZERO + 2.0));
-    watch.told(Time::ZERO + 3.0, &at(10.0), &at(10.0), 0.0);
+    assert!(watch.is_violated([0.0, 9.0], 5.0) && !watch.is_due(Time::ZERO + 2.0));
+    watch.observe_velocity(Time::ZERO + 3.0, &at(10.0), &at(10.0), 0.0);
     assert!(watch.is_due(Time::ZERO + 4.0));
     watch.forget();
     assert!(watch.is_due(Time::ZERO + 5.0));
@@ -89,21 +89,21 @@ fn a_declared_aircraft_never_rolls_on_wheels() {
     for second in 1..=300_u16 {
         let rate_radps = 0.3 * (0.2 * f32::from(second)).sin();
         let seen = Seen { rate_radps, ..at(10.0) };
-        watch.told(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
+        watch.observe_velocity(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
     }
-    assert!(!watch.holds);
+    assert!(!watch.is_active);
 }
 
 #[test]
 fn what_sideslips_or_climbs_as_aircraft_do_is_not_on_wheels() {
     let wind = driven(600, |t, _| (0.01 * t).sin(), |_, _| 0.0);
     let climbs = driven(600, |_, _| 0.0, |t, _| 0.5 * (0.05 * t).sin());
-    assert!(!wind.holds && !climbs.holds);
+    assert!(!wind.is_active && !climbs.is_active);
 }
 
 #[test]
 fn what_banks_into_its_turns_flies_however_still_the_air() {
-    assert!(!banked(600, |_, _| 0.0, |_, _| 0.0, 1.0).holds);
+    assert!(!banked(600, |_, _| 0.0, |_, _| 0.0, 1.0).is_active);
 }
 
 #[test]
@@ -118,21 +118,21 @@ fn a_straight_road_and_a_short_drive_tell_nothing() {
     let mut straight = WheelWatch::of(None);
     let seen = Seen { own_variance: 0.0, ..at(10.0) };
     for second in 1..1000 {
-        straight.told(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
+        straight.observe_velocity(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
     }
-    assert!(!straight.holds && !driven(8, |_, _| 0.0, |_, _| 0.0).holds);
+    assert!(!straight.is_active && !driven(8, |_, _| 0.0, |_, _| 0.0).is_active);
 }
 
 #[test]
 fn a_car_that_lifts_off_is_let_go_within_seconds() {
     let mut watch = driven(300, |_, _| 0.0, |_, _| 0.0);
-    assert!(watch.holds);
+    assert!(watch.is_active);
     let right = at(10.0);
     let mut seconds = 0;
-    while watch.holds {
+    while watch.is_active {
         seconds += 1;
         let time = Time::ZERO + f64::from(300 + seconds);
-        watch.told(time, &right, &Seen { across_mps: -1.0, ..right }, 0.0);
+        watch.observe_velocity(time, &right, &Seen { across_mps: -1.0, ..right }, 0.0);
     }
     assert!(seconds <= 4, "{seconds}");
 }
@@ -142,15 +142,15 @@ fn a_car_that_leaves_its_road_without_fixes_is_let_go_at_once_or_within_two_seco
     let held = driven(300, |_, _| 0.0, |_, _| 0.0);
     let after = |normalised: [f32; 2]| {
         let mut watch = held;
-        (1..1000).find(|_| watch.denies(normalised, 5.0)).map(|count| (count, watch))
+        (1..1000).find(|_| watch.is_violated(normalised, 5.0)).map(|count| (count, watch))
     };
     assert!(after([0.3, -0.5]).is_none());
     let (count, mut off) = after([0.1, -1.2]).unwrap();
     assert!(count <= 10 && !off.is_due(Time::ZERO + 400.0));
     let mut refused = held;
-    assert!(refused.denies([0.0, -5.1], 5.0) && !refused.is_due(Time::ZERO + 400.0));
+    assert!(refused.is_violated([0.0, -5.1], 5.0) && !refused.is_due(Time::ZERO + 400.0));
     let mut wrong = held;
-    assert!(wrong.denies([f32::NAN, 0.0], 5.0));
+    assert!(wrong.is_violated([f32::NAN, 0.0], 5.0));
 }
 
 #[test]
@@ -167,8 +167,13 @@ fn slow_motion_and_what_is_no_number_change_nothing() {
     .into_iter()
     .enumerate()
     {
-        watch.told(Time::ZERO + second as f64, &bad, &good, 0.0);
-        watch.told(Time::ZERO + second as f64, &Seen { forward_mps: 1.0, ..good }, &bad, 0.0);
+        watch.observe_velocity(Time::ZERO + second as f64, &bad, &good, 0.0);
+        watch.observe_velocity(
+            Time::ZERO + second as f64,
+            &Seen { forward_mps: 1.0, ..good },
+            &bad,
+            0.0,
+        );
     }
     assert!(watch.right.seen_s == 0.0 && watch.right.found().0 == [0.0; CAUSES]);
 }

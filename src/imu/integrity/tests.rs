@@ -27,7 +27,7 @@ fn steady_vibration_is_no_suspicion() {
             (&rates(3.0 * next(), 0.1 * next()), true),
             &ClippedAxes::NONE,
             0.01,
-            &FullScale::default(),
+            (&FullScale::default(), Checks::ALL),
         );
         assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
         assert!(k < 100 || found.velocity_variance == [0.0; 3]);
@@ -41,8 +41,12 @@ fn readings_at_a_known_or_learned_full_scale_are_clipped() {
         let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
         for k in 0..400 {
             let force = (40.0 * next()).clamp(-20.0, 20.0);
-            let found =
-                integrity.push((&rates(force, 0.0), true), &ClippedAxes::NONE, 0.01, &scale);
+            let found = integrity.push(
+                (&rates(force, 0.0), true),
+                &ClippedAxes::NONE,
+                0.01,
+                (&scale, Checks::ALL),
+            );
             assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
             assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
             assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
@@ -57,7 +61,12 @@ fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
     let mut hidden = |marked: bool| {
         let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
         let force = 3.0 * next();
-        integrity.push((&rates(force, 0.0), true), &marks, 0.01, &FullScale::default())
+        integrity.push(
+            (&rates(force, 0.0), true),
+            &marks,
+            0.01,
+            (&FullScale::default(), Checks::ALL),
+        )
     };
     for _ in 0..500 {
         assert!(!hidden(false).is_clipped());
@@ -79,7 +88,12 @@ fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
             let MeanRates { angular_rate_radps, specific_force_mps2 } = rates;
             let stuck =
                 integrity.is_stuck(&Motion::Rates { angular_rate_radps, specific_force_mps2 });
-            integrity.push((&rates, true), &ClippedAxes::NONE, 0.01, &FullScale::default());
+            integrity.push(
+                (&rates, true),
+                &ClippedAxes::NONE,
+                0.01,
+                (&FullScale::default(), Checks::ALL),
+            );
             stuck
         };
         for _ in 0..500 {
@@ -101,7 +115,12 @@ fn what_a_logger_draws_between_samples_is_told_from_what_a_unit_measures() {
         let motion = Motion::Rates { angular_rate_radps, specific_force_mps2 };
         let found = integrity.is_interpolated(&motion, since_s);
         if !found {
-            integrity.push((&rates, true), &ClippedAxes::NONE, since_s, &FullScale::default());
+            integrity.push(
+                (&rates, true),
+                &ClippedAxes::NONE,
+                since_s,
+                (&FullScale::default(), Checks::ALL),
+            );
             since_s = 0.0;
         }
         found
@@ -132,7 +151,12 @@ fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
                 let interval_s = if place == lost { late_s } else { 0.03 };
                 let scale = FullScale::default();
                 let rates = rates(reading, 0.0);
-                let found = integrity.push((&rates, true), &ClippedAxes::NONE, interval_s, &scale);
+                let found = integrity.push(
+                    (&rates, true),
+                    &ClippedAxes::NONE,
+                    interval_s,
+                    (&scale, Checks::ALL),
+                );
                 let withheld = found.withheld_mps2.to_array()[0];
                 error_mps += (0.5 * (before + reading) - withheld) * interval_s;
                 before = reading;
@@ -150,7 +174,7 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
             (&rates(force, 0.0), true),
             &ClippedAxes::NONE,
             interval_s,
-            &FullScale::default(),
+            (&FullScale::default(), Checks::ALL),
         )
     };
     for _ in 0..1000 {
@@ -195,7 +219,7 @@ fn lost_samples_leave_the_error_that_is_told() {
                 (&rates(force, 0.0), true),
                 &ClippedAxes::NONE,
                 interval_s,
-                &FullScale::default(),
+                (&FullScale::default(), Checks::ALL),
             );
             if length > 1 {
                 let off = 0.5 * (before + force) * f64::from(lost) * USUAL_S - missed_mps;
@@ -215,7 +239,12 @@ fn a_burst_is_forgotten_whole() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     for k in 0..3000 {
         let marks = ClippedAxes { accel: [k < 30, false, false], ..ClippedAxes::NONE };
-        integrity.push((&rates(3.0 * next(), 0.0), true), &marks, 0.01, &FullScale::default());
+        integrity.push(
+            (&rates(3.0 * next(), 0.0), true),
+            &marks,
+            0.01,
+            (&FullScale::default(), Checks::ALL),
+        );
     }
     assert_eq!(integrity.accel.clipped_s, [0.0; 3]);
 }
@@ -259,7 +288,12 @@ fn the_axis_that_repeats_itself_is_the_one_suspected() {
                 specific_force_mps2: Vector::new(x, y, z - 9.8),
             };
             let scale = FullScale::default();
-            suspicion = integrity.push((&rates, true), &ClippedAxes::default(), 0.01, &scale);
+            suspicion = integrity.push(
+                (&rates, true),
+                &ClippedAxes::default(),
+                0.01,
+                (&scale, Checks::ALL),
+            );
         }
         let found = [suspicion.stuck.gyro(), suspicion.stuck.accel()].concat();
         let expected: Vec<bool> = (0..6).map(|k| k == axis).collect();

@@ -4,7 +4,7 @@
 use super::super::held_force::Shaking;
 use super::super::repetition::Repetition;
 use super::super::{SecondDifference, Vibration, noise_variance};
-use super::any;
+use super::{Checks, any};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
@@ -61,8 +61,10 @@ pub(super) struct Timing<T> {
     pub now: T,
     /// Weight of the sample in the mean of the usual vibration.
     pub usual: T,
-    /// Whether the usual vibration has been averaged long enough.
+    /// Whether shocks are looked for, and the usual vibration has been averaged long enough.
     pub usual_is_known: bool,
+    /// Which faults are looked for.
+    pub checks: Checks,
 }
 
 /// Number of repetitions that make a maximum the full scale.
@@ -148,7 +150,7 @@ impl<T: Scalar> Triad<T> {
         timing: &Timing<T>,
     ) -> Found<T> {
         let number = T::of;
-        let interval_s = timing.interval_s;
+        let (interval_s, checks) = (timing.interval_s, timing.checks);
         let values = sample.to_array();
         let bend = self.difference.push(sample);
         let mut noise = [T::ZERO; 3];
@@ -171,6 +173,9 @@ impl<T: Scalar> Triad<T> {
             }
             clipped[axis] |= size >= full_scale;
         }
+        if !checks.clipping {
+            clipped = [false; 3];
+        }
         let least_quiet = square(number(limits.least_shaking));
         let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });
         for ((now, usual), noise) in self.now.iter_mut().zip(&mut self.usual).zip(noise) {
@@ -187,7 +192,7 @@ impl<T: Scalar> Triad<T> {
         if self.goes_on_s > 0.0 {
             self.goes_on_s -= interval_s.wide() as f32;
         }
-        if any(clipped) && self.is_tone(values, clipped) {
+        if any(clipped) && checks.shocks && self.is_tone(values, clipped) {
             self.goes_on_s = NOW_S as f32;
         }
         let cut_off = self.goes_on_s > 0.0;
@@ -210,7 +215,7 @@ impl<T: Scalar> Triad<T> {
         if timing.lost_s > T::ZERO {
             variance = self.lost(bend.unwrap_or_default(), timing);
         }
-        let stuck = if total(stuck_s) > T::ZERO {
+        let stuck = if total(stuck_s) > T::ZERO && checks.stuck_axes {
             self.add_stuck(&mut variance, stuck_s, limits, interval_s)
         } else {
             [false; 3]

@@ -101,10 +101,10 @@ impl Aligner {
             return None;
         }
         let Some(pull) = since_fix.pull(fix, self.window.rate, sigma_mps) else { return Some(()) };
-        let lean_rad = pull.lean_rad();
+        let tilt_of_force_rad = pull.tilt_of_force_rad();
         if !pull.agrees {
-            oriented.tilt_sigma_rad = usual_rad.max(lean_rad + pull.sigma_rad);
-        } else if lean_rad > usual_rad.max(2.0 * pull.sigma_rad) {
+            oriented.tilt_sigma_rad = usual_rad.max(tilt_of_force_rad + pull.sigma_rad);
+        } else if tilt_of_force_rad > usual_rad.max(2.0 * pull.sigma_rad) {
             oriented.body_to_ned = pull.attitude();
             oriented.tilt_sigma_rad = usual_rad.max(pull.sigma_rad);
             oriented.axis = pull.axis();

@@ -70,7 +70,7 @@ impl SinceFix {
     }
 
     /// Adds the motion over a sample's interval.
-    pub fn feel(&mut self, mean: MeanRates, interval_s: f64) {
+    pub fn observe_sample(&mut self, mean: MeanRates, interval_s: f64) {
         let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
         let turn_rad = mean.angular_rate_radps * interval_s;
         let halfway = now_to_then.turned_in_from(turn_rad * 0.5);
@@ -118,7 +118,7 @@ impl SinceFix {
 
 impl Pull {
     /// Angle of the force from straight up, rad.
-    pub fn lean_rad(&self) -> f64 {
+    pub fn tilt_of_force_rad(&self) -> f64 {
         let [north, east, down] = self.ned.to_array();
         libm::atan2(Scalar::hypot(north, east), -down)
     }
@@ -184,7 +184,10 @@ mod tests {
         let force = Vector::new(0.0, 0.0, -STANDARD_GRAVITY_MPS2 / libm::cos(roll));
         let mut since = SinceFix::begin(&fix(0.0, velocity(0.0)));
         for _ in 0..50 {
-            since.feel(MeanRates { angular_rate_radps: rate, specific_force_mps2: force }, 0.02);
+            since.observe_sample(
+                MeanRates { angular_rate_radps: rate, specific_force_mps2: force },
+                0.02,
+            );
         }
         (since, fix(1.0, velocity(1.0)), rate, attitude(1.0))
     }
@@ -193,7 +196,11 @@ mod tests {
     fn a_banked_turn_is_seen_as_one() {
         let (since, fix, rate, truth) = turn();
         let pull = since.pull(&fix, rate, 0.1).unwrap();
-        assert!((pull.lean_rad().to_degrees() - 60.0).abs() < 2.0, "{}", pull.lean_rad());
+        assert!(
+            (pull.tilt_of_force_rad().to_degrees() - 60.0).abs() < 2.0,
+            "{}",
+            pull.tilt_of_force_rad()
+        );
         assert!(pull.agrees);
         let base = pull.attitude();
         // The attitude turns the measured force to the direction from the fixes, for any heading.
@@ -211,7 +218,11 @@ mod tests {
         since.velocity_mps = Vector::new(since.velocity_mps.x(), since.velocity_mps.y(), f32::NAN);
         fix.down_velocity_mps = None;
         let pull = since.pull(&fix, rate, 0.1).unwrap();
-        assert!((pull.lean_rad().to_degrees() - 60.0).abs() < 2.0, "{}", pull.lean_rad());
+        assert!(
+            (pull.tilt_of_force_rad().to_degrees() - 60.0).abs() < 2.0,
+            "{}",
+            pull.tilt_of_force_rad()
+        );
     }
 
     #[test]
@@ -219,7 +230,7 @@ mod tests {
         let (since, mut fix, rate, _) = turn();
         fix.horizontal_velocity_mps = Some([200.0, -90.0]);
         let pull = since.pull(&fix, rate, 0.1).unwrap();
-        assert!(!pull.agrees && pull.lean_rad() > 1.0, "{pull:?}");
+        assert!(!pull.agrees && pull.tilt_of_force_rad() > 1.0, "{pull:?}");
         fix.horizontal_velocity_mps = None;
         assert!(since.pull(&fix, rate, 0.1).is_none());
     }

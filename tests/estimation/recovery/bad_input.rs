@@ -2,7 +2,8 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{
-    BaseEkf, EkfConfig, Estimator, EstimatorConfig, FullEkf, ImuFault, Unusable, layout,
+    BaseEkf, EkfConfig, Estimator, EstimatorConfig, FullEkf, ImuFault, Prediction, ResetCause,
+    Unusable, layout,
 };
 use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
@@ -69,6 +70,22 @@ fn a_sample_that_is_no_sample_is_passed_over_by_name_and_changes_nothing() {
     assert_eq!(rest.filter.state(), before.state());
     assert_eq!(rest.filter.covariance(), before.covariance());
     rest.filter.predict(&still(now + PERIOD_S)).unwrap();
+}
+
+#[test]
+fn one_sample_far_ahead_does_not_block_the_samples_after_it() {
+    let mut rest = RestBase::new();
+    let now = rest.sit();
+    let before = rest.filter.clone();
+    for time in [now + 61.0, now + 1e9, Time::from_nanoseconds(i64::MAX)] {
+        assert_eq!(rest.filter.predict(&still(time)), Err(ImuFault::FarAhead));
+        assert_eq!(rest.filter.state(), before.state());
+    }
+    rest.filter.predict(&still(now + PERIOD_S)).unwrap();
+    // Two samples that agree show that the unit was off for an hour.
+    assert_eq!(rest.filter.predict(&still(now + 3600.0)), Err(ImuFault::FarAhead));
+    let reset = rest.filter.predict(&still(now + (3600.0 + PERIOD_S))).unwrap();
+    assert!(matches!(reset, Prediction::Reset(ResetCause::LongGap { .. })), "{reset:?}");
 }
 
 #[test]

@@ -52,13 +52,14 @@ fn toml_of(value: &impl Serialize) -> toml::Value {
 fn defaults() -> Defaults {
     use hovernav::ekf::{
         Aiding, AntennaHeadingModel, AttitudeModel, BaroModel, GateConfig, GpsModel, ImuModel,
-        MagnetometerModel, RangeModel,
+        MagnetometerModel, Mechanisms, RangeModel,
     };
     let manifest = toml_of(&Manifest::default());
     let fly = toml_of(&FlyConfig::default());
     let mut defaults = Defaults::from([
         ("AlignmentConfig", toml_of(&hovernav::ins::AlignmentConfig::default())),
         ("Aiding", toml_of(&Aiding::default())),
+        ("Mechanisms", toml_of(&Mechanisms::default())),
         ("ImuModel", toml_of(&ImuModel::default())),
         ("GpsModel", toml_of(&GpsModel::default())),
         ("AttitudeModel", toml_of(&AttitudeModel::default())),

@@ -26,6 +26,9 @@ pub enum Type {
     Enumeration(Vec<Value>),
 }
 
+/// Macros that declare types.
+const MACROS: [&str; 3] = ["settings", "switches", "units"];
+
 /// Types by name.
 pub type Types = BTreeMap<String, Type>;
 
@@ -102,8 +105,8 @@ fn read(text: &str, types: &mut Types) {
         }
         let kind = line.strip_prefix("pub struct ").map(|rest| (rest, "struct"));
         let kind = kind.or_else(|| line.strip_prefix("pub enum ").map(|rest| (rest, "enum")));
-        if line == "settings! {" || line == "units! {" {
-            in_macro = if line.starts_with('s') { "settings" } else { "units" };
+        if let Some(name) = line.strip_suffix("! {").filter(|name| MACROS.contains(name)) {
+            in_macro = name;
         } else if let Some((rest, kind)) = kind.filter(|(rest, _)| rest.ends_with('{')) {
             let name = rest.split(['<', ' ']).next().unwrap_or_default().to_owned();
             let body: Vec<&str> = lines.by_ref().take_while(|line| *line != "}").collect();
@@ -120,6 +123,7 @@ fn read(text: &str, types: &mut Types) {
             let body: Vec<&str> = lines.by_ref().take_while(|line| *line != "}").collect();
             let found = match in_macro {
                 "settings" => Type::Structure(settings(&body)),
+                "switches" => Type::Structure(switches(&body)),
                 _ => Type::Enumeration(units(&body)),
             };
             types.entry(name).or_insert(found);
@@ -154,6 +158,20 @@ fn settings(body: &[&str]) -> Vec<Field> {
         }
         if let Some((key, _)) = line.split_once(" = ") {
             fields.push(Field { key: key.to_owned(), kind: "f64".into(), doc: above.doc });
+        }
+        above = Above::default();
+    }
+    fields
+}
+
+fn switches(body: &[&str]) -> Vec<Field> {
+    let (mut fields, mut above) = (Vec::new(), Above::default());
+    for line in body {
+        if above.takes(line) {
+            continue;
+        }
+        if let Some(key) = line.strip_suffix(',') {
+            fields.push(Field { key: key.to_owned(), kind: "bool".into(), doc: above.doc });
         }
         above = Above::default();
     }

@@ -1,7 +1,7 @@
 //! Findings from the inertial samples: gaps, losses, repetitions, clipping, shocks, vibration.
 
 use hovernav::ekf::{ImuFault, Notice, ResetCause};
-use hovernav::imu::{FullScale, Integrity, MeanRates};
+use hovernav::imu::{Checks, FullScale, Integrity, MeanRates};
 use hovernav::time::Time;
 
 use super::Judged;
@@ -102,7 +102,12 @@ impl Inertial {
             angular_rate_radps: at.turn_radps.into(),
             specific_force_mps2: at.force_mps2.into(),
         };
-        let suspicion = self.integrity.push((&mean, true), &at.clipped, at.interval_s, &self.scale);
+        let suspicion = self.integrity.push(
+            (&mean, true),
+            &at.clipped,
+            at.interval_s,
+            (&self.scale, Checks::ALL),
+        );
         if suspicion.shaken {
             let [x, y, z] = at.force_mps2;
             self.shaken.push((time_s, x.hypot(y).hypot(z)));
@@ -241,15 +246,20 @@ fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     })
 }
 
+/// Index of samples far ahead among the faults of [`reported`].
+const FAR_AHEAD: usize = 4;
+
 /// Findings from the estimator's own notices on the samples.
 fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let mut faults: [Vec<(f64, f64)>; 4] = Default::default();
+    let mut faults: [Vec<(f64, f64)>; 5] = Default::default();
     for notice in &log.run.notices {
         let (time, length_s, response) = match notice {
             Notice::GapBridged { time, length_s } => {
                 (*time, *length_s, "bridged at the last velocity with a larger uncertainty")
             }
             Notice::CovarianceReset { time, cause: ResetCause::LongGap { length_s } } => {
+                // The first sample after a long gap is rejected until the second confirms its time.
+                faults[FAR_AHEAD].pop();
                 (*time, *length_s, "too long to bridge, so the filter was reset")
             }
             Notice::CovarianceReset { time, cause } => {
@@ -278,6 +288,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     ImuFault::Stuck => 0,
                     ImuFault::NotFinite => 1,
                     ImuFault::Interpolated => 2,
+                    ImuFault::FarAhead => FAR_AHEAD,
                     _ => 3,
                 };
                 faults[kind].push((time.seconds(), 0.0));
@@ -308,6 +319,10 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             "all readings follow a straight line, which a logger has drawn where samples were missing",
         ),
         (FindingKind::TimeStamps, "samples not later than the one before"),
+        (
+            FindingKind::TimeStamps,
+            "samples more than a minute after the one before, and before the next",
+        ),
     ];
     for (moments, (kind, what)) in faults.into_iter().zip(what) {
         for Span { start_s, end_s, count, .. } in spans(moments, APART_S) {

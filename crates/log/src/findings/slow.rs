@@ -24,7 +24,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         .notices
         .iter()
         .filter_map(|notice| match notice {
-            Notice::Updated(report) if report.biases_were_doubted() => report.innovations().next(),
+            Notice::Updated(report) if report.biases_were_opened() => report.innovations().next(),
             _ => None,
         })
         .map(|axis| axis.time.seconds())

@@ -182,8 +182,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let mut told_s = f64::NEG_INFINITY;
     for notice in &log.run.notices {
         let Notice::Updated(report) = notice else { continue };
-        let Some(axis) = report.innovations().next().filter(|_| report.biases_were_doubted())
-        else {
+        let Some(axis) = report.innovations().next().filter(|_| report.biases_were_opened()) else {
             continue;
         };
         let time_s = axis.time.seconds();

@@ -11,9 +11,11 @@ const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let walked = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => {
-            report.innovations().next().map(|axis| axis.time.seconds()).zip(report.walked_m())
-        }
+        Notice::Updated(report) => report
+            .innovations()
+            .next()
+            .map(|axis| axis.time.seconds())
+            .zip(report.position_drift_m()),
         _ => None,
     });
     findings.extend(spans(walked, APART_S).into_iter().map(|span| Finding {

@@ -139,7 +139,7 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     for notice in &run.notices {
         let Notice::Updated(report) = notice else { continue };
         for axis in report.innovations() {
-            if report.biases_were_doubted() {
+            if report.biases_were_opened() {
                 opened_until_s = axis.time.seconds() + OPENED_S;
             }
             if matches!(

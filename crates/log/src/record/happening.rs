@@ -46,10 +46,10 @@ impl Happening {
                 let text = ShortText::new(format_args!("rejected by the filter: {beyond}"));
                 (time_of(report), warning, "innovation_rejected", text)
             }
-            Notice::Updated(report) if report.walked_m().is_some() => {
-                let walked_m = report.walked_m().unwrap_or_default();
+            Notice::Updated(report) if report.position_drift_m().is_some() => {
+                let position_drift_m = report.position_drift_m().unwrap_or_default();
                 let text = format_args!(
-                    "position drifted from the receiver's own velocity by {walked_m:.0} m: one-sigma enlarged"
+                    "position drifted from the receiver's own velocity by {position_drift_m:.0} m: one-sigma enlarged"
                 );
                 (time_of(report), warning, "place_walks", ShortText::new(text))
             }

@@ -107,7 +107,7 @@ fn parse(cell: &str) -> Result<Vec<Fault>, String> {
 }
 
 /// Name of a cell in tables.
-fn name(faults: &[Fault]) -> String {
+pub(super) fn name(faults: &[Fault]) -> String {
     faults.iter().map(Fault::to_string).collect::<Vec<_>>().join(" ")
 }
 
@@ -212,7 +212,7 @@ impl Clean {
     }
 }
 
-fn scratch() -> Result<tempfile::TempDir, LogError> {
+pub(super) fn scratch() -> Result<tempfile::TempDir, LogError> {
     tempfile::tempdir()
         .map_err(|source| LogError::Io { path: Path::new("temporary directory").into(), source })
 }

@@ -55,8 +55,12 @@ pub struct Measures {
     pub normalised_motion: f64,
     /// Root mean square error of velocity, m/s, all axes.
     pub velocity_rmse_mps: f64,
+    /// Root mean square error of vertical velocity, m/s.
+    pub vertical_velocity_rmse_mps: f64,
     /// Root mean square horizontal error, m.
     pub horizontal_rmse_m: f64,
+    /// Root mean square error of height, m.
+    pub height_rmse_m: f64,
     /// Root mean square error of roll and pitch, °.
     pub tilt_rmse_deg: f64,
     /// Root mean square error of yaw, °.
@@ -176,7 +180,9 @@ pub(super) fn measure(
         normalised,
         normalised_motion: rms(compared.iter().flat_map(|at| (0..6).map(|a| at.normalised(a)))),
         velocity_rmse_mps: of(0..3),
+        vertical_velocity_rmse_mps: of(2..3),
         horizontal_rmse_m: of(6..8),
+        height_rmse_m: of(8..9),
         tilt_rmse_deg: of(3..5),
         yaw_rmse_deg: of(5..6),
         worst_velocity_mps: most(0..3),

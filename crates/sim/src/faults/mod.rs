@@ -3,6 +3,7 @@
 //! [`Log::open`] reads a dataset, [`Log::with_faults`] injects [`Fault`]s, and [`FaultyLog::write`] writes the result
 //! as a dataset. Fields without a fault keep their bytes.
 
+mod ablation;
 mod aids;
 mod campaign;
 mod catalogue;
@@ -22,6 +23,7 @@ mod table;
 mod tables;
 mod window;
 
+pub use ablation::{Ablated, Ablation, Cut, ablation_csv, ablation_markdown, read_ablation};
 pub use campaign::{Campaign, Outcome, standard_cells};
 pub use catalogue::{CATALOGUE, Entry, Kind, Lasts, Values, list};
 pub use fault::Fault;

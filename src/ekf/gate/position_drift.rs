@@ -2,19 +2,19 @@
 
 /// Recent shift of the expected position of the next fix, other than by the vehicle's motion.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walk {
+pub(super) struct PositionDrift {
     /// Shift north and east, m.
     moved_m: [f32; 2],
     /// Whether the shift exceeds that of correct fixes: the positions drift.
-    walks: bool,
+    is_drifting: bool,
 }
 
 /// Shortest and longest time constant of that shift, s.
 const LEAST_MEMORY_S: f32 = 20.0;
-const MOST_MEMORY_S: f32 = super::DISPUTED_MOST_S;
+const MOST_MEMORY_S: f32 = super::AMBIGUITY_MOST_S;
 
-impl Walk {
-    pub const NONE: Self = Self { moved_m: [0.0; 2], walks: false };
+impl PositionDrift {
+    pub const NONE: Self = Self { moved_m: [0.0; 2], is_drifting: false };
 
     /// Adds a shift north and east, m.
     pub fn add(&mut self, moved_m: [f32; 2]) {
@@ -25,7 +25,7 @@ impl Walk {
 
     /// Lets the shift decay over `elapsed_s`: with a time constant of 20 s, or of `taken_s` while positions drift.
     pub fn forget(&mut self, elapsed_s: f32, taken_s: f32) {
-        let memory_s = if self.walks { taken_s } else { LEAST_MEMORY_S };
+        let memory_s = if self.is_drifting { taken_s } else { LEAST_MEMORY_S };
         let left = 1.0 - elapsed_s / memory_s.clamp(LEAST_MEMORY_S, MOST_MEMORY_S);
         self.moved_m = self.moved_m.map(|moved_m| left * moved_m);
     }
@@ -34,12 +34,13 @@ impl Walk {
     /// below half of that.
     pub fn judge(&mut self, least_m: f32) {
         let [north, east] = self.moved_m;
-        self.walks = libm::hypotf(north, east) > if self.walks { 0.5 * least_m } else { least_m };
+        self.is_drifting =
+            libm::hypotf(north, east) > if self.is_drifting { 0.5 * least_m } else { least_m };
     }
 
     /// Drift of the positions, m; zero without a drift.
-    pub fn walked_m(&self) -> f32 {
+    pub fn drifted_m(&self) -> f32 {
         let [north, east] = self.moved_m;
-        if self.walks { libm::hypotf(north, east) } else { 0.0 }
+        if self.is_drifting { libm::hypotf(north, east) } else { 0.0 }
     }
 }
