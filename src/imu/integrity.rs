@@ -19,7 +19,7 @@ pub struct FullScale {
     pub accel_mps2: f64,
 }
 
-/// Which faults of single axes are looked for.
+/// Faults of single axes to look for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Checks {
     /// Readings at full scale.

@@ -63,7 +63,7 @@ pub(super) struct Timing<T> {
     pub usual: T,
     /// Whether shocks are looked for, and the usual vibration has been averaged long enough.
     pub usual_is_known: bool,
-    /// Which faults are looked for.
+    /// Faults to look for.
     pub checks: Checks,
 }
 

@@ -25,7 +25,7 @@ const LARGEST_SIGMA_M: f64 = 10.0;
 /// Largest memory of all readers, kB.
 const MOST_MEMORY_KB: u64 = 500_000;
 
-/// What became of a damaged file.
+/// Outcome of a damaged file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     Refused,

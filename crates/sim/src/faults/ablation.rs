@@ -9,9 +9,8 @@ use rayon::prelude::*;
 
 use super::campaign::{name, scratch};
 use super::fault::Fault;
-use super::flights::Flight;
-use super::injection::{InjectError, Log};
-use super::measure::{Measures, measure};
+use super::flights::{Clean, Flight};
+use super::measure::measure;
 
 /// A change of the settings that switches something off.
 #[derive(Clone, Copy, Debug)]
@@ -134,49 +133,33 @@ impl Ablation {
                 let scratch = scratch()?;
                 let clean = flight.clean(seed, scratch.path())?;
                 let none = Vec::new();
-                let jobs: Vec<(&Vec<Fault>, u64)> = std::iter::once((&none, seed))
-                    .chain(self.cells.iter().flat_map(|cell| {
-                        let drawn = !flight.is_drawn() && cell.iter().any(Fault::is_drawn);
-                        let last = if drawn { self.seeds } else { seed };
-                        (seed..=last).map(move |seed| (cell, seed))
-                    }))
-                    .collect();
+                let mut jobs = clean.jobs(&self.cells, self.seeds);
+                jobs.push((&none, seed));
                 jobs.into_par_iter().try_for_each(|(faults, seed)| {
                     let run = format!("{}|{}|{seed}", clean.name, name(faults));
                     if known(&run) {
                         return Ok(());
                     }
-                    let Some(dataset) = faulty(&clean.log, faults, seed)? else { return Ok(()) };
-                    let measured = |cut: &Cut| {
-                        let config = cut.apply(dataset.1);
-                        let flown = dataset.0.estimate(&config, |_| {});
-                        measure(&flown.solutions, clean.reference.as_ref(), &[], clean.end_s)
+                    let Some((dataset, config)) = opened(&clean, faults, seed)? else {
+                        return Ok(());
                     };
                     let cuts = std::iter::once(Cut::NONE).chain(self.cuts.iter().copied());
                     let rows = cuts.map(|cut| {
-                        let Measures {
-                            velocity_rmse_mps,
-                            vertical_velocity_rmse_mps,
-                            horizontal_rmse_m,
-                            height_rmse_m,
-                            tilt_rmse_deg,
-                            yaw_rmse_deg,
-                            inside_motion,
-                            ..
-                        } = measured(&cut);
-                        let errors = [
-                            velocity_rmse_mps,
-                            vertical_velocity_rmse_mps,
-                            horizontal_rmse_m,
-                            height_rmse_m,
-                            tilt_rmse_deg,
-                            yaw_rmse_deg,
-                        ];
+                        let flown = dataset.estimate(&cut.apply(config), |_| {});
+                        let reference = clean.reference.as_ref();
+                        let of = measure(&flown.solutions, reference, &[], clean.end_s);
                         Ablated {
                             run: run.clone(),
                             cut: cut.name.into(),
-                            errors,
-                            inside: inside_motion,
+                            errors: [
+                                of.velocity_rmse_mps,
+                                of.vertical_velocity_rmse_mps,
+                                of.horizontal_rmse_m,
+                                of.height_rmse_m,
+                                of.tilt_rmse_deg,
+                                of.yaw_rmse_deg,
+                            ],
+                            inside: of.inside_motion,
                         }
                     });
                     finished(rows.collect());
@@ -187,19 +170,13 @@ impl Ablation {
     }
 }
 
-/// The log with faults, and its settings; `None` where the log lacks the sensor of a fault or is rejected.
-fn faulty(
-    log: &Log,
+/// The flight with faults, and its settings; `None` where it lacks the sensor of a fault or is rejected.
+fn opened(
+    clean: &Clean,
     faults: &[Fault],
     seed: u64,
 ) -> Result<Option<(Dataset, EstimatorConfig)>, LogError> {
-    let faulty = match log.with_faults(faults, seed) {
-        Ok(faulty) => faulty,
-        Err(InjectError::Log(error)) => return Err(error),
-        Err(InjectError::Unfit { .. } | InjectError::Place { .. }) => return Ok(None),
-    };
-    let scratch = scratch()?;
-    faulty.write_sensors(scratch.path())?;
+    let Some((_, scratch)) = clean.copy(faults, seed)? else { return Ok(None) };
     let Ok(mut dataset) = Dataset::open(scratch.path()) else { return Ok(None) };
     let Ok(denied) = dataset.check_fitness(scratch.path()) else { return Ok(None) };
     dataset.leave_out(denied);

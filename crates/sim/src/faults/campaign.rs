@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::catalogue::Kind;
 use super::fault::Fault;
 use super::flights::{Clean, Flight};
-use super::injection::{InjectError, Made};
+use super::injection::{FaultyLog, InjectError, Made};
 use super::measure::{Measures, measure, names};
 use super::runner::estimate;
 use super::window::Window;
@@ -152,13 +152,7 @@ impl Clean {
         seeds: u64,
         progress: impl Fn() + Sync,
     ) -> Result<Vec<Outcome>, LogError> {
-        let jobs: Vec<(&Vec<Fault>, u64)> = (cells.iter())
-            .flat_map(|cell| {
-                let is_drawn = !self.is_drawn && cell.iter().any(Fault::is_drawn);
-                let last = if is_drawn { seeds } else { self.seed };
-                (self.seed..=last).map(move |seed| (cell, seed))
-            })
-            .collect();
+        let jobs = self.jobs(cells, seeds);
         let runs = jobs.par_iter().map(|&(cell, seed)| {
             let outcome = self.faulty(cell, seed);
             progress();
@@ -176,8 +170,26 @@ impl Clean {
         Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
     }
 
-    /// This flight with `faults`; `None` where it lacks the sensor of one of them.
-    fn faulty(&self, faults: &[Fault], seed: u64) -> Result<Option<Outcome>, LogError> {
+    /// The faults and seeds of its copies: seeds up to `seeds` where a fault is random, and its own otherwise.
+    pub(super) fn jobs<'a>(
+        &self,
+        cells: &'a [Vec<Fault>],
+        seeds: u64,
+    ) -> Vec<(&'a Vec<Fault>, u64)> {
+        let of_cell = |cell: &'a Vec<Fault>| {
+            let is_drawn = !self.is_drawn && cell.iter().any(Fault::is_drawn);
+            let last = if is_drawn { seeds } else { self.seed };
+            (self.seed..=last).map(move |seed| (cell, seed))
+        };
+        cells.iter().flat_map(of_cell).collect()
+    }
+
+    /// A copy of the sensors with `faults` in a temporary directory; `None` where the flight lacks the sensor of one.
+    pub(super) fn copy(
+        &self,
+        faults: &[Fault],
+        seed: u64,
+    ) -> Result<Option<(FaultyLog, tempfile::TempDir)>, LogError> {
         let faulty = match self.log.with_faults(faults, seed) {
             Ok(faulty) => faulty,
             Err(InjectError::Log(error)) => return Err(error),
@@ -185,6 +197,12 @@ impl Clean {
         };
         let scratch = scratch()?;
         faulty.write_sensors(scratch.path())?;
+        Ok(Some((faulty, scratch)))
+    }
+
+    /// This flight with `faults`; `None` where it lacks the sensor of one of them.
+    fn faulty(&self, faults: &[Fault], seed: u64) -> Result<Option<Outcome>, LogError> {
+        let Some((faulty, scratch)) = self.copy(faults, seed)? else { return Ok(None) };
         let windows: Vec<Window> = faulty.made.iter().map(|made| made.window).collect();
         let run =
             catch_unwind(AssertUnwindSafe(|| Dataset::open(scratch.path()).and_then(estimate)));
