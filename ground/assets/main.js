@@ -5,6 +5,7 @@ import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, r
 import { choose, question, say } from "./chooser.js";
 import { angles, attitude, heading, track } from "./instruments.js";
 import { clear, hover } from "./panels.js";
+import { turnSound } from "./warning.js";
 import * as records from "./records.js";
 
 const byId = (name) => document.getElementById(name);
@@ -99,6 +100,7 @@ byId("add").onclick = addPlot;
 byId("record").onclick = record;
 byId("mark").onclick = mark;
 byId("theme").onclick = turnTheme;
+byId("sound").onclick = turnSound;
 for (const button of document.querySelectorAll("nav button")) button.onclick = () => show(button.dataset.tab);
 
 const KEYS = {

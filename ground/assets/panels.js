@@ -1,5 +1,6 @@
 // Lamps, alarms, the hover view, the test points and the log.
 
+import { warn } from "./warning.js";
 import { ask, channels, element, now, on, told, time, write } from "./station.js";
 
 const byId = (name) => document.getElementById(name);
@@ -23,7 +24,8 @@ let reasons = [];
 on("state", (state) => {
   const { link, what, recording } = state;
   flows = link.wanted;
-  linkLamp(link, state.record);
+  linkLamp(link, what.silence, state.record);
+  warn(state.record ? null : what.silence, link.wanted && known(link.age_s));
   const place = byId("lamps");
   while (place.children.length > what.lamps.length) place.lastChild.remove();
   what.lamps.forEach((one, k) => {
@@ -47,20 +49,27 @@ on("state", (state) => {
   points(what);
 });
 
+const LOST = "no connection to the station";
+
+/** Without the station, nothing on the page describes the vehicle. */
 on("lost", (why) => {
-  lamp(byId("link"), "bad", "no connection to the station", "");
+  lamp(byId("link"), "bad", LOST, "");
+  for (const node of byId("lamps").children) lamp(node, "unknown", node.children[1].textContent, LOST);
+  write(byId("flies"), LOST);
+  control({ control: { flies: LOST, mode: null, states: [], refusals: [], engagement: { light: "unknown", why: LOST } } }, Infinity);
+  stepNow(null, LOST);
+  warn(LOST, true);
   byId("alarms").dataset.text = "lost";
   byId("alarms").replaceChildren(element("span", "", why ? `The ground station refuses this page: ${why}` : "The ground station does not answer: all values on this page are old"));
 });
 
-function linkLamp(link, record) {
+function linkLamp(link, silence, record) {
   if (record) return lamp(byId("link"), "care", `record ${record.name}${record.is_cut ? " (truncated)" : ""}`, "");
   if (link.name === "no link") return lamp(byId("link"), "unknown", "no vehicle: records only", "");
-  const silent = !known(link.age_s) || link.age_s > 1;
-  const light = silent ? (link.wanted ? "bad" : "care") : link.lost + link.late > 0.02 * link.frames + 5 ? "care" : "good";
+  const light = silence ? (link.wanted ? "bad" : "care") : link.lost + link.late > 0.02 * link.frames + 5 ? "care" : "good";
   const counts = `${link.lost} lost, ${link.damaged} damaged, ${link.late} late`;
-  const words = silent
-    ? !link.wanted ? "vehicle paused" : known(link.age_s) ? `no frame for ${link.age_s.toFixed(1)} s` : `no telemetry (${link.port || link.name})`
+  const words = silence
+    ? known(link.age_s) ? silence : `${silence} (${link.port || link.name})`
     : `${link.rate_hz.toFixed(0)} Hz · ${(link.bytes_per_s / 1000).toFixed(1)} kB/s · ${counts}`;
   lamp(byId("link"), light, words, "");
   byId("link").title = `${link.name}, ${link.protocol ?? "protocol unknown"}: ${link.frames} frames, ${counts}, silent ${link.outages} times, last frame ${known(link.age_s) ? link.age_s.toFixed(2) : "–"} s ago`;
@@ -68,9 +77,7 @@ function linkLamp(link, record) {
 
 function alarms({ link, what, record }) {
   const list = [];
-  if (!record && link.wanted && (!known(link.age_s) || link.age_s > 1)) {
-    list.push(known(link.age_s) ? `No telemetry for ${link.age_s.toFixed(0)} s: all values are old` : "No telemetry yet");
-  }
+  if (!record && link.wanted && what.silence) list.push(what.silence);
   const bad = what.lamps.filter((one) => one.light === "bad");
   for (const one of bad) list.push(`${one.name}: ${one.why}`);
   for (const [name, value] of what.alarms) {
@@ -99,13 +106,11 @@ function control({ control: state, since, span }, at) {
   const mode = `${state.flies}${state.mode ? `, ${state.mode}` : ""}`;
   const seconds = since ? Math.max(0, Math.min(at, span[1]) - since[0]) : 0;
   const least = since && !since[1] ? "≥ " : "";
-  write(byId("mode"), `${mode} · ${least}${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
+  write(byId("mode"), since ? `${mode} · ${least}${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}` : mode);
   write(byId("mode-why"), reasons.findLast((one) => one.time_s <= at)?.text ?? "");
   items(byId("states"), state.states, "");
-  const none = state.mode === null;
-  const closed = state.states.some((one) => one.includes("until it is opened"));
-  write(byId("ready"), none ? "not reported" : closed ? "open the switch first" : state.refusals.length ? `refused: ${state.refusals.length === 1 ? "1 check fails" : `${state.refusals.length} checks fail`}` : "ready");
-  byId("ready").className = `large ${none ? "unknown" : state.refusals.length ? "bad" : closed ? "care" : "good"}`;
+  write(byId("ready"), state.engagement.why);
+  byId("ready").className = `large ${state.engagement.light}`;
   items(byId("refusals"), state.refusals, "");
 }
 
@@ -145,12 +150,17 @@ function cells(body, rows) {
   body.replaceChildren(...rows.map(({ light, row }) => element("tr", light ?? "", ...row.map((cell) => element("td", "", cell)))));
 }
 
-function points({ under_way: flown, steps, progress }) {
+/** The step that is flown now. */
+function stepNow(flown, silence) {
   const card = byId("now-flown");
   const [bar, size] = [card.querySelector("i"), card.querySelector("em")];
-  write(card.querySelector("p"), flown ? `${flown.stick} ${flown.size_pct.toFixed(1)} %, ${flown.held_s.toFixed(1)} s of 1.5 s` : "at trim");
+  write(card.querySelector("p"), flown ? `${flown.stick} ${flown.size_pct.toFixed(1)} %, ${flown.held_s.toFixed(1)} s of 1.5 s` : silence ?? "at trim");
   size.style.left = flown ? `${Math.min(100, 5 * Math.abs(flown.size_pct))}%` : "0";
   bar.style.width = flown ? `${Math.min(100, flown.held_s / 1.5 * 100)}%` : "0";
+}
+
+function points({ under_way: flown, steps, progress, silence }) {
+  stepNow(flown, silence);
   cells(byId("progress").tBodies[0], progress.map((one) => ({
     light: one.verdict === "good" ? "good" : one.verdict.includes("again") ? "bad" : "",
     row: [one.stick, `${one.good} of ${one.wanted}`, `${one.drift_pct.toFixed(1)} %`, known(one.coherence) ? one.coherence.toFixed(2) : "–", one.verdict],

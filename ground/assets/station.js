@@ -31,10 +31,13 @@ function tell(what, value) {
 export const channels = new Map();
 export const now = new Map();
 export const clock = { t: null, received: 0, delay: 0 };
+/** Time without a message after which the connection is lost, ms; the station sends every 40 ms. */
+const SILENT = 2000;
 let order = [];
 let socket = null;
 let wait = 250;
 let refused = null;
+let heard = 0;
 
 export function ask(request) {
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(request));
@@ -51,13 +54,15 @@ async function refusal() {
 export function connect() {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   socket = new WebSocket(`${scheme}://${location.host}${address("/socket")}`);
+  heard = performance.now();
   socket.onopen = () => { wait = 250; refused = null; };
   socket.onmessage = ({ data }) => {
+    heard = performance.now();
     const message = JSON.parse(data);
     if (message.tick) {
       clock.t = message.tick.t;
       clock.received = performance.now();
-      clock.delay = message.tick.t === null ? 0 : Date.now() / 1000 - message.tick.t;
+      clock.delay = message.tick.newest === null ? 0 : Date.now() / 1000 - message.tick.newest;
       message.tick.now.forEach((value, place) => now.set(order[place], value));
       tell("tick", message.tick);
     } else if (message.hello) {
@@ -71,8 +76,7 @@ export function connect() {
     }
   };
   socket.onclose = () => {
-    clock.t = null;
-    tell("lost", refused);
+    lose();
     refusal().then((why) => {
       if (why === refused) return;
       refused = why;
@@ -82,6 +86,18 @@ export function connect() {
     wait = Math.min(2 * wait, 4000);
   };
 }
+
+/** Forgets the present values: they are the past from now on. */
+function lose() {
+  clock.t = null;
+  now.clear();
+  tell("lost", refused);
+}
+
+/** A connection that is open but silent is lost too. */
+setInterval(() => {
+  if (socket?.readyState === WebSocket.OPEN && performance.now() - heard > SILENT) lose();
+}, 500);
 
 /** A value with its significant decimals. */
 export function told(name, value) {

@@ -179,7 +179,7 @@ channels! {
         AskedVelN "asked_vel_n_mps" "Commanded VelN" "m/s" 2 -400 400;
         AskedVelU "asked_vel_u_mps" "Commanded VelU" "m/s" 2 -400 400;
         AskedHeading "asked_heading_deg" "Commanded heading" "°" 2 -180 180;
-        FenceShare "fence_pct" "Distance to the fence, share" "%" 1 -100 1000 alarm -100 80;
+        FenceShare "fence_pct" "Distance to the geofence, share" "%" 1 -100 1000 alarm -100 80;
     }
     "Loop" {
         Period "loop_period_ms" "Period" "ms" 2 0 655 alarm 0 45;
@@ -203,6 +203,8 @@ channels! {
         CustomMode "mav_custom_mode" "MAVLink custom mode" "" 0 0 4294967295.0;
         Autopilot "mav_autopilot" "MAVLink autopilot type" "" 0 0 255;
         VehicleKind "mav_type" "MAVLink vehicle type" "" 0 0 255;
+        EstimateStatus "estimate_status_bits" "Status of the estimate, bits" "" 0 0 65535;
+        EstimateStatusKnown "estimate_status_known_bits" "Reported status of the estimate, bits" "" 0 0 65535;
     }
     "Other vehicles" {
         Radio1 "radio_1_ms" "Radio channel 1" "ms" 4 0 4;

@@ -44,22 +44,25 @@ fn said(value: f64, digits: usize, unit: &str) -> String {
 /// The status flags, and the flags that the vehicle reports.
 fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     let bits = |id| Some(value(id)).filter(|bits| !bits.is_nan()).map(|bits| bits as u16);
-    match (bits(Id::Status), bits(Id::StatusKnown)) {
-        (None, _) => (StatusFlags::default(), StatusFlags::default()),
-        // Old records contain only the status of hovernav vehicles, which report all flags.
-        (Some(status), None) => (StatusFlags::from_bits(status), StatusFlags::ALL),
-        (Some(status), Some(known)) => {
-            (StatusFlags::from_bits(status), StatusFlags::from_bits(known))
-        }
+    // Each pair has a rate of its own. Old records contain only the status of hovernav vehicles, which report all flags.
+    let pairs = [(Id::Status, Id::StatusKnown), (Id::EstimateStatus, Id::EstimateStatusKnown)];
+    let (mut all, mut all_known) = (0, 0);
+    for (status, known) in pairs {
+        let Some(status) = bits(status) else { continue };
+        let known = bits(known).unwrap_or(StatusFlags::ALL.bits());
+        all |= status & known;
+        all_known |= known;
     }
+    (StatusFlags::from_bits(all), StatusFlags::from_bits(all_known))
 }
 
-/// The lamps for channel values; `value` returns NaN for unknown channels.
+/// The lamps for channel values; `value` returns NaN for unknown channels. `silence` is the reason why no present values
+/// exist, if so.
 #[must_use]
-pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
+pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     let (status, known) = statuses(&value);
     let is_heard = known != StatusFlags::default() || !value(Id::BaseMode).is_nan();
-    let silent = if is_heard { "not reported" } else { "no telemetry" };
+    let silent = silence.unwrap_or(if is_heard { "not reported" } else { "no telemetry" });
     let mut lamps = Vec::new();
     let mut light = |name, known: bool, light, why: String| {
         let unknown = || lamp(name, Light::Unknown, silent);
@@ -70,6 +73,8 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
 
     if let Some((is_armed, why)) = arming(&value, status, known) {
         light("arming", true, or(is_armed, Light::Care), why.into());
+    } else if silence.is_some() {
+        light("arming", false, Light::Unknown, String::new());
     }
     let why = either(status.imu, "samples arrive", "no valid samples");
     light("inertial unit", known.imu, or(status.imu, Light::Bad), why);
@@ -130,7 +135,7 @@ pub fn lamps(value: impl Fn(Id) -> f64) -> Vec<Lamp> {
         } else {
             Light::Good
         };
-        lamps.push(lamp("fence", light, format!("{fence:.0} % of the distance to it")));
+        lamps.push(lamp("geofence", light, format!("{fence:.0} % of the distance to it")));
     }
     lamps
 }
@@ -174,11 +179,13 @@ pub struct Control {
     pub states: Vec<&'static str>,
     /// The checks that would prevent an engagement now.
     pub refusals: Vec<&'static str>,
+    /// Whether an engagement is possible now.
+    pub engagement: Lamp,
 }
 
-/// The flight control for channel values.
+/// The flight control for channel values, and `silence` as in [`lamps`].
 #[must_use]
-pub fn control(value: impl Fn(Id) -> f64) -> Control {
+pub fn control(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Control {
     let modes = [
         "starting",
         "aligning",
@@ -196,7 +203,8 @@ pub fn control(value: impl Fn(Id) -> f64) -> Control {
         Some(modes::name(kind[0], kind[1], u32::try_from(place(Id::CustomMode)?).ok()?))
     };
     let own = place(Id::SystemMode).and_then(|mode| Some((*modes.get(mode)?).to_owned()));
-    let flies = own.or_else(other).unwrap_or_else(|| "unknown".into());
+    let unknown = silence.unwrap_or("unknown");
+    let flies = own.or_else(other).unwrap_or_else(|| unknown.into());
     let mode = place(Id::AutopilotMode).and_then(|mode| Some(Mode::ALL.get(mode)?.name()));
     let flags = ControlFlags::from_bits(place(Id::Control).unwrap_or(0) as u8);
     let states = [
@@ -204,21 +212,30 @@ pub fn control(value: impl Fn(Id) -> f64) -> Control {
         (flags.refused, "the switch has no effect until it is opened once"),
         (flags.pilot_lost, "the pilot's signal is lost: the autopilot holds"),
         (flags.descends, "no pilot: the autopilot descends"),
-        (flags.outside_fence, "the fence is reached: the autopilot returns"),
+        (flags.outside_fence, "the geofence is reached: the autopilot returns"),
         (flags.at_end, "a control is at its limit"),
         (flags.excited, "the autopilot flies a test input"),
     ];
-    let failed = place(Id::FailedChecks).unwrap_or(0);
+    let failed = place(Id::FailedChecks);
+    let refusals: Vec<_> = Check::ALL
+        .iter()
+        .enumerate()
+        .filter(|(bit, _)| failed.unwrap_or(0) >> bit & 1 != 0)
+        .map(|(_, check)| check.name())
+        .collect();
+    let (light, why) = match (mode.and(failed), refusals.len()) {
+        (None, _) => (Light::Unknown, silence.unwrap_or("not reported").to_owned()),
+        (_, 1) => (Light::Bad, "refused: 1 check fails".into()),
+        (_, 2..) => (Light::Bad, format!("refused: {} checks fail", refusals.len())),
+        _ if flags.refused => (Light::Care, "open the switch first".into()),
+        _ => (Light::Good, "ready".into()),
+    };
     Control {
         flies,
         mode,
         states: states.into_iter().filter(|(is, _)| *is).map(|(_, words)| words).collect(),
-        refusals: Check::ALL
-            .iter()
-            .enumerate()
-            .filter(|(bit, _)| failed >> bit & 1 != 0)
-            .map(|(_, check)| check.name())
-            .collect(),
+        refusals,
+        engagement: lamp("engagement", light, why),
     }
 }
 
@@ -235,7 +252,7 @@ mod tests {
             Id::SigmaTilt => 9.5,
             _ => f64::NAN,
         };
-        let lamps = lamps(value);
+        let lamps = lamps(value, None);
         let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
         assert_eq!(of("inertial unit").light, Light::Good);
         assert_eq!(of("GPS").why, "no fix, 3 satellites");
@@ -254,7 +271,7 @@ mod tests {
             Id::BaseMode => 0x51.into(),
             _ => f64::NAN,
         };
-        let lamps = lamps(own);
+        let lamps = lamps(own, None);
         let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
         assert_eq!((of("pilot").light, of("pilot").why.as_str()), (Light::Unknown, "not reported"));
         assert_eq!((of("attitude").light, of("position").light), (Light::Good, Light::Care));
@@ -270,9 +287,10 @@ mod tests {
             Id::Control => 1.0,
             _ => f64::NAN,
         };
-        let control = control(value);
+        let control = control(value, None);
         assert_eq!((control.flies.as_str(), control.mode), ("the pilot", Some("manual")));
         assert_eq!(control.refusals, ["age of the last fix, s", "servos"]);
         assert_eq!(control.states, ["the switch is closed"]);
+        assert_eq!(control.engagement.why, "refused: 2 checks fail");
     }
 }

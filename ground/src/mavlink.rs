@@ -130,7 +130,7 @@ impl Decoder {
         }
         let Some(vehicle) = &mut self.vehicle else { return };
         match (frame.id, &message) {
-            (ekf_status::ID, _) => said(vehicle.translator.ekf_status(frame.payload)),
+            (ekf_status::ID, _) => said(Translator::ekf_status(frame.payload)),
             (_, Some(message)) => vehicle.translator.said(message, frame.payload, said),
             (_, None) => {}
         }

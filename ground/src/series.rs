@@ -9,9 +9,12 @@ pub type Point = (f64, f64);
 const GAP_PERIODS: f64 = 3.0;
 /// Limits of the shortest time without a value that makes a gap, s.
 const GAP_S: (f64, f64) = (0.25, 3.0);
-/// Time without a value, in usual periods, after which a channel is silent, and the shortest such time, s.
-const SILENT_PERIODS: f64 = 4.0;
-const SILENT_S: f64 = 2.0;
+/// Time without a value, in usual periods, after which a channel is silent.
+pub const SILENT_PERIODS: f64 = 2.0;
+/// Additional time, s, for the delays of the link.
+pub const SILENT_MARGIN_S: f64 = 0.2;
+/// Assumed period of a channel with a single value, s.
+const FIRST_PERIOD_S: f64 = 1.0;
 /// Initial capacity, values.
 const LEAST: usize = 256;
 /// Weight of the newest period in the average period.
@@ -135,7 +138,8 @@ impl Series {
     /// The newest value; `None` in a gap, or if the channel is silent at `now_s`.
     #[must_use]
     pub fn latest(&self, now_s: f64) -> Option<Point> {
-        let longest_s = (SILENT_PERIODS * self.period_s).max(SILENT_S);
+        let period_s = if self.heard > 1 { self.period_s } else { FIRST_PERIOD_S };
+        let longest_s = SILENT_PERIODS * period_s + SILENT_MARGIN_S;
         let &(last_s, value) = self.points.back()?;
         (now_s - last_s <= longest_s && !value.is_nan()).then_some((last_s, value))
     }
@@ -348,13 +352,13 @@ mod tests {
     #[test]
     fn a_channel_that_falls_silent_has_no_value_any_more() {
         let series = at_33_hz(100, |_| 1.0);
-        assert_eq!(series.at(4.0), Some(1.0));
-        assert_eq!((series.at(6.0), series.latest(6.0)), (None, None));
+        assert_eq!(series.at(3.2), Some(1.0));
+        assert_eq!((series.at(3.3), series.latest(3.3)), (None, None));
         let mut slow = Series::new(100);
         for k in 0..50 {
             slow.push(f64::from(k), 1.0);
         }
-        assert_eq!((slow.at(52.0), slow.at(56.0)), (Some(1.0), None));
+        assert_eq!((slow.at(51.1), slow.at(51.3)), (Some(1.0), None));
     }
 
     #[test]

@@ -9,18 +9,33 @@ use crate::clock::VehicleClock;
 use crate::decode::{Arrived, Counts, Decoder, Protocol};
 use crate::frames::Rigging;
 use crate::record::{RecordError, Recorder, Recording};
+use crate::series::{SILENT_MARGIN_S, SILENT_PERIODS};
 use crate::store::{Batch, Marker, Store, TextLevel, TextLine};
 use crate::test_points::TestPoints;
 
 /// Stored values per channel: 20 minutes at 33 Hz. Older values are only in the record.
 const ROOM: usize = 40_000;
-/// Time without a frame after which the link is down, s.
+/// Shortest time without a frame after which the link is down, s.
 const SILENT_S: f64 = 1.0;
+/// Delay of the last frame relative to the fastest, s, above which the telemetry is the past.
+const LATE_S: f64 = 1.0;
+/// Weight of the newest period in the usual period of the link, and the longest period that counts, s.
+const SHARE: f64 = 0.1;
+const LONGEST_PERIOD_S: f64 = 3.0;
 
 /// The present time, seconds since the start of 1970.
 #[must_use]
 pub fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
+}
+
+/// A time in words: whole seconds, from two minutes on minutes.
+fn lasted(seconds: f64) -> String {
+    if seconds < 120.0 {
+        format!("{seconds:.0} s")
+    } else {
+        format!("{:.0} min", (seconds / 60.0).floor())
+    }
 }
 
 /// The state of the link.
@@ -65,6 +80,8 @@ pub struct Station {
     recorder: Option<Recorder>,
     link: LinkState,
     last_frame_s: Option<f64>,
+    /// Usual time between two arrivals of frames, s.
+    period_s: Option<f64>,
     /// Arrival time minus ground time of the last frame with a time, s; zero for the fastest.
     behind_s: f64,
     silent: bool,
@@ -84,6 +101,7 @@ impl Station {
             recorder: None,
             link: LinkState { name: link.to_owned(), wanted: true, ..LinkState::default() },
             last_frame_s: None,
+            period_s: None,
             behind_s: 0.0,
             silent: true,
             before: (0.0, Counts::default()),
@@ -94,8 +112,15 @@ impl Station {
     pub fn receive(&mut self, bytes: &[u8], arrival_s: f64) {
         let mut arrived = Vec::new();
         self.decoder.receive(bytes, |what| arrived.push(what));
-        for what in arrived {
+        if !arrived.is_empty() {
+            if let Some(last_s) = self.last_frame_s {
+                let since_s = (arrival_s - last_s).clamp(0.0, LONGEST_PERIOD_S);
+                let period_s = self.period_s.get_or_insert(since_s);
+                *period_s += SHARE * (since_s - *period_s);
+            }
             self.last_frame_s = Some(arrival_s);
+        }
+        for what in arrived {
             if std::mem::take(&mut self.silent) {
                 self.note(arrival_s, TextLevel::Info, "link: frames arrive");
             }
@@ -141,10 +166,12 @@ impl Station {
             self.link.bytes_per_s = a_second(counts.bytes, before.bytes);
             self.before = (now_s, counts);
         }
-        if !self.silent && self.last_frame_s.is_some_and(|last_s| now_s - last_s > SILENT_S) {
-            self.silent = true;
+        if let Some(silent_s) = self.silent_s(now_s)
+            && !std::mem::replace(&mut self.silent, true)
+        {
             self.link.outages += 1;
-            self.note(now_s, TextLevel::Warning, "link: no frame for 1 s");
+            let text = format!("link: no frame for {}", lasted(silent_s));
+            self.note(now_s, TextLevel::Warning, &text);
         }
         self.test_points.judge(&self.store);
     }
@@ -163,6 +190,47 @@ impl Station {
             damaged,
             lost,
             ..self.link.clone()
+        }
+    }
+
+    /// Time since the last frame, s, if the link is down at `now_s`: after two usual periods, and after a second at the
+    /// earliest. Before the first frame `None`.
+    fn silent_s(&self, now_s: f64) -> Option<f64> {
+        let periods_s = SILENT_PERIODS * self.period_s.unwrap_or(0.0) + SILENT_MARGIN_S;
+        self.last_frame_s
+            .map(|last_s| now_s - last_s)
+            .filter(|since_s| *since_s > periods_s.max(SILENT_S))
+    }
+
+    /// Why nothing that arrived describes the vehicle at `now_s`, in words; `None` while telemetry arrives.
+    #[must_use]
+    pub fn silence(&self, now_s: f64) -> Option<String> {
+        let paused = if self.link.wanted { "" } else { "paused: " };
+        if self.last_frame_s.is_none() {
+            return Some(format!("{paused}no telemetry yet"));
+        }
+        if let Some(silent_s) = self.silent_s(now_s) {
+            return Some(format!("{paused}no telemetry for {}", lasted(silent_s)));
+        }
+        let late_s = self.link.delay_s;
+        (late_s > LATE_S).then(|| format!("telemetry arrives {} late", lasted(late_s)))
+    }
+
+    /// The time of validity, seconds since the start of 1970, of a value that leaves the vehicle at `now_s`. Stored
+    /// values are older.
+    #[must_use]
+    pub fn present_s(&self, now_s: f64) -> f64 {
+        let late_s = if self.link.delay_s > LATE_S { self.link.delay_s } else { 0.0 };
+        now_s - self.behind_s + late_s
+    }
+
+    /// The value of a channel at `now_s`, seconds since the start of 1970; NaN if unknown, or older than two of its usual
+    /// periods.
+    #[must_use]
+    pub fn latest(&self, id: Id, now_s: f64) -> f64 {
+        match self.silent_s(now_s) {
+            Some(_) => f64::NAN,
+            None => self.store.latest(id, self.present_s(now_s)),
         }
     }
 
@@ -206,9 +274,9 @@ impl Station {
         self.store.say(line);
     }
 
-    /// Adds a marker at the time of the newest value.
-    pub fn mark(&mut self, note: &str) {
-        let time_s = self.store.span().map_or_else(now_s, |(_, to_s)| to_s);
+    /// Adds a marker at `now_s`, seconds since the start of 1970.
+    pub fn mark(&mut self, now_s: f64, note: &str) {
+        let time_s = self.present_s(now_s);
         let marker = Marker { time_s, note: note.to_owned() };
         if let Some(recorder) = &self.recorder {
             recorder.mark(marker.clone());

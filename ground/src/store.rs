@@ -120,10 +120,10 @@ impl Store {
         &self.series[id as usize]
     }
 
-    /// The newest value of a channel; NaN if unknown, or if the channel is silent while others are not.
+    /// The newest value of a channel; NaN if unknown, or if the channel is silent at `now_s`, seconds since the start of
+    /// 1970.
     #[must_use]
-    pub fn latest(&self, id: Id) -> f64 {
-        let now_s = self.span.map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
+    pub fn latest(&self, id: Id, now_s: f64) -> f64 {
         self.series(id).latest(now_s).map_or(f64::NAN, |(_, value)| value)
     }
 

@@ -27,7 +27,7 @@ fn an_hour_of_every_channel_at_33_hz_leaves_memory_flat_and_loses_nothing() {
     minutes(&mut station, 38);
     let after = resident();
     let link = station.link(1e9 + 3600.0);
-    let known = Id::all().filter(|id| !station.store.latest(*id).is_nan()).count();
+    let known = Id::all().filter(|id| !station.latest(*id, 1e9 + 3600.0).is_nan()).count();
     println!(
         "{known} channels, {:.0} MB full, {:.0} MB after an hour",
         full as f64 / 1e6,

@@ -38,9 +38,6 @@ pub struct Translator {
     attitude: Option<EulerAngles>,
     /// Whether LOCAL_POSITION_NED arrives, whose velocity is finer than in GLOBAL_POSITION_INT.
     hears_velocity: bool,
-    /// Status flags, and the flags that the vehicle reports.
-    status: StatusFlags,
-    known: StatusFlags,
     /// An incomplete text: its number, level and first pieces.
     text: Option<(u16, TextLevel, String)>,
 }
@@ -147,8 +144,8 @@ impl Translator {
                 let ids = [Radio1, Radio2, Radio3, Radio4, Radio5, Radio6, Radio7, Radio8];
                 (boot(m.time_boot_ms), ids.into_iter().zip(pulses.map(width_ms)).collect())
             }
-            MavMessage::SYS_STATUS(m) => (None, self.system(m)),
-            MavMessage::ESTIMATOR_STATUS(m) => (None, self.estimator(m)),
+            MavMessage::SYS_STATUS(m) => (None, Self::system(m)),
+            MavMessage::ESTIMATOR_STATUS(m) => (None, Self::estimator(m)),
             _ => return None,
         })
     }
@@ -223,7 +220,7 @@ impl Translator {
         Some(ids.iter().copied().zip(pulses.map(width_ms)).collect())
     }
 
-    fn system(&mut self, m: &SYS_STATUS_DATA) -> Values {
+    fn system(m: &SYS_STATUS_DATA) -> Values {
         use MavSysStatusSensor as S;
         let watched = m.onboard_control_sensors_present & m.onboard_control_sensors_enabled;
         let has = |sensor: S| watched.contains(sensor);
@@ -231,26 +228,17 @@ impl Translator {
         let unit = S::MAV_SYS_STATUS_SENSOR_3D_GYRO | S::MAV_SYS_STATUS_SENSOR_3D_ACCEL;
         let (gps, radio) = (S::MAV_SYS_STATUS_SENSOR_GPS, S::MAV_SYS_STATUS_SENSOR_RC_RECEIVER);
         let (motors, log) = (S::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, S::MAV_SYS_STATUS_LOGGING);
-        self.known = StatusFlags {
-            imu: has(unit),
-            gps: has(gps),
-            pilot_signal: has(radio),
-            servos: has(motors),
-            recorder: has(log),
-            ..self.known
-        };
-        self.status = StatusFlags {
-            imu: works(unit),
-            gps: works(gps),
-            pilot_signal: works(radio),
-            servos: works(motors),
-            recorder: works(log),
-            ..self.status
+        let flags = |is: &dyn Fn(S) -> bool| {
+            let [imu, gps, pilot_signal, servos, recorder] =
+                [unit, gps, radio, motors, log].map(is);
+            let flags =
+                StatusFlags { imu, gps, pilot_signal, servos, recorder, ..Default::default() };
+            Some(f64::from(flags.bits()))
         };
         // A disabled check reads as failed or passed, depending on the vehicle.
         let checks = S::MAV_SYS_STATUS_PREARM_CHECK;
         let passes = has(checks).then(|| f64::from(u8::from(works(checks))));
-        let mut values = self.status();
+        let mut values = vec![(Status, flags(&works)), (StatusKnown, flags(&has))];
         let percent = Some(f64::from(m.battery_remaining)).filter(|percent| *percent >= 0.0);
         values.push((Battery, known(m.voltage_battery).map(|millivolts| 1e-3 * millivolts)));
         values.push((BatteryLeft, percent));
@@ -258,8 +246,8 @@ impl Translator {
         values
     }
 
-    fn estimator(&mut self, m: &ESTIMATOR_STATUS_DATA) -> Values {
-        let mut values = self.estimate(m.flags);
+    fn estimator(m: &ESTIMATOR_STATUS_DATA) -> Values {
+        let mut values = Self::estimate(m.flags);
         let sigmas = |ratio| finite(ratio).map(|ratio| GATE * ratio);
         values.extend([
             (SigmaHorizontal, finite(m.pos_horiz_accuracy)),
@@ -272,9 +260,9 @@ impl Translator {
     }
 
     /// Decodes EKF_STATUS_REPORT of ArduPilot.
-    pub fn ekf_status(&mut self, payload: &[u8]) -> Said {
+    pub fn ekf_status(payload: &[u8]) -> Said {
         let told = EkfStatus::of(payload);
-        let mut values = self.estimate(EstimatorStatusFlags::from_bits_truncate(told.flags));
+        let mut values = Self::estimate(EstimatorStatusFlags::from_bits_truncate(told.flags));
         let sigmas = |ratio| finite(ratio).map(|ratio| GATE * ratio);
         values.extend([
             (InnovationPosition, sigmas(told.position)),
@@ -284,19 +272,19 @@ impl Translator {
         Said::Values(None, values)
     }
 
-    fn estimate(&mut self, flags: EstimatorStatusFlags) -> Values {
+    fn estimate(flags: EstimatorStatusFlags) -> Values {
         use EstimatorStatusFlags as F;
         let attitude = flags.contains(F::ESTIMATOR_ATTITUDE);
         let velocity = flags.contains(F::ESTIMATOR_VELOCITY_HORIZ);
         let position = flags.contains(F::ESTIMATOR_POS_HORIZ_ABS);
-        self.known = StatusFlags { attitude: true, velocity: true, position: true, ..self.known };
-        self.status = StatusFlags { attitude, velocity, position, ..self.status };
-        self.status()
-    }
-
-    fn status(&self) -> Values {
-        let bits = |flags: StatusFlags| Some(f64::from(flags.bits()));
-        vec![(Status, bits(self.status)), (StatusKnown, bits(self.known))]
+        let bits = |attitude, velocity, position| {
+            let flags = StatusFlags { attitude, velocity, position, ..Default::default() };
+            Some(f64::from(flags.bits()))
+        };
+        vec![
+            (EstimateStatus, bits(attitude, velocity, position)),
+            (EstimateStatusKnown, bits(true, true, true)),
+        ]
     }
 
     fn text(&mut self, m: &STATUSTEXT_DATA, payload: &[u8], said: &mut impl FnMut(Said)) {

@@ -25,6 +25,7 @@ const FILES: &[(&str, &str, &str)] = files![
     "chooser.js" SCRIPT,
     "instruments.js" SCRIPT,
     "panels.js" SCRIPT,
+    "warning.js" SCRIPT,
     "records.js" SCRIPT,
     "uPlot.iife.min.js" SCRIPT,
     "uPlot.min.css" STYLE,

@@ -115,7 +115,7 @@ impl Session {
             }
             Request::Pause {} => self.player()?.pause(),
             Request::Mark { note } => match self.source {
-                Source::Live => lock(&shared.station).mark(&note),
+                Source::Live => lock(&shared.station).mark(now_s(), &note),
                 Source::Record(_) => return Err(
                     "found an open record, expected the live vehicle: a finished record cannot be marked"
                         .into(),
@@ -148,26 +148,20 @@ impl Session {
     }
 
     /// The data since the last call, `elapsed_s` ago: the present values, and the new points of the watched channels.
+    /// `t` is the present time or the position in the record, `newest` that of the newest data.
     pub fn tick(&mut self, elapsed_s: f64) -> Value {
         if let Source::Record(player) = &mut self.source {
             player.advance(elapsed_s);
         }
-        let position_s = match &self.source {
-            Source::Live => None,
-            Source::Record(player) => Some(player.position_s()),
-        };
+        let now_s = now_s();
         let sent_s = self.sent_s;
         let mut turned = std::mem::take(&mut self.turned);
         let mut until_s = sent_s;
-        let message = self.with_store(|store| {
-            let (_, to_s) = store.span().unwrap_or((0.0, f64::NEG_INFINITY));
-            until_s = position_s.unwrap_or(to_s).max(sent_s);
+        let mut message = |store: &Store, at_s: f64, newest_s: f64, value: &dyn Fn(Id) -> f64| {
+            until_s = newest_s.max(sent_s);
             // After the first values, the client must redraw.
             turned |= !sent_s.is_finite() && until_s.is_finite();
-            let now: Vec<Value> = match position_s {
-                None => Id::all().map(|id| finite(store.latest(id))).collect(),
-                Some(at_s) => Id::all().map(|id| finite(store.at(id, at_s))).collect(),
-            };
+            let now: Vec<Value> = Id::all().map(|id| finite(value(id))).collect();
             let new: serde_json::Map<String, Value> = self
                 .watched
                 .iter()
@@ -179,8 +173,23 @@ impl Session {
                     (!new.is_empty()).then(|| (id.channel().name.to_owned(), points(&new)))
                 })
                 .collect();
-            json!({"tick": {"t": finite(until_s), "turned": turned, "now": now, "points": new}})
-        });
+            let t = if until_s.is_finite() { finite(at_s) } else { Value::Null };
+            json!({"tick": {
+                "t": t, "newest": finite(until_s), "turned": turned, "now": now, "points": new,
+            }})
+        };
+        let message = match &self.source {
+            Source::Live => {
+                let station = lock(&self.shared.station);
+                let newest_s = station.store.span().map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
+                let at_s = station.present_s(now_s).max(newest_s);
+                message(&station.store, at_s, newest_s, &|id| station.latest(id, now_s))
+            }
+            Source::Record(player) => {
+                let (store, at_s) = (&player.record.store, player.position_s());
+                message(store, at_s, at_s, &|id| store.at(id, at_s))
+            }
+        };
         self.sent_s = until_s;
         message
     }
@@ -193,21 +202,21 @@ impl Session {
         let mut station = lock(&self.shared.station);
         station.tick(now);
         let (link, recording) = (station.link(now), station.recording());
-        let describe = |store: &Store, test_points: &TestPoints, at_s: Option<f64>| {
-            let value = |id| match at_s {
-                None => store.latest(id),
-                Some(at_s) => store.at(id, at_s),
-            };
+        let describe = |store: &Store,
+                        test_points: &TestPoints,
+                        at_s: f64,
+                        silence: Option<&str>,
+                        value: &dyn Fn(Id) -> f64| {
             let alarms: Vec<Value> = Id::all()
                 .filter(|&id| id.channel().alarms(value(id)))
                 .map(|id| json!([id.channel().name, value(id)]))
                 .collect();
-            let now_s = at_s.or_else(|| Some(store.span()?.1)).unwrap_or_default();
+            let under_way = test_points.under_way().filter(|_| silence.is_none());
             json!({
-                "since": store.in_mode_since(now_s), "span": store.span(),
-                "lamps": lamps(value), "control": control(value),
+                "since": store.in_mode_since(at_s), "span": store.span(), "silence": silence,
+                "lamps": lamps(value, silence), "control": control(value, silence),
                 "alarms": alarms, "steps": test_points.steps(),
-                "progress": test_points.progress(), "under_way": test_points.under_way(),
+                "progress": test_points.progress(), "under_way": under_way,
             })
         };
         let mut collect = |store: &Store| {
@@ -221,7 +230,10 @@ impl Session {
         let (what, record) = match &self.source {
             Source::Live => {
                 collect(&station.store);
-                (describe(&station.store, &station.test_points, None), Value::Null)
+                let (at_s, silence) = (station.present_s(now), station.silence(now));
+                let (store, points) = (&station.store, &station.test_points);
+                let value = |id| station.latest(id, now);
+                (describe(store, points, at_s, silence.as_deref(), &value), Value::Null)
             }
             Source::Record(player) => {
                 drop(station);
@@ -232,7 +244,9 @@ impl Session {
                     "name": loaded.name, "is_cut": loaded.is_cut, "plays": plays, "speed": speed,
                     "at": player.position_s(),
                 });
-                (describe(&loaded.store, &loaded.test_points, Some(player.position_s())), record)
+                let (store, at_s) = (&loaded.store, player.position_s());
+                let value = |id| store.at(id, at_s);
+                (describe(store, &loaded.test_points, at_s, None, &value), record)
             }
         };
         (self.texts, self.markers) = numbers;

@@ -18,6 +18,7 @@ use hovernav::telemetry::{
     SystemMode, frame,
 };
 use hovernav::time::Time;
+use hovernav_ground::channel::Id;
 use hovernav_ground::folder::Folder;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::SharedStation;
@@ -200,4 +201,9 @@ impl Client {
 pub fn resident() -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap();
     4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+}
+
+/// The value of a channel at the time of the newest data; NaN if unknown.
+pub fn newest(station: &Station, id: Id) -> f64 {
+    station.store.span().map_or(f64::NAN, |(_, to_s)| station.store.latest(id, to_s))
 }

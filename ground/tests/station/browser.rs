@@ -134,10 +134,20 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
 
     // An interrupted link is reported, and the plot has a gap.
     vehicle.silent.store(true, Ordering::Relaxed);
-    page.wait("document.getElementById('alarms').textContent.includes('No telemetry for')");
-    page.wait("document.getElementById('link').textContent.includes('no frame')");
+    for place in ["alarms", "link", "lamps", "flies", "ready"] {
+        let text = format!("document.getElementById('{place}').textContent");
+        page.wait(&format!("{text}.includes('no telemetry for')"));
+    }
+    page.wait("document.title.includes('no telemetry for')");
+    page.wait("document.querySelectorAll('#lamps .lamp:not(.unknown)').length === 0");
+    page.wait("document.querySelectorAll('#plots .plot:not(.stale)').length === 0");
+    page.wait("document.documentElement.dataset.sounds > 0");
+    page.wait("[...station.now.values()].every((value) => value === null)");
+    page.wait("document.getElementById('angles').textContent.startsWith('roll –°')");
+    page.keep("cut");
     vehicle.silent.store(false, Ordering::Relaxed);
-    page.wait("!document.getElementById('alarms').textContent.includes('No telemetry')");
+    page.wait("!document.getElementById('alarms').textContent.includes('no telemetry')");
+    page.wait("document.querySelector('#lamps .good') && !document.title.includes('no telemetry')");
 
     // Retrieve, seek, play, export.
     page.key("4");
@@ -199,6 +209,15 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     let link = lock(&served.station).link(now_s());
     assert!(link.frames + 4 >= u64::from(sent), "{} of {sent}", link.frames);
     assert!(page.said.is_empty(), "{:?}", page.said);
+
+    // Without the station nothing on the page looks alive.
+    drop(served);
+    for place in ["link", "lamps", "flies", "ready"] {
+        let text = format!("document.getElementById('{place}').textContent");
+        page.wait(&format!("{text}.includes('no connection to the station')"));
+    }
+    page.wait("document.querySelectorAll('#lamps .lamp:not(.unknown)').length === 0");
+    page.wait("station.now.size === 0 && document.title.includes('no connection')");
 }
 
 #[test]
@@ -212,5 +231,5 @@ fn a_page_without_the_token_says_what_is_missing() {
         "Page.navigate",
         serde_json::json!({"url": format!("{address}#token=0123456789abcdef")}),
     );
-    page.wait("document.getElementById('alarms').textContent.includes('No telemetry yet')");
+    page.wait("document.getElementById('alarms').textContent.includes('no telemetry yet')");
 }

@@ -4,6 +4,7 @@
 mod common;
 
 mod browser;
+mod cut;
 mod keeping;
 mod link;
 mod readiness;

@@ -1,7 +1,7 @@
 //! Arming state and age of the GPS fix of a vehicle from another maker.
 
 use crate::common::sender::Sender;
-use crate::common::snapshot;
+use crate::common::{newest, snapshot};
 use approx::assert_abs_diff_eq;
 use hovernav::time::Time;
 use hovernav_ground::channel::Id;
@@ -20,7 +20,7 @@ fn station() -> Station {
 
 /// The reason of the lamp with this name.
 fn why(station: &Station, name: &str) -> String {
-    let lamps = lamps(|id| station.store.latest(id));
+    let lamps = lamps(|id| newest(station, id), None);
     lamps.into_iter().find(|lamp| lamp.name == name).unwrap().why
 }
 
@@ -86,11 +86,11 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
             bytes.extend(vehicle.say(&fix(epoch_us + 1000 * u64::from(taken_ms))));
             station.receive(&bytes, 1e9 + 0.1 * f64::from(k));
             let expected = 0.1 * f64::from(k) - 1e-3 * (f64::from(taken_ms) - 10_000.0);
-            let found = station.store.latest(Id::GpsAge);
+            let found = newest(&station, Id::GpsAge);
             assert_abs_diff_eq!(found, expected, epsilon = 0.06);
         }
         assert_eq!(why(&station, "GPS"), "3D fix, 12 satellites, 5.2 s old");
-        assert!(Id::GpsAge.channel().alarms(station.store.latest(Id::GpsAge)));
+        assert!(Id::GpsAge.channel().alarms(newest(&station, Id::GpsAge)));
     }
 }
 
@@ -102,7 +102,7 @@ fn a_fix_whose_age_nobody_tells_has_none() {
         let mut bytes = vehicle.attitude(10_000, 0.1);
         bytes.extend(vehicle.say(&fix(time_usec)));
         station.receive(&bytes, 1e9);
-        assert!(station.store.latest(Id::GpsAge).is_nan(), "{time_usec}");
+        assert!(newest(&station, Id::GpsAge).is_nan(), "{time_usec}");
         assert_eq!(why(&station, "GPS"), "3D fix, 12 satellites");
     }
 }
@@ -121,7 +121,7 @@ fn a_vehicle_of_this_project_tells_the_age_of_its_fix_by_mavlink_too() {
             mavlink.encode(&snapshot(time_s), &mut bytes);
             station.receive(&bytes, 1e9 + time_s);
         }
-        let found = station.store.latest(Id::GpsAge);
+        let found = newest(&station, Id::GpsAge);
         assert!((found - 0.4).abs() < 0.15, "{found} s with {utc_us:?}");
     }
 }

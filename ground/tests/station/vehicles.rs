@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::common::browser::{Browser, chromium};
 use crate::common::sender::Sender;
-use crate::common::serve;
+use crate::common::{newest, serve};
 use approx::assert_abs_diff_eq;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
@@ -76,19 +76,19 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
         (Id::InnovationHeading, 5.0 * 0.050_908_08, 0.01),
     ];
     for (id, value, room) in expected {
-        let found = station.store.latest(id);
+        let found = newest(&station, id);
         assert!((found - value).abs() <= room, "{id:?}: {found}, expected {value}");
     }
     // The vehicle has no GPS receiver and sends zeros for its position. Its outputs are not those of a helicopter.
     for id in [Id::Latitude, Id::GpsLatitude, Id::Altitude, Id::Satellites, Id::ServoThrottle] {
-        let found = station.store.latest(id);
+        let found = newest(&station, id);
         assert!(found.is_nan() || found == 0.0, "{id:?}: {found}");
     }
-    assert!(station.store.latest(Id::Latitude).is_nan());
+    assert!(newest(&station, Id::Latitude).is_nan());
 
-    let value = |id| station.store.latest(id);
-    assert_eq!(control(value).flies, "MANUAL");
-    let lamps = lamps(value);
+    let value = |id| newest(&station, id);
+    assert_eq!(control(value, None).flies, "MANUAL");
+    let lamps = lamps(value, None);
     let of = |name| lamps.iter().find(|lamp| lamp.name == name).unwrap();
     assert_eq!(of("arming").why, "not armed");
     assert_eq!(of("attitude").light, Light::Good);
@@ -182,10 +182,10 @@ fn the_gimbal_and_the_other_ground_station_are_not_the_vehicle() {
         }
         station.receive(&bytes, at_s);
     }
-    assert_abs_diff_eq!(station.store.latest(Id::Roll), 0.5f64.to_degrees(), epsilon = 0.01);
-    let value = |id| station.store.latest(id);
-    assert_eq!(control(value).flies, "POSCTL");
-    assert_eq!(lamps(value)[0].why, "armed");
+    assert_abs_diff_eq!(newest(&station, Id::Roll), 0.5f64.to_degrees(), epsilon = 0.01);
+    let value = |id| newest(&station, id);
+    assert_eq!(control(value, None).flies, "POSCTL");
+    assert_eq!(lamps(value, None)[0].why, "armed");
     assert_eq!(station.link(1e9 + 10.0).lost, 0);
 }
 
@@ -245,9 +245,9 @@ fn a_message_that_is_not_sent_any_more_has_no_value_any_more() {
         bytes.extend(vehicle.say(&MavMessage::SERVO_OUTPUT_RAW(servos)));
         station.receive(&bytes, at_s);
     }
-    assert!(station.store.latest(Id::Roll).is_nan());
+    assert!(newest(&station, Id::Roll).is_nan());
     // Messages without a time of their own continue.
-    assert_abs_diff_eq!(station.store.latest(Id::Output1), 1.199, epsilon = 1e-9);
+    assert_abs_diff_eq!(newest(&station, Id::Output1), 1.199, epsilon = 1e-9);
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn altitude_and_velocity_of_a_vehicle_without_local_position_have_their_own_name
     station.receive(&vehicle.attitude(0, 0.0), 1e9);
     station.receive(&vehicle.say(&MavMessage::GLOBAL_POSITION_INT(place)), 1e9);
     let found = [Id::Altitude, Id::AboveHome, Id::VelN, Id::VelE, Id::VelU, Id::BodyU]
-        .map(|id| station.store.latest(id));
+        .map(|id| newest(&station, id));
     assert_eq!(found, [42.0, 12.0, 1.5, -0.5, -0.2, 1.5]);
-    assert!(station.store.latest(Id::Height).is_nan(), "that is above the ellipsoid");
+    assert!(newest(&station, Id::Height).is_nan(), "that is above the ellipsoid");
 }
