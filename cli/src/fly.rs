@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, sync_channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context as _;
@@ -47,43 +47,69 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut config = read_fly_config(&arguments.config)?;
     let unix_s = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs().cast_signed();
     let remark = config.settle(unix_s).with_context(|| arguments.config.display().to_string())?;
-    // A write error is ignored: the terminal may be gone.
-    if let Some(remark) = remark {
-        let _ = writeln!(stderr(), "{remark}");
-    }
     let beside = arguments.config.parent().unwrap_or(Path::new(""));
     config.load_autopilot(beside).with_context(|| arguments.config.display().to_string())?;
     try_gains(&config, beside).with_context(|| arguments.config.display().to_string())?;
     let record = arguments.record.clone().unwrap_or_else(|| config.record_path(unix_s));
     if let Some(directory) = record.parent() {
-        std::fs::create_dir_all(directory)
-            .with_context(|| format!("cannot create {}", directory.display()))?;
+        // A failure is that of the record too, which reports it.
+        let _ = std::fs::create_dir_all(directory);
     }
 
     // A closed or stopped terminal, a stray signal, or a limit of file size or processor time must not end a flight.
     for signal in SURVIVED {
         signal_hook::flag::register(signal, Arc::new(AtomicBool::new(false)))?;
     }
-    let stop = crate::stop::when_asked(&[SIGINT, SIGTERM, SIGQUIT])?;
+    let is_armed = config.servo.stream.is_some()
+        || config.servo.output.iter().any(|(_, output)| output.is_some());
+    let stop = if is_armed {
+        crate::stop::when_asked_twice(&[SIGTERM, SIGQUIT], ask_again)?
+    } else {
+        crate::stop::when_asked(&[SIGINT, SIGTERM, SIGQUIT])?
+    };
     crate::stop::after(arguments.duration, &stop);
     let (sender, notifications) = sync_channel(LINES);
-    let printer = thread::spawn(move || print(&notifications));
-    let _ = writeln!(stderr(), "recording to {}", record.display());
+    // Only this thread writes to the terminal during the flight: a stuck terminal must not block the flight.
+    let recording = format!("recording to {}", record.display());
+    let opening: Vec<String> = remark.into_iter().chain([recording]).collect();
+    let printer = thread::spawn(move || print(&opening, &notifications));
     let report = fly(&config, &record, &Clock::start(), &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
-    // Wait for the last lines before the report, at most 1 s: a stuck terminal must not block the end.
+    // The report follows the last lines. Neither may block the end.
+    await_at_most_1_s(&printer);
+    let text = format!("{report}\n  in                {}", record.display());
+    await_at_most_1_s(&thread::spawn(move || crate::output::say(text)));
+    Ok(())
+}
+
+fn await_at_most_1_s(thread: &JoinHandle<()>) {
     for _ in 0..100 {
-        if printer.is_finished() {
+        if thread.is_finished() {
             break;
         }
         thread::sleep(Duration::from_millis(10));
     }
-    crate::output::say(format_args!("{report}\n  in                {}", record.display()));
-    Ok(())
 }
 
-fn print(notifications: &Receiver<Notification>) {
+/// Asks for a second Ctrl-C, on a thread of its own because the terminal may be stuck.
+fn ask_again() {
+    thread::spawn(|| {
+        crate::output::complain(
+            "the vehicle is armed: press Ctrl-C again within 2 s to end the flight; SIGTERM ends it at once",
+        );
+    });
+}
+
+fn print(opening: &[String], notifications: &Receiver<Notification>) {
+    let quiet = crate::output::is_quiet();
+    // A write error is ignored: the terminal may be gone.
+    for line in opening.iter().filter(|_| !quiet) {
+        let _ = writeln!(stderr(), "{line}");
+    }
     for Notification { time, level, part, text, .. } in notifications {
+        if quiet && level == Level::Info {
+            continue;
+        }
         let level = match level {
             Level::Info => "",
             Level::Warning => "warning: ",

@@ -21,7 +21,8 @@ pub fn be_quiet() {
     QUIET.store(true, Ordering::Relaxed);
 }
 
-fn is_quiet() -> bool {
+/// Whether `--quiet` was given.
+pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 

@@ -1,7 +1,7 @@
 //! The status of each part of the vehicle, with the reason in words.
 
 use hovernav::autopilot::{Check, Mode};
-use hovernav::telemetry::{ControlFlags, StatusFlags};
+use hovernav::telemetry::{ControlFlags, StatusFlags, SystemMode};
 use serde::Serialize;
 
 use crate::channel::{CHANNELS, Id};
@@ -186,14 +186,6 @@ pub struct Control {
 /// The flight control for channel values, and `silence` as in [`lamps`].
 #[must_use]
 pub fn control(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Control {
-    let modes = [
-        "starting",
-        "aligning",
-        "searching for the heading",
-        "the pilot",
-        "the autopilot",
-        "failsafe",
-    ];
     let place = |id| {
         let number = value(id);
         (number >= 0.0).then_some(number as usize)
@@ -202,7 +194,9 @@ pub fn control(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Control {
         let kind = [Id::Autopilot, Id::VehicleKind].map(|id| place(id).unwrap_or(0) as u8);
         Some(modes::name(kind[0], kind[1], u32::try_from(place(Id::CustomMode)?).ok()?))
     };
-    let own = place(Id::SystemMode).and_then(|mode| Some((*modes.get(mode)?).to_owned()));
+    let own =
+        place(Id::SystemMode).and_then(|mode| SystemMode::from_code(u8::try_from(mode).ok()?));
+    let own = own.map(|mode| mode.name().to_owned());
     let unknown = silence.unwrap_or("unknown");
     let flies = own.or_else(other).unwrap_or_else(|| unknown.into());
     let mode = place(Id::AutopilotMode).and_then(|mode| Some(Mode::ALL.get(mode)?.name()));

@@ -4,7 +4,6 @@
 
 mod clocks;
 mod ekf_status;
-mod frame;
 pub(crate) mod modes;
 mod translate;
 
@@ -14,7 +13,7 @@ use hovernav::telemetry::Sequence;
 use mavlink::dialects::common::{MavAutopilot, MavMessage};
 use mavlink::{MavlinkVersion, Message as _};
 
-use frame::{Begun, Frame};
+use hovernav_fly::mavlink_frame::{self as frame, Begun, Frame};
 pub use translate::Said;
 use translate::Translator;
 
@@ -78,7 +77,7 @@ impl Decoder {
         let mut from = 0;
         while let Some(start) = self.next_magic(&bytes[from..]) {
             from += start;
-            match frame::begun(&bytes[from..]) {
+            match frame::begun(&bytes[from..], Some((ekf_status::ID, ekf_status::LAYOUT))) {
                 Begun::Short => break,
                 Begun::Frame(frame) => {
                     from += frame.length;

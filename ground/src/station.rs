@@ -202,7 +202,7 @@ impl Station {
             .filter(|since_s| *since_s > periods_s.max(SILENT_S))
     }
 
-    /// Why nothing that arrived describes the vehicle at `now_s`, in words; `None` while telemetry arrives.
+    /// Reason, in words, for which all telemetry is the past at `now_s`; `None` while telemetry arrives.
     #[must_use]
     pub fn silence(&self, now_s: f64) -> Option<String> {
         let paused = if self.link.wanted { "" } else { "paused: " };

@@ -82,7 +82,7 @@ impl Check {
             Self::Period => "error of the loop's period, s",
             Self::Pilot => "pilot's signal",
             Self::Servos => "servos",
-            Self::Fence => "share of the way to the fence",
+            Self::Fence => "share of the way to the geofence",
         }
     }
 }

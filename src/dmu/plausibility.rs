@@ -17,6 +17,15 @@ const RATED_RANGE: u16 = 21_845;
 /// changes at least one of three words earlier, even of a unit at rest.
 const STUCK_AFTER: u32 = 16;
 
+/// Step of an angular-rate word from one packet to the next that no helicopter reaches: half of the rated range, or
+/// 3 300 °/s² at 33 packets a second with a range of 200 °/s. Accelerations step further in vibration; only their words
+/// beyond the rated range are checked.
+const JUMP: u16 = RATED_RANGE / 2;
+
+/// Packets after a rejected jump in which a further jump is accepted, so that real motion costs at most one packet in
+/// this number; a second at 33 Hz.
+const JUMPS_APART: u32 = 33;
+
 /// A triad of the unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sensor {
@@ -76,6 +85,16 @@ pub enum PlausibilityFault {
         /// The word; the rated range is 21 845 counts.
         counts: i16,
     },
+    /// A single word is far from that of the previous packet: damage that passed the checksum. If the next packet jumps
+    /// too, it is accepted.
+    Jump {
+        /// The triad.
+        sensor: Sensor,
+        /// 0, 1 or 2: x, y or z.
+        axis: usize,
+        /// The word; the rated range is 21 845 counts.
+        counts: i16,
+    },
     /// All three words of a sensor are unchanged.
     Stuck {
         /// The triad.
@@ -89,7 +108,13 @@ impl PlausibilityFault {
     /// Whether the fault is impossible for the unit, so that no value of the packet may be used.
     #[must_use]
     pub const fn invalidates_packet(&self) -> bool {
-        matches!(self, Self::TemperatureWord { .. } | Self::VoltageWord { .. } | Self::Pitch { .. })
+        matches!(
+            self,
+            Self::TemperatureWord { .. }
+                | Self::VoltageWord { .. }
+                | Self::Pitch { .. }
+                | Self::Jump { .. }
+        )
     }
 }
 
@@ -115,6 +140,12 @@ impl fmt::Display for PlausibilityFault {
                 letter(axis),
                 f64::from(counts.unsigned_abs()) / f64::from(RATED_RANGE)
             ),
+            Self::Jump { sensor, axis, counts } => write!(
+                f,
+                "{sensor} {} jumped to {:.2} times its rated range: packet rejected",
+                letter(axis),
+                f64::from(counts.unsigned_abs()) / f64::from(RATED_RANGE)
+            ),
             Self::Stuck { sensor, packets } => {
                 write!(f, "{sensor} words unchanged for {packets} packets")
             }
@@ -134,6 +165,40 @@ impl fmt::Display for PlausibilityFault {
 #[derive(Clone, Debug, Default)]
 pub struct Plausibility {
     triads: [Repetition; 3],
+    jumps: Jumps,
+}
+
+/// The search for single jumps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Jumps {
+    /// Rates and accelerations of the last packet that was not rejected.
+    accepted: Option<[[i16; 3]; 2]>,
+    /// Number of packets in which a jump is accepted.
+    wait: u32,
+}
+
+impl Jumps {
+    /// The jump of a packet with these rates and accelerations that is to be rejected.
+    fn check(&mut self, words: [[i16; 3]; 2]) -> Option<PlausibilityFault> {
+        let before = self.accepted.filter(|_| self.wait == 0);
+        self.wait = self.wait.saturating_sub(1);
+        let jump = before.and_then(|before| {
+            let sensors = [(Sensor::Gyros, 0), (Sensor::Accelerometers, RATED_RANGE)];
+            let triads = sensors.into_iter().zip(before.into_iter().zip(words));
+            triads.into_iter().find_map(|((sensor, least), (before, words))| {
+                let axes = before.into_iter().zip(words).enumerate();
+                axes.into_iter().find_map(|(axis, (before, counts))| {
+                    let jumps = counts.abs_diff(before) > JUMP && counts.unsigned_abs() > least;
+                    jumps.then_some(PlausibilityFault::Jump { sensor, axis, counts })
+                })
+            })
+        });
+        match jump {
+            Some(_) => self.wait = JUMPS_APART,
+            None => self.accepted = Some(words),
+        }
+        jump
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -156,6 +221,13 @@ impl Plausibility {
             (packets >= STUCK_AFTER).then_some(PlausibilityFault::Stuck { sensor, packets })
         });
         let voltage = matches!(packet, Packet::Voltage(_));
+        let jump = match *packet {
+            Packet::Angle(AnglePacket { angular_rate, acceleration, .. })
+            | Packet::Scaled(ScaledPacket { angular_rate, acceleration, .. }) => {
+                self.jumps.check([angular_rate, acceleration])
+            }
+            Packet::Voltage(_) => None,
+        };
         let words = triads.into_iter().flat_map(move |(sensor, words)| {
             words.into_iter().enumerate().filter_map(move |(axis, word)| {
                 if voltage {
@@ -165,7 +237,8 @@ impl Plausibility {
                 }
             })
         });
-        temperature_word(packet).into_iter().chain(pitch(packet)).chain(words).chain(stuck)
+        let impossible = temperature_word(packet).into_iter().chain(pitch(packet)).chain(jump);
+        impossible.chain(words).chain(stuck)
     }
 }
 

@@ -17,6 +17,7 @@
 //! As the autopilot, it is plain data and bounded work, and depends only on its inputs. The same inputs give the same
 //! widths, so a record replays to the bit.
 
+mod bounces;
 mod config;
 mod fence;
 mod notice;
@@ -35,6 +36,7 @@ use crate::event::Event;
 use crate::scalar::Scalar;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
+use bounces::Bounces;
 use fence::{FenceChange, FenceWatch};
 
 /// Share of its range beyond which a stick counts as at its end.
@@ -98,6 +100,9 @@ pub struct FlightControl<T = f64> {
     config: FlightControlConfig,
     autopilot: HoverAutopilot<T>,
     switch: Switch,
+    /// Whether the notice that the switch must be opened was sent.
+    is_told_closed: bool,
+    bounces: Bounces,
     engagement: Engagement,
     steering: Option<Steering>,
     programme: Option<ProgrammeFlight>,
@@ -122,6 +127,8 @@ impl<T: Scalar> FlightControl<T> {
         Ok(Self {
             autopilot: HoverAutopilot::new(config.hover.cast())?,
             switch: Switch::new(config.switch)?,
+            is_told_closed: false,
+            bounces: Bounces::default(),
             engagement: Engagement::default(),
             steering: match config.steering {
                 Some(steering) => Some(Steering::new(steering, neutral)?),
@@ -151,11 +158,13 @@ impl<T: Scalar> FlightControl<T> {
         self.engagement.is_engaged()
     }
 
-    /// Whether the closed switch has no effect until it has been opened: the autopilot was refused, or gave the
-    /// sticks back.
+    /// Whether the switch has no effect until it has been opened: it was closed at the start, the autopilot was refused
+    /// or gave the sticks back, or the switch bounces.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.engagement == Engagement::Refused
+            || self.switch.must_be_opened()
+            || !self.is_engaged() && self.bounces.is_locked()
     }
 
     /// Whether the pilot's signal is lost while the autopilot flies.
@@ -308,8 +317,14 @@ impl<T: Scalar> FlightControl<T> {
             notify(ControlNotice::PilotBack);
         }
         let switch_on = self.switch.update(&inputs.pulses.aux, inputs.now, stale_s);
-        match self.engagement.update(switch_on, readiness.is_ready()) {
+        let must_be_opened = self.switch.must_be_opened();
+        if !core::mem::replace(&mut self.is_told_closed, must_be_opened) && must_be_opened {
+            notify(ControlNotice::MustBeOpened);
+        }
+        let bounces = self.bounces.update(switch_on, inputs.now);
+        match self.engagement.update(switch_on, readiness.is_ready() && !bounces) {
             Some(EngagementChange::Engaged) => {
+                self.bounces.engaged();
                 if let (Some(steering), Some(pilot)) = (&mut self.steering, pilot.sticks) {
                     steering.engage(pilot);
                 }
@@ -320,6 +335,7 @@ impl<T: Scalar> FlightControl<T> {
                 self.descends = false;
                 notify(ControlNotice::Engaged);
             }
+            Some(EngagementChange::Refused) if bounces => notify(ControlNotice::SwitchBounces),
             Some(EngagementChange::Refused) => notify(ControlNotice::Refused(*readiness)),
             Some(EngagementChange::Released) => {
                 let heard = inputs.pulses.aux.fresh_ms(inputs.now, stale_s).is_some();

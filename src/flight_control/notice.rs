@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::bounces::{MOST_ENGAGEMENTS, STEADY_S};
 use crate::autopilot::{Mode, ProgrammeChange, Readiness, Reason, Transition};
 use crate::health::Distrust;
 
@@ -30,6 +31,11 @@ pub enum ControlNotice {
     Released,
     /// The signal of the aux channel alone is lost, and the switch with it: the pilot flies.
     SwitchLost,
+    /// The switch is closed since before its first pulse, as after a restart in flight: it has no effect until it has
+    /// been opened.
+    MustBeOpened,
+    /// The switch was closed after several engagements in a row: it has no effect until it has been open for some time.
+    SwitchBounces,
     /// The pilot flies although the switch is closed, until it has been opened.
     HandedBack(HandedBack),
     /// The autopilot changed its mode.
@@ -69,6 +75,14 @@ impl fmt::Display for ControlNotice {
             Self::SwitchLost => f.write_str(
                 "the pilot flies: the switch's channel is lost; check its wire and the receiver",
             ),
+            Self::MustBeOpened => f.write_str(
+                "the pilot flies: the switch is closed from the start; open the switch to engage again",
+            ),
+            Self::SwitchBounces => write!(
+                f,
+                "the pilot flies: the switch bounces, {MOST_ENGAGEMENTS} engagements in a row; leave it open for \
+                 {STEADY_S} s to engage again"
+            ),
             Self::HandedBack(why) => {
                 let what = match why {
                     HandedBack::Override => "a stick was moved; open the switch before engaging again",
@@ -88,9 +102,9 @@ impl fmt::Display for ControlNotice {
                 "no pilot: the autopilot descends; keep clear below; the sticks act again when the signal returns",
             ),
             Self::FenceReached => f.write_str(
-                "the fence is reached: the autopilot goes back to its centre; take over to fly on",
+                "the geofence is reached: the autopilot goes back to its centre; take over to fly on",
             ),
-            Self::FenceLeft => f.write_str("inside the fence again"),
+            Self::FenceLeft => f.write_str("inside the geofence again"),
             Self::TestInputs(change) => change.fmt(f),
             Self::Saturated => f.write_str(
                 "a control is at its end, attitude has priority; take over if this lasts",

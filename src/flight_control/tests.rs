@@ -367,3 +367,4 @@ fn settings_that_cannot_be_are_named() {
 
 mod fence;
 mod programme;
+mod switch;

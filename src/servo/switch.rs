@@ -88,6 +88,12 @@ impl Switch {
         Ok(Self { config, on: false, seen_off: false, said_on: 0, last: None })
     }
 
+    /// Whether the switch is closed without effect: it was closed when its pulses began, and has to be opened first.
+    #[must_use]
+    pub const fn must_be_opened(&self) -> bool {
+        !self.seen_off && self.said_on >= self.config.pulses
+    }
+
     /// Whether the switch is on at `now`, by the channel's last pulse. Pulses older than `stale_after_s`, s, count as
     /// off. A pulse error since the last call restarts the count of pulses.
     pub fn update(&mut self, aux: &Captured, now: Time, stale_after_s: f64) -> bool {
@@ -145,6 +151,16 @@ mod tests {
         assert!(said(SwitchConfig::default(), &[1.9; 50]).iter().all(|on| !on));
         let again = [[1.9; 10], [1.1; 10], [1.9; 10]].concat();
         assert!(said(SwitchConfig::default(), &again)[29]);
+        let mut switch = Switch::new(SwitchConfig::default()).unwrap();
+        let mut aux = Captured::default();
+        let waits: Vec<bool> = (0..20)
+            .map(|pulse| {
+                aux.push(if pulse < 10 { 1.9 } else { 1.1 }, at(pulse)).unwrap();
+                switch.update(&aux, at(pulse), 0.1);
+                switch.must_be_opened()
+            })
+            .collect();
+        assert!((0..20).all(|pulse| waits[pulse] == (4..10).contains(&pulse)), "{waits:?}");
     }
 
     #[test]

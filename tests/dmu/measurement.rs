@@ -101,6 +101,39 @@ fn each_implausible_thing_is_named() {
     assert_eq!(reasons(at_the_limits), []);
 }
 
+/// Damage that passed the checksum: one packet with random words costs that packet, and motion that lasts costs one.
+#[test]
+fn a_single_jump_is_rejected_and_a_lasting_one_is_motion() {
+    let jumps = |words: &[i16]| -> Vec<bool> {
+        let mut plausibility = Plausibility::default();
+        words
+            .iter()
+            .map(|word| {
+                let packet = AnglePacket { angular_rate: [0, *word, 0], ..Default::default() };
+                plausibility
+                    .check(&Packet::Angle(packet))
+                    .any(|fault| matches!(fault, PlausibilityFault::Jump { sensor, axis: 1, .. } if sensor == Sensor::Gyros))
+            })
+            .collect()
+    };
+    assert_eq!(jumps(&[100, -50, i16::MAX, 80, 20]), [false, false, true, false, false]);
+    assert_eq!(jumps(&[100, -50, i16::MIN, 80, 20]), [false, false, true, false, false]);
+    // A fast manoeuvre: its first packet is lost, the others are used, also at full scale.
+    assert_eq!(jumps(&[0, 15_000, 16_000, 17_000, i16::MAX]), [false, true, false, false, false]);
+    // A manoeuvre that grows over several packets is used.
+    assert!(jumps(&[0, 9_000, 18_000, 24_000, 18_000, 9_000, 0]).iter().all(|jump| !jump));
+    // Accelerations jump in vibration, within the rated range.
+    let shaken = |acceleration| AnglePacket { acceleration, ..Default::default() };
+    let mut plausibility = Plausibility::default();
+    for k in 0..200 {
+        let packet = shaken([0, 0, if k % 2 == 0 { 20_000 } else { -20_000 }]);
+        let found: Vec<_> = plausibility.check(&Packet::Angle(packet)).collect();
+        assert!(found.iter().all(|fault| !fault.invalidates_packet()), "{found:?}");
+    }
+    let wild = Packet::Angle(shaken([i16::MAX, 0, 0]));
+    assert!(plausibility.check(&wild).any(|fault| fault.invalidates_packet()));
+}
+
 #[test]
 fn words_of_voltage_mode_fit_their_converter() {
     let middle = VoltagePacket {

@@ -17,7 +17,7 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
-use hovernav_log::record::Record;
+use hovernav_log::record::{Level, Record};
 use hovernav_log::{FlyConfig, FlyConfigError};
 
 fn hover() -> Dataset {
@@ -286,9 +286,10 @@ fn a_flight_without_any_device_flies_on_says_so_and_ends() {
 }
 
 #[test]
-fn no_record_is_written_over_and_no_flight_begins_without_one() {
+fn no_record_is_written_over_and_no_flight_begins_without_a_required_one() {
     let place = tempfile::tempdir().unwrap();
-    let config = configuration(place.path(), "");
+    let mut config = configuration(place.path(), "");
+    config.record.required = true;
     let record = place.path().join("taken.mcap");
     std::fs::write(&record, "something").unwrap();
     for (path, said) in
@@ -299,6 +300,25 @@ fn no_record_is_written_over_and_no_flight_begins_without_one() {
         let error = error.unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
     }
+}
+
+#[test]
+fn a_flight_whose_record_cannot_be_written_goes_on_and_says_so() {
+    let place = tempfile::tempdir().unwrap();
+    let config = configuration(place.path(), "");
+    let clock = Clock::emulated();
+    let record = place.path().join("no/such/x.mcap");
+    let (report, told) = flown(&config, &record, &clock, || clock.now().seconds() >= 1.5);
+    assert!(!record.exists() && report.record.lost_raw > 0, "{report}");
+    let told: Vec<_> = told.iter().map(|line| (line.level, line.text.as_str())).collect();
+    let said = |(level, text): &&(Level, &str)| {
+        *level == Level::Error
+            && text.contains("the flight is not recorded")
+            && text.contains("x.mcap")
+    };
+    assert_eq!(told.iter().filter(said).count(), 1, "{told:?}");
+    // Said once: nothing changes afterwards.
+    assert_eq!(told.iter().filter(|(_, text)| text.contains("record")).count(), 1, "{told:?}");
 }
 
 #[test]

@@ -158,12 +158,13 @@ impl RecordPage<'_> {
                 let (sin, cos) = (f64::from(step) * std::f64::consts::PI / 90.0).sin_cos();
                 (fence.radius_m * sin, fence.radius_m * cos)
             });
-            map = map.with(Series::curve(Role::Second, circle).named("fence"));
+            map = map.with(Series::curve(Role::Second, circle).named("geofence"));
             let ends = [self.record.header.start.seconds(), self.record.end.seconds()];
             let top = [fence.height_m; 2];
-            height = height.with(Series::line(Role::Second, &ends, &top, None).named("fence"));
+            height = height.with(Series::line(Role::Second, &ends, &top, None).named("geofence"));
         }
-        let from = if fence.is_some() { "the centre of the fence" } else { "the first position" };
+        let from =
+            if fence.is_some() { "the centre of the geofence" } else { "the first position" };
         let explanation =
             format!("Track from above, with equal scales, and height, both relative to {from}.");
         Section::new("place", "Position", explanation)

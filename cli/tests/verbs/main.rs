@@ -17,6 +17,7 @@ mod identify;
 mod inject;
 mod long_logs;
 mod manners;
+mod mavlink;
 mod play;
 mod record;
 #[cfg(feature = "lab")]

@@ -2,18 +2,29 @@
 //!
 //! Source: MAVLink, *common message set*, which defines the units and the values for unknown data.
 
-use mavlink::dialects::common;
-use mavlink::{MAVLinkV2MessageRaw, MavHeader, MessageData};
+mod answers;
+pub mod frame;
 
+use mavlink::dialects::common;
+use mavlink::{MavlinkVersion, MessageData, calculate_crc};
+
+use answers::Requests;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
-use hovernav::telemetry::{Snapshot, SystemMode};
+use hovernav::telemetry::{Innovations, Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_log::MavlinkConfig;
 use hovernav_log::record::Level;
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
+/// Rates of messages without a setting, Hz: states, values for displays; the home position.
+const STATES_HZ: f64 = 1.0;
+const HOME_HZ: f64 = 0.2;
+/// Time over which the largest innovations are kept, s; fixes come once a second.
+const RECENT_S: f64 = 1.0;
+/// The modes of the vehicle, all chosen by the vehicle itself.
+const MODES: [SystemMode; 6] = SystemMode::ALL;
 
 /// Schedule of one type of message, on a grid of its period. The mean rate is right even if the loop rate is not a
 /// multiple of it.
@@ -44,7 +55,46 @@ impl Schedule {
     }
 }
 
-/// Encodes snapshots as numbered messages, each type at its own rate.
+/// The largest innovations of one to two times [`RECENT_S`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Recent {
+    since: Option<Time>,
+    now: Innovations,
+    before: Innovations,
+}
+
+impl Recent {
+    fn push(&mut self, innovations: &Innovations, now: Time) {
+        let since = *self.since.get_or_insert(now);
+        if !(0.0..RECENT_S).contains(&(now - since)) {
+            self.since = Some(now);
+            self.before = std::mem::take(&mut self.now);
+        }
+        self.now = largest(&self.now, innovations);
+    }
+
+    fn largest(&self) -> Innovations {
+        largest(&self.now, &self.before)
+    }
+}
+
+/// The larger innovation of each kind.
+fn largest(a: &Innovations, b: &Innovations) -> Innovations {
+    let of = |kind: fn(&Innovations) -> Option<f64>| match (kind(a), kind(b)) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        (a, b) => a.or(b),
+    };
+    Innovations {
+        position: of(|one| one.position),
+        velocity: of(|one| one.velocity),
+        attitude: of(|one| one.attitude),
+        heading: of(|one| one.heading),
+        baro: of(|one| one.baro),
+        rejected: a.rejected.max(b.rejected),
+    }
+}
+
+/// Encodes snapshots as numbered messages, each type at its own rate, and answers the requests of ground stations.
 ///
 /// Times since boot are relative to `boot`. Messages with a field for UTC contain it once [`Mavlink::set_utc`] has
 /// set it. Local positions are relative to the first known position.
@@ -76,6 +126,14 @@ pub struct Mavlink {
     gps_raw: Schedule,
     servo_output: Schedule,
     estimator_status: Schedule,
+    states: Schedule,
+    home: Schedule,
+    recent: Recent,
+    /// The last snapshot, for messages on request.
+    last: Option<Snapshot>,
+    requests: Requests,
+    /// Number of the last text in several pieces.
+    text_id: u16,
 }
 
 impl Mavlink {
@@ -98,6 +156,12 @@ impl Mavlink {
             gps_raw: schedule(rates.gps_raw_hz),
             servo_output: schedule(rates.servo_output_hz),
             estimator_status: schedule(rates.estimator_status_hz),
+            states: schedule(STATES_HZ),
+            home: schedule(HOME_HZ),
+            recent: Recent::default(),
+            last: None,
+            requests: Requests::default(),
+            text_id: 0,
         }
     }
 
@@ -106,7 +170,7 @@ impl Mavlink {
         self.utc_offset_us = Some(unix_ns.saturating_sub(at.nanoseconds()) / 1_000);
     }
 
-    /// Appends the messages that are due, at most 344 bytes; call once per snapshot.
+    /// Appends the messages that are due, at most 650 bytes; call once per snapshot.
     ///
     /// A message without any known value is not sent. In other messages, unknown values are marked as the message
     /// set defines; see `docs/telemetry.md`.
@@ -114,6 +178,8 @@ impl Mavlink {
         let now = snapshot.time;
         let place = snapshot.position.filter(Geodetic::is_navigable);
         self.origin = self.origin.or(place);
+        self.recent.push(&snapshot.innovations, now);
+        self.last = Some(*snapshot);
         if self.heartbeat.is_due(now) {
             self.send(&heartbeat(snapshot), out);
         }
@@ -144,6 +210,19 @@ impl Mavlink {
         if self.estimator_status.is_due(now) {
             self.send(&self.estimator_status_message(snapshot), out);
         }
+        if self.states.is_due(now) {
+            self.send(&self.system_status(snapshot), out);
+            self.send(&extended_state(), out);
+            self.send(&current_mode(snapshot), out);
+            self.send(&self.system_time(now), out);
+            self.send(&self.hud(snapshot), out);
+            self.send(&self.pilot_channels(snapshot), out);
+        }
+        if self.home.is_due(now)
+            && let Some(home) = self.home()
+        {
+            self.send(&home, out);
+        }
     }
 
     /// Appends `text` as one or more STATUSTEXT messages.
@@ -154,24 +233,59 @@ impl Mavlink {
             Level::Error => common::MavSeverity::MAV_SEVERITY_ERROR,
             Level::Critical => common::MavSeverity::MAV_SEVERITY_CRITICAL,
         };
-        let mut rest = text.trim();
-        while !rest.is_empty() {
-            let (piece, left) = split(rest);
+        let bytes = text.trim().as_bytes();
+        let mut id = 0;
+        if bytes.len() > TEXT {
+            self.text_id = self.text_id.wrapping_add(1).max(1);
+            id = self.text_id;
+        }
+        // A piece that is not full ends a text of several pieces.
+        let ends_full = bytes.len() > TEXT && bytes.len().is_multiple_of(TEXT);
+        let pieces = bytes.chunks(TEXT).chain(ends_full.then_some(&[][..]));
+        for (number, piece) in (0..=u8::MAX).zip(pieces) {
             let mut text = [0; TEXT];
-            text[..piece.len()].copy_from_slice(piece.as_bytes());
-            self.send(&common::STATUSTEXT_DATA { severity, text: text.into() }, out);
-            rest = left;
+            text[..piece.len()].copy_from_slice(piece);
+            let message = common::STATUSTEXT_DATA { severity, text: text.into() };
+            let [low, high] = id.to_le_bytes();
+            self.send_extended(&message, &[low, high, number], out);
         }
     }
 
     fn send(&mut self, message: &impl MessageData, out: &mut Vec<u8>) {
+        self.send_extended(message, &[], out);
+    }
+
+    /// Appends a message with `extension`, the bytes of its extension fields.
+    fn send_extended<M: MessageData>(&mut self, message: &M, extension: &[u8], out: &mut Vec<u8>) {
+        let mut payload = [0; 255];
+        // Version 1 keeps the trailing zeros, which only the last fields may omit.
+        let base = message.ser(MavlinkVersion::V1, &mut payload);
+        let whole = base + extension.len();
+        payload[base..whole].copy_from_slice(extension);
+        let is_zero = |byte: &u8| *byte == 0;
+        let length = whole - payload[..whole].iter().rev().take_while(|byte| is_zero(byte)).count();
+        // The first byte is always sent.
+        let payload = &payload[..length.max(1)];
         let MavlinkConfig { system_id, component_id, .. } = self.config;
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
-        let header = MavHeader { system_id: u32::from(system_id), component_id, sequence };
-        let mut raw = MAVLinkV2MessageRaw::new();
-        raw.serialize_message_data(header, message);
-        out.extend_from_slice(raw.raw_bytes());
+        let [low, middle, high, _] = M::ID.to_le_bytes();
+        let start = out.len();
+        out.push(0xFD);
+        out.extend([
+            payload.len() as u8,
+            0,
+            0,
+            sequence,
+            system_id,
+            component_id,
+            low,
+            middle,
+            high,
+        ]);
+        out.extend_from_slice(payload);
+        let checksum = calculate_crc(&out[start + 1..], M::EXTRA_CRC);
+        out.extend(checksum.to_le_bytes());
     }
 
     fn since_boot_us(&self, time: Time) -> i64 {
@@ -366,7 +480,7 @@ impl Mavlink {
                 | Flags::ESTIMATOR_POS_VERT_ABS,
             status.position,
         );
-        let innovations = &snapshot.innovations;
+        let innovations = self.recent.largest();
         let gate = self.config.gate_sigmas;
         let ratio = |normalised: Option<f64>| single(normalised.map(|size| size / gate));
         // Position has a gate per axis but is reported as one ratio, used for both fields.
@@ -384,16 +498,119 @@ impl Mavlink {
             flags,
         }
     }
+
+    fn system_status(&self, snapshot: &Snapshot) -> common::SYS_STATUS_DATA {
+        use common::MavSysStatusSensor as Sensor;
+        let status = snapshot.status;
+        let unit = Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO | Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL;
+        let parts = [
+            (unit, status.imu),
+            (Sensor::MAV_SYS_STATUS_SENSOR_GPS, status.gps),
+            (Sensor::MAV_SYS_STATUS_SENSOR_RC_RECEIVER, status.pilot_signal),
+            (Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, status.servos),
+            (Sensor::MAV_SYS_STATUS_LOGGING, status.recorder),
+            (Sensor::MAV_SYS_STATUS_AHRS, status.attitude),
+        ];
+        let (mut present, mut health) = (Sensor::empty(), Sensor::empty());
+        for (part, is_good) in parts {
+            present |= part;
+            health.set(part, is_good);
+        }
+        let load = snapshot.timing.work_s.zip(snapshot.timing.period_s);
+        let load = load.map_or(0.0, |(work_s, period_s)| 1e3 * work_s / period_s.max(1e-3));
+        common::SYS_STATUS_DATA {
+            onboard_control_sensors_present: present,
+            onboard_control_sensors_enabled: present,
+            onboard_control_sensors_health: health,
+            load: load.clamp(0.0, 1_000.0) as u16,
+            // No battery is measured.
+            voltage_battery: u16::MAX,
+            current_battery: -1,
+            battery_remaining: -1,
+            ..common::SYS_STATUS_DATA::DEFAULT
+        }
+    }
+
+    fn system_time(&self, now: Time) -> common::SYSTEM_TIME_DATA {
+        let time_unix_usec = self.utc_offset_us.map_or(0, |_| self.stamp_us(now));
+        common::SYSTEM_TIME_DATA { time_unix_usec, time_boot_ms: self.boot_ms(now) }
+    }
+
+    fn hud(&self, snapshot: &Snapshot) -> common::VFR_HUD_DATA {
+        let heading_deg = snapshot.attitude.map(|angles| angles.yaw_rad.to_degrees());
+        let velocity = snapshot.velocity_mps.map(Vector::to_array);
+        common::VFR_HUD_DATA {
+            airspeed: f32::NAN,
+            groundspeed: single(velocity.map(|[north, east, _]| libm::hypot(north, east))),
+            alt: single(snapshot.gps.altitude_msl_m.or(snapshot.position.map(|one| one.height_m))),
+            climb: single(velocity.map(|[.., down]| -down)),
+            heading: heading_deg
+                .map_or(-1, |heading| libm::round(heading.rem_euclid(360.0)) as i16),
+            throttle: 0,
+        }
+    }
+
+    /// The pilot's pulses: throttle, collective, longitudinal, lateral, pedal.
+    fn pilot_channels(&self, snapshot: &Snapshot) -> common::RC_CHANNELS_DATA {
+        let [chan1_raw, chan2_raw, chan3_raw, chan4_raw, chan5_raw] = snapshot
+            .pilot_ms
+            .map(|width_ms| {
+                width_ms.map_or(u16::MAX, |width_ms| libm::round(width_ms * 1e3) as u16)
+            })
+            .to_array();
+        let unused = u16::MAX;
+        common::RC_CHANNELS_DATA {
+            time_boot_ms: self.boot_ms(snapshot.time),
+            chan1_raw,
+            chan2_raw,
+            chan3_raw,
+            chan4_raw,
+            chan5_raw,
+            chan6_raw: unused,
+            chan7_raw: unused,
+            chan8_raw: unused,
+            chan9_raw: unused,
+            chan10_raw: unused,
+            chan11_raw: unused,
+            chan12_raw: unused,
+            chan13_raw: unused,
+            chan14_raw: unused,
+            chan15_raw: unused,
+            chan16_raw: unused,
+            chan17_raw: unused,
+            chan18_raw: unused,
+            chancount: 5,
+            rssi: u8::MAX,
+        }
+    }
+
+    /// The first position of the flight; `None` before.
+    fn home(&self) -> Option<common::HOME_POSITION_DATA> {
+        let origin = self.origin?;
+        Some(common::HOME_POSITION_DATA {
+            latitude: libm::round(origin.latitude_deg() * 1e7) as i32,
+            longitude: libm::round(origin.longitude_deg() * 1e7) as i32,
+            altitude: libm::round(origin.height_m * 1e3) as i32,
+            q: [f32::NAN; 4],
+            ..common::HOME_POSITION_DATA::DEFAULT
+        })
+    }
 }
 
-/// The part of `text` that fits into one message, in whole words where possible, and the rest.
-fn split(text: &str) -> (&str, &str) {
-    if text.len() <= TEXT {
-        return (text, "");
+/// Whether the vehicle is in the air is unknown.
+fn extended_state() -> common::EXTENDED_SYS_STATE_DATA {
+    common::EXTENDED_SYS_STATE_DATA {
+        vtol_state: common::MavVtolState::MAV_VTOL_STATE_UNDEFINED,
+        landed_state: common::MavLandedState::MAV_LANDED_STATE_UNDEFINED,
     }
-    let fits = (0..=TEXT).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(TEXT);
-    let end = text[..fits].rfind(' ').filter(|end| *end > 0).unwrap_or(fits);
-    (&text[..end], text[end..].trim_start())
+}
+
+fn current_mode(snapshot: &Snapshot) -> common::CURRENT_MODE_DATA {
+    common::CURRENT_MODE_DATA {
+        custom_mode: u32::from(snapshot.mode.code()),
+        intended_custom_mode: 0,
+        standard_mode: common::MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
+    }
 }
 
 fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {

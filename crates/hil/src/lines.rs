@@ -92,7 +92,8 @@ impl LiveFlight {
         let plant: SharedPlant = Arc::new(Mutex::new(Plant::new(config)?));
         let of = || Arc::clone(&plant);
         let source = LiveDmu { plant: of(), span };
-        let dmu = LiveUnit { plant: of(), device: DmuDevice::measuring_by(source) };
+        let device = DmuDevice::measuring_by(source);
+        let dmu = LiveUnit { plant: of(), device, sent: 0 };
         let gps =
             LiveGps { plant: of(), device: GpsDevice::new(protocol, &[], 0.0), latency_s, span };
         let pilot = LivePilot { plant: of(), next: Time::ZERO, ready: None };
@@ -198,7 +199,12 @@ impl PacketSource for LiveDmu {
 struct LiveUnit {
     plant: SharedPlant,
     device: DmuDevice<LiveDmu>,
+    /// Number of bytes sent.
+    sent: usize,
 }
+
+/// Interval of the damaged bytes of a noisy line.
+const DAMAGED_EVERY: usize = 100;
 
 impl Device for LiveUnit {
     fn receive(&mut self, bytes: &[u8], now: Time) {
@@ -213,7 +219,15 @@ impl Device for LiveUnit {
         let before = wire.len();
         self.device.transmit(now, wire);
         if wire.len() > before {
-            lock(&self.plant).unit_sent(now);
+            let mut plant = lock(&self.plant);
+            plant.unit_sent(now);
+            let is_noisy = plant.has(Act::DmuNoise, now);
+            for byte in wire.iter_mut().skip(before) {
+                self.sent += 1;
+                if is_noisy && self.sent.is_multiple_of(DAMAGED_EVERY) {
+                    *byte ^= 0x24;
+                }
+            }
         }
     }
 

@@ -121,6 +121,17 @@ pub(crate) struct Plant {
     pub samples: Vec<LiveSample>,
 }
 
+/// A fix whose message was damaged.
+fn damaged(fix: Fix) -> Fix {
+    Fix {
+        position: fix.position.displaced(Vector::new(60.0, 0.0, 0.0)),
+        horizontal_velocity_mps: fix
+            .horizontal_velocity_mps
+            .map(|[north, east]| [north + 20.0, east]),
+        ..fix
+    }
+}
+
 impl Plant {
     pub fn new(config: LiveConfig) -> Result<Self, LiveFlightError> {
         let flight = &config.flight;
@@ -161,6 +172,11 @@ impl Plant {
             steps: 0,
             config,
         })
+    }
+
+    /// Whether an act of the scene is active.
+    pub fn has(&self, act: Act, now: Time) -> bool {
+        self.config.scene.has(act, now.seconds())
     }
 
     pub fn has_crashed(&self) -> bool {
@@ -233,6 +249,10 @@ impl Plant {
                 None => fix,
             };
             self.last_fix = said.or(self.last_fix);
+            let said = match scene.has(Act::WildFix, time.seconds()) {
+                true => said.map(damaged),
+                false => said,
+            };
             self.fixes.extend(said);
             self.measured_fixes.extend(said);
         }
@@ -268,6 +288,9 @@ impl Plant {
             temperature_degc: 25.0,
         });
         self.last_packet = Some(packet);
+        if self.config.scene.has(Act::WildPacket, now.seconds()) {
+            return Some(AnglePacket { angular_rate: [i16::MAX; 3], ..packet });
+        }
         Some(packet)
     }
 

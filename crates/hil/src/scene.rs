@@ -31,15 +31,21 @@ pub enum Act {
     NoFix,
     /// The receiver repeats its last fix.
     FrozenFix,
+    /// Fixes are damaged on the way: 60 m and 20 m/s off.
+    WildFix,
     /// The IMU repeats its last sample.
     FrozenImu,
+    /// Packets of the IMU arrive damaged with a valid checksum: every gyro at 1.5 times its rated range.
+    WildPacket,
+    /// One byte in a hundred of the IMU's packets is damaged.
+    DmuNoise,
     /// Packets to the servos do not arrive: the microcontroller passes the pilot's pulses through.
     ServosCut,
 }
 
 impl Act {
     /// Names of all acts except `stick`.
-    const NAMED: [(&'static str, Self); 13] = [
+    const NAMED: [(&'static str, Self); 16] = [
         ("engage", Self::Engage),
         ("still", Self::Still),
         ("pilot-lost", Self::PilotLost),
@@ -51,7 +57,10 @@ impl Act {
         ("gps-pulled", Self::GpsPulled),
         ("no-fix", Self::NoFix),
         ("frozen-fix", Self::FrozenFix),
+        ("wild-fix", Self::WildFix),
         ("frozen-imu", Self::FrozenImu),
+        ("wild-packet", Self::WildPacket),
+        ("dmu-noise", Self::DmuNoise),
         ("servos-cut", Self::ServosCut),
     ];
 }
@@ -78,7 +87,7 @@ impl TimedAct {
 #[error(
     "found \"{found}\", expected ACT@START[:DURATION] in seconds, ACT one of engage, \
      stick-CHANNEL=VALUE, still, pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, \
-     no-fix, frozen-fix, frozen-imu, servos-cut"
+     no-fix, frozen-fix, wild-fix, frozen-imu, wild-packet, dmu-noise, servos-cut"
 )]
 pub struct ActError {
     found: String,

@@ -26,6 +26,7 @@ mod info;
 mod info_json;
 mod kept;
 mod lever_arm;
+pub mod limits;
 pub mod magnetic_field;
 mod manifest;
 mod number;

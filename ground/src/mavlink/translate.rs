@@ -39,7 +39,7 @@ pub struct Translator {
     /// Whether LOCAL_POSITION_NED arrives, whose velocity is finer than in GLOBAL_POSITION_INT.
     hears_velocity: bool,
     /// An incomplete text: its number, level and first pieces.
-    text: Option<(u16, TextLevel, String)>,
+    text: Option<(u16, TextLevel, Vec<u8>)>,
 }
 
 fn boot(milliseconds: u32) -> Option<f64> {
@@ -297,7 +297,6 @@ impl Translator {
             _ => TextLevel::Info,
         };
         let bytes: Vec<u8> = m.text.iter().copied().take_while(|byte| *byte != 0).collect();
-        let piece = String::from_utf8_lossy(&bytes);
         // In version 2, the number of a split text follows severity and characters.
         let byte = |place: usize| payload.get(place).copied().unwrap_or(0);
         let number = u16::from_le_bytes([byte(1 + TEXT), byte(2 + TEXT)]);
@@ -305,11 +304,12 @@ impl Translator {
             self.end_text(said);
         }
         if number == 0 {
-            return said(Said::Text(level, piece.into_owned()));
+            return said(Said::Text(level, String::from_utf8_lossy(&bytes).into_owned()));
         }
-        let (.., text) = self.text.get_or_insert_with(|| (number, level, String::new()));
+        let (.., text) = self.text.get_or_insert_with(|| (number, level, Vec::new()));
         if text.len() < LONGEST_TEXT {
-            text.push_str(&piece);
+            // A character may be cut between two pieces.
+            text.extend_from_slice(&bytes);
         }
         if bytes.len() < TEXT {
             self.end_text(said);
@@ -318,7 +318,7 @@ impl Translator {
 
     fn end_text(&mut self, said: &mut impl FnMut(Said)) {
         if let Some((_, level, text)) = self.text.take() {
-            said(Said::Text(level, text));
+            said(Said::Text(level, String::from_utf8_lossy(&text).into_owned()));
         }
     }
 }

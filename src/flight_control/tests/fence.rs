@@ -77,5 +77,5 @@ fn outside_the_fence_it_does_not_take_over() {
     assert_eq!(bench.cycles(10).mode, Mode::Manual);
     let failed: Vec<String> =
         bench.last.unwrap().readiness.failed().map(ToString::to_string).collect();
-    assert_eq!(failed, ["share of the way to the fence: 1.500, at most 1"]);
+    assert_eq!(failed, ["share of the way to the geofence: 1.500, at most 1"]);
 }

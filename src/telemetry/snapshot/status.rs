@@ -22,7 +22,7 @@ pub enum SystemMode {
 
 impl SystemMode {
     /// All modes, in the order of their codes.
-    const ALL: [Self; 6] = [
+    pub const ALL: [Self; 6] = [
         Self::Starting,
         Self::Aligning,
         Self::SearchingHeading,
@@ -35,6 +35,19 @@ impl SystemMode {
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
+    }
+
+    /// Name for people.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Starting => "starting",
+            Self::Aligning => "aligning",
+            Self::SearchingHeading => "searching for the heading",
+            Self::Pilot => "the pilot",
+            Self::Autopilot => "the autopilot",
+            Self::Failsafe => "failsafe",
+        }
     }
 
     /// The mode of a code in a frame.

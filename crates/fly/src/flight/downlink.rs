@@ -298,7 +298,7 @@ fn path(port: Option<&PathBuf>) -> &Path {
 }
 
 fn transmit(mut line: GroundLine, clock: &Clock, mut encoder: Encoder, shared: &Shared) {
-    let mut received = [0; 64];
+    let mut received = [0; 2048];
     let mut bytes = Vec::with_capacity(2048);
     while !shared.stop.load(Ordering::Relaxed) {
         let count = line.read_until(&mut received, clock.now() + LISTEN_S);
@@ -308,8 +308,9 @@ fn transmit(mut line: GroundLine, clock: &Clock, mut encoder: Encoder, shared: &
                 changes.push_back(event);
             }
         }
-        if let Encoder::Packed(packed) = &mut encoder {
-            packed.flow.receive(&received[..count]);
+        match &mut encoder {
+            Encoder::Packed(packed) => packed.flow.receive(&received[..count]),
+            Encoder::Mavlink(mavlink) => mavlink.receive(&received[..count], clock.now()),
         }
         let newest = shared.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some((snapshot, supplement)) = newest.filter(|_| line.is_open()) else { continue };
@@ -329,6 +330,7 @@ fn transmit(mut line: GroundLine, clock: &Clock, mut encoder: Encoder, shared: &
                 if let Some((_, level, text)) = text {
                     mavlink.encode_text(level, text.as_str(), &mut bytes);
                 }
+                mavlink.answer(&mut bytes);
             }
         }
         if bytes.is_empty() {

@@ -31,7 +31,8 @@ const QUEUE: usize = 1024;
 /// Hz with the pilot only.
 ///
 /// # Errors
-/// [`FlyError`] if the flight cannot begin. Afterwards only `stop` ends it.
+/// [`FlyError`] if the flight cannot begin. A record that cannot be created is an error only with `[record] required`;
+/// otherwise it is reported, and the flight goes on without. Afterwards only `stop` ends it.
 pub fn fly(
     config: &FlyConfig,
     record: &Path,
@@ -117,6 +118,7 @@ impl FlightComputer {
     fn dmu(&mut self, bytes: &[u8], now: Time) -> Time {
         let Self { clock, dmu_port, dmu_name, sensors, flight, .. } = self;
         flight.log.recorder.raw(Line::Dmu, bytes, now);
+        flight.unit_bytes(now, bytes);
         sensors.dmu(bytes, now, |report| match report {
             SensorOutput::WriteDmu(command) => {
                 let written = dmu_port.write(&[command.byte()], clock.now() + WRITE_S);

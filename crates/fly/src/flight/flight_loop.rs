@@ -11,6 +11,7 @@ use super::notification::{EventLog, Notification};
 use super::port_name::PortName;
 use super::receiver_watch::ReceiverWatch;
 use super::report::FlightReport;
+use super::sensor_watch::SensorWatch;
 use super::servos::{PilotState, Servos};
 use super::utc::UtcClock;
 use crate::serial::{Clock, PortEvent, WriteError};
@@ -71,6 +72,7 @@ pub struct FlightLoop {
     last_cycle: Time,
     last_sample: Option<SampleTimes>,
     receiver: ReceiverWatch,
+    watch: SensorWatch,
     utc: UtcClock,
     snapshot: Snapshot,
     supplement: Supplement,
@@ -108,8 +110,17 @@ impl FlightLoop {
         let header = Header::new(config.clone(), start, unix_ns);
         let estimator = Estimator::with_layout(config.settings()?);
         let mut snapshot = Snapshot::at(start);
-        snapshot.status.recorder = true;
-        let mut log = EventLog::new(Recorder::create(record, &header)?, notifications, downlinks);
+        let (recorder, unrecorded) = match Recorder::create(record, &header) {
+            Ok(recorder) => (recorder, None),
+            Err(error) if config.record.required => return Err(error.into()),
+            Err(error) => (Recorder::absent(&error), Some(error)),
+        };
+        snapshot.status.recorder = unrecorded.is_none();
+        let mut log = EventLog::new(recorder, notifications, downlinks);
+        if let Some(error) = unrecorded {
+            let text = format_args!("the flight is not recorded, and goes on: {error}");
+            log.event(start, Level::Error, "record", text);
+        }
         if config.autopilot.as_ref().is_some_and(|section| section.model.is_none()) {
             log.event(start, Level::Warning, "untried_gains", messages::UNTRIED_GAINS);
         }
@@ -134,6 +145,7 @@ impl FlightLoop {
             last_cycle: start,
             last_sample: None,
             receiver: ReceiverWatch::new(start),
+            watch: SensorWatch::new(cycle_s),
             utc: UtcClock::new(start, unix_ns),
             snapshot,
             supplement: Supplement::at(start),
@@ -193,6 +205,8 @@ impl FlightLoop {
             SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
             SensorOutput::Fix(fix, _) => {
                 let unix_ns = fix.time.and_then(|time| time.unix_ns());
+                let drift = unix_ns.and_then(|utc| self.watch.fix(fix.arrival, utc));
+                drift.into_iter().for_each(|found| self.log.found(now, found));
                 if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.hear(fix.arrival, utc)) {
                     self.log.tell_utc(offset_ns);
                     let (level, text) = self.utc.in_words(now, offset_ns);
@@ -216,6 +230,10 @@ impl FlightLoop {
             self.timer.packet_behind(period_s - interval_s);
         }
         self.report.cycles += 1;
+        let force_mps2 = sample.motion.mean_rates(interval_s).specific_force_mps2;
+        let log = &mut self.log;
+        self.watch.sample(now, interval_s, force_mps2, |found| log.found(now, found));
+        self.snapshot.drops.imu_packets = self.watch.missing();
         let filtered = self.notch.as_mut().map(|notch| Event::Imu(notch.filter(sample)));
         self.estimate(now, filtered.as_ref().unwrap_or(event));
         self.snapshot = self.snapshot.with_imu(sample, interval_s);
@@ -415,6 +433,12 @@ impl FlightLoop {
             self.log.event(now, Level::Warning, "dmu_command", port.not_written(error));
         }
         self.dmu_commands_lost = lost;
+    }
+
+    /// Looks at bytes of the inertial unit's line.
+    pub fn unit_bytes(&mut self, now: Time, bytes: &[u8]) {
+        let found = self.watch.unit_bytes(bytes);
+        found.into_iter().for_each(|found| self.log.found(now, found));
     }
 
     /// Records a change of a port.

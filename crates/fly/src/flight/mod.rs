@@ -13,6 +13,7 @@ mod realtime;
 mod receiver_watch;
 mod repeats;
 mod report;
+mod sensor_watch;
 mod servos;
 mod utc;
 

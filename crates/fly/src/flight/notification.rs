@@ -6,6 +6,7 @@ use std::sync::mpsc::SyncSender;
 use super::downlink::Downlinks;
 use super::messages::port_level;
 use super::repeats::Repeats;
+use super::sensor_watch::Report;
 use hovernav::time::Time;
 use hovernav_log::record::{Entry, Level, Part, Recorder, ShortText};
 
@@ -43,6 +44,11 @@ impl EventLog {
     /// Records an event under the name `kind`, which determines the part, and sends a notification.
     pub fn event(&mut self, now: Time, level: Level, kind: &'static str, text: impl fmt::Display) {
         self.event_of(Part::of_kind(kind), now, level, kind, text);
+    }
+
+    /// Records a finding, under the name of its kind in `hovernav estimate`, and sends a notification.
+    pub fn found(&mut self, now: Time, (level, kind, text): Report) {
+        self.event(now, level, kind.name(), text);
     }
 
     /// As [`event`](Self::event), for a `part` that `kind` does not determine.

@@ -89,7 +89,9 @@ impl Repeats {
 
     /// Removes texts that are over at `now`, up to the first with unreported occurrences, and returns that one.
     pub fn over(&mut self, now: Time) -> Option<Rest> {
-        self.end(|one| now - one.heard > OVER_S)
+        let Rest { part, text, .. } = self.end(|one| now - one.heard > OVER_S)?;
+        // A fault that is over is no fault.
+        Some(Rest { level: Level::Info, part, text: ShortText::new(format_args!("over: {text}")) })
     }
 
     /// As [`over`](Self::over), for all texts at the end of a flight.
@@ -179,7 +181,8 @@ mod tests {
         assert!(hear(&mut repeats, 1.0, "inertial unit: sample stuck").is_some());
         assert!(repeats.over(at(5.0)).is_none());
         let rest = repeats.over(at(11.5)).unwrap();
-        assert_eq!(rest.text.as_str(), "fix refused: a jump of 31 m (1 more, the last at 1.0 s)");
+        let text = "over: fix refused: a jump of 31 m (1 more, the last at 1.0 s)";
+        assert_eq!((rest.level, rest.text.as_str()), (Level::Info, text));
         assert!(repeats.over(at(12.0)).is_none());
         // After that it is reported at once again.
         assert!(hear(&mut repeats, 12.0, "fix refused: a jump of 29 m").is_some());

@@ -1,8 +1,8 @@
 //! A pseudo-terminal with a link to it.
 
-use std::fs;
+use std::fs::{self, Metadata};
 use std::io::{self, ErrorKind, Read as _, Write as _};
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{MetadataExt as _, symlink};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -29,8 +29,7 @@ impl Terminal {
         match fs::symlink_metadata(link) {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(fails(error)),
-            // A broken link is stale.
-            Ok(found) if found.is_symlink() && !link.exists() => {}
+            Ok(found) if found.is_symlink() && is_stale(link, &found) => {}
             Ok(_) => return Err(PlayError::Occupied { path: link.into() }),
         }
         let no_terminal = |reason: String| PlayError::NoTerminal { path: link.into(), reason };
@@ -84,6 +83,15 @@ impl Drop for Terminal {
     }
 }
 
+/// Whether the link of a process that was killed is left: its terminal is gone, or another one got the same name since.
+fn is_stale(link: &Path, found: &Metadata) -> bool {
+    let Ok(target) = fs::metadata(link) else { return true };
+    let is_terminal = fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"));
+    // The status of a terminal changes when it is created; its link is always younger.
+    let changed = |of: &Metadata| (of.ctime(), of.ctime_nsec());
+    is_terminal && changed(&target) > changed(found)
+}
+
 fn is_passing(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted | ErrorKind::WouldBlock)
 }
@@ -91,4 +99,42 @@ fn is_passing(error: &io::Error) -> bool {
 /// Whether the other end is closed: a hang-up, or EIO, which has no `ErrorKind` of its own.
 fn is_closed(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stale_link_is_replaced_and_a_live_one_is_not() {
+        let place = tempfile::tempdir().unwrap();
+        let link = place.path().join("dmu");
+        let live = Terminal::open(&link).unwrap();
+        assert!(matches!(Terminal::open(&link), Err(PlayError::Occupied { .. })));
+        // A process that was killed leaves its link.
+        std::mem::forget(live);
+        fs::remove_file(&link).unwrap();
+        symlink("/dev/pts/999999", &link).unwrap();
+        drop(Terminal::open(&link).unwrap());
+        // Another terminal gets the name that the link points to, after the link was made.
+        let (_device, name) = loop {
+            let (first, host) = TTYPort::pair().unwrap();
+            let name = host.name().unwrap();
+            symlink(&name, &link).unwrap();
+            drop((first, host));
+            std::thread::sleep(Duration::from_millis(20));
+            let (device, host) = TTYPort::pair().unwrap();
+            if host.name().as_ref() == Some(&name) {
+                break ((device, host), name);
+            }
+            fs::remove_file(&link).unwrap();
+        };
+        let ours = Terminal::open(&link).unwrap();
+        assert_ne!(ours.target, Path::new(&name));
+        assert_eq!(fs::read_link(&link).unwrap(), ours.target);
+        drop(ours);
+        // A file is never replaced.
+        fs::write(&link, "mine").unwrap();
+        assert!(matches!(Terminal::open(&link), Err(PlayError::Occupied { .. })));
+    }
 }

@@ -56,6 +56,8 @@ pub struct Setup {
     pub ground_lost_s: Option<f64>,
     /// Time at which the disk is full, s.
     pub disk_full_s: Option<f64>,
+    /// Protocol of the receiver, and its name in `fly.toml`.
+    pub protocol: (Protocol, &'static str),
 }
 
 impl Setup {
@@ -74,6 +76,7 @@ impl Setup {
             held: Vec::new(),
             ground_lost_s: None,
             disk_full_s: None,
+            protocol: (Protocol::Ubx, "ubx"),
         }
     }
 }
@@ -128,7 +131,7 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
     let file = directory.join("autopilot.toml");
     hovernav_log::write_autopilot(&setup.autopilot, &file, "").unwrap();
     let mut text = format!(
-        "[dmu]\nport = '{}'\n[receiver]\nport = '{}'\nprotocol = 'ubx'\n\
+        "[dmu]\nport = '{}'\n[receiver]\nport = '{}'\nprotocol = '{}'\n\
          [servo.capture]\nserial = {{ port = '{}' }}\n[servo.stream]\nport = '{}'\n\
          [servo.channels.throttle]\nfailsafe_ms = 1.0\n\
          [autopilot]\nfile = 'autopilot.toml'\npilot = '{}'\n\
@@ -136,6 +139,7 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
          [navigation.gps]\nantenna_lever_arm_m = [-0.35, 0.0, 0.2]\n{}",
         at("dmu"),
         at("gps"),
+        setup.protocol.1,
         at("pilot"),
         at("servos"),
         setup.pilot,
@@ -172,7 +176,7 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
         scene: Scene { acts: setup.acts.iter().map(|act| act.parse().unwrap()).collect() },
     };
     let lines = LinePaths::within(directory.path());
-    let flying = LiveFlight::start(live, Protocol::Ubx, &lines, clock).unwrap();
+    let flying = LiveFlight::start(live, setup.protocol.0, &lines, clock).unwrap();
     let path = directory.path().join("flight.mcap");
     let stop = Arc::new(AtomicBool::new(false));
     let aboard = clock.on_another_processor();

@@ -247,7 +247,7 @@ const FAILSAFES: [Failsafe; 14] = [
             let crossed_s = flown.second(crossed.expect("it reached the fence").time);
             let farthest_m = flight.map(|solution| away(&solution)).fold(0.0, f64::max);
             assert!(farthest_m < FENCE_M + 2.5, "it went on to {farthest_m} m");
-            let told = "the fence is reached: the autopilot goes back";
+            let told = "the geofence is reached: the autopilot goes back";
             vec![response("it goes back", CYCLE_S, flown.after(crossed_s, told))]
         },
         may_crash: false,

@@ -2,6 +2,7 @@
 
 mod campaign;
 mod common;
+mod damaged;
 mod excitation;
 mod failsafes;
 mod full_record;

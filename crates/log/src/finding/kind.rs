@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use hovernav::dmu::PlausibilityFault;
+use hovernav::ekf::{ImuFault, Notice, ResetCause};
+use hovernav::sensors::SensorOutput;
 use serde::{Serialize, Serializer};
 
 /// Kind of a finding. `docs/warnings.md` lists when each is a warning.
@@ -142,6 +145,57 @@ impl FindingKind {
         Self::SmoothingDenied,
         Self::SetUp,
     ];
+
+    /// Kind of a notice of the estimator; `None` for an ordinary update and an alignment.
+    #[must_use]
+    pub fn of_notice(notice: &Notice) -> Option<Self> {
+        Some(match notice {
+            Notice::Updated(report) if report.any_reopened() => Self::FilterReopened,
+            Notice::Updated(report) if report.contradicts_itself() => Self::ContradictsItself,
+            Notice::Updated(report) if report.any_rejected() => Self::Refused,
+            Notice::Updated(report) if report.position_drift_m().is_some() => Self::PlaceWalks,
+            Notice::HeadingFound { .. } => Self::HeadingFound,
+            Notice::HeadingReset { .. } => Self::HeadingReset,
+            Notice::HeadingDoubted { .. } => Self::HeadingInDoubt,
+            Notice::HeadingMissing { .. } => Self::HeadingUnknown,
+            Notice::FieldDisturbed { .. } | Notice::FieldUsual { .. } => Self::MagneticDisturbance,
+            Notice::AntennaElsewhere { .. } => Self::LeverArm,
+            Notice::OnWheels { .. } | Notice::OffWheels { .. } => Self::OnWheels,
+            Notice::NotUsed { .. } => Self::Unusable,
+            Notice::GapBridged { .. }
+            | Notice::CovarianceReset { cause: ResetCause::LongGap { .. }, .. } => Self::Gap,
+            Notice::CovarianceReset { .. } => Self::Reset,
+            Notice::SampleSuspect { suspicion, .. } if suspicion.is_clipped() => Self::Clipping,
+            Notice::SampleSuspect { suspicion, .. } if suspicion.stuck.any() => Self::StuckAxis,
+            Notice::SampleSuspect { .. } => Self::Shock,
+            Notice::SampleRefused { fault, .. } => match fault {
+                ImuFault::Stuck => Self::Stuck,
+                ImuFault::NotFinite => Self::NotANumber,
+                ImuFault::Interpolated => Self::Interpolated,
+                _ => Self::TimeStamps,
+            },
+            _ => return None,
+        })
+    }
+
+    /// Kind of a report of a sensor's driver; `None` for an ordinary packet or fix.
+    #[must_use]
+    pub fn of_sensor(output: &SensorOutput) -> Option<Self> {
+        Some(match output {
+            SensorOutput::DmuLost(..) => Self::Gap,
+            SensorOutput::DmuImplausible(_, fault) => match fault {
+                PlausibilityFault::Stuck { .. } => Self::Stuck,
+                PlausibilityFault::Saturated { .. } | PlausibilityFault::BeyondRating { .. } => {
+                    Self::Clipping
+                }
+                _ => Self::NotANumber,
+            },
+            SensorOutput::DmuClockFault(..) => Self::TimeStamps,
+            SensorOutput::Fix(_, failures) if !failures.is_empty() => Self::Refused,
+            SensorOutput::FixWithoutHeight(_) => Self::Unusable,
+            _ => return None,
+        })
+    }
 
     /// Name in `summary.json` and in sentences. Programs depend on it: it never changes.
     #[must_use]

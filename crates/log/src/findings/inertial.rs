@@ -11,6 +11,7 @@ use super::unit::{AXES, component};
 use super::when;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
 use crate::rates::Rates;
 
 /// Events closer than this, s, are one.
@@ -21,10 +22,6 @@ const LASTING_S: f64 = 10.0;
 const HELD: f64 = 0.2;
 /// Shorter repetitions of one axis, s, do not count as stuck.
 const STUCK_S: f64 = 0.2;
-/// Share of lost samples beyond which the loss is reported.
-const LOST: f64 = 0.02;
-/// Velocity error from vibration, m/s after a second, beyond which the vibration is high.
-const HIGH_MPS: f64 = 0.6;
 
 pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &mut Vec<Finding>) {
     reported(log, findings);
@@ -129,7 +126,7 @@ impl Inertial {
         // Scattered time stamps lengthen and shorten intervals, but do not lengthen their sum.
         let missing = whole.min(in_time).max(0.0).round();
         let share = missing / (missing + self.count as f64);
-        if share > LOST {
+        if share > LOST_SAMPLES {
             let (start_s, end_s) = (self.first_s, self.last_s);
             findings.push(Finding {
                 start_s,
@@ -208,9 +205,9 @@ impl Inertial {
         let count = self.count.saturating_sub(2).max(1) as f64;
         let strengths = self.bends.map(|squares| (squares / (6.0 * count)).sqrt());
         let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
-        // Velocity random walk over a second of white noise of this size.
-        let walk_mps = strengths[strongest] * interval_s.sqrt();
-        let severity = if walk_mps > HIGH_MPS { Severity::Warning } else { Severity::Info };
+        let walk_mps = vibration_mps(self.bends[strongest], count, interval_s);
+        let severity =
+            if walk_mps > HIGH_VIBRATION_MPS { Severity::Warning } else { Severity::Info };
         findings.push(Finding {
             start_s: self.first_s,
             end_s: self.last_s,

@@ -8,6 +8,7 @@ use hovernav::frames::Vector;
 use super::Judged;
 use crate::comparisons::FixTally;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::limits::DRIFTED_S;
 use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
@@ -40,8 +41,6 @@ const LONGEST_S: f64 = 2.5;
 const PART: usize = 40;
 /// Smallest number of such parts.
 const LEAST_PARTS: usize = 3;
-/// Smallest growth of the delay over the flight, s, that shows a clock rate error.
-const DRIFTED_S: f64 = 0.15;
 /// The same in multiples of the delays' rms distance from a line.
 const OFF_LINE: f64 = 5.0;
 /// Additional share of the changes that a growing delay explains, compared with a constant one.

@@ -105,7 +105,7 @@ impl<W: Write> MessageWriter<W> {
     }
 
     fn happening(&mut self, happening: Option<Happening>) -> McapResult<()> {
-        let Some(Happening { time, level, kind, text }) = happening else { return Ok(()) };
+        let Some(Happening { time, level, kind, text, .. }) = happening else { return Ok(()) };
         self.event(time.unwrap_or(self.now), level, kind, text.as_str())
     }
 

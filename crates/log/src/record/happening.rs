@@ -4,6 +4,7 @@
 use std::fmt;
 
 use super::entry::{Level, Part, ShortText};
+use crate::finding::FindingKind;
 use hovernav::dmu::LinkFault;
 use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, ResetCause, Verdict};
 use hovernav::gps::quality::Failures;
@@ -20,6 +21,8 @@ pub struct Happening {
     pub level: Level,
     /// Kind, for programs.
     pub kind: &'static str,
+    /// Kind of the finding that `hovernav estimate` would make of it; `None` for information about the flight.
+    pub finding: Option<FindingKind>,
     /// Text for people.
     pub text: ShortText,
 }
@@ -157,7 +160,7 @@ impl Happening {
             }
             _ => return None,
         };
-        Some(Self { time, level, kind, text })
+        Some(Self { time, level, kind, finding: FindingKind::of_notice(notice), text })
     }
 
     /// Event of a sensor's driver; `None` for an ordinary packet or fix.
@@ -190,7 +193,8 @@ impl Happening {
             }
             _ => return None,
         };
-        Some(Self { time: Some(time), level, kind, text })
+        let finding = FindingKind::of_sensor(output);
+        Some(Self { time: Some(time), level, kind, finding, text })
     }
 
     /// Sensor or part of the vehicle.

@@ -80,6 +80,24 @@ impl Recorder {
         Ok(recorder)
     }
 
+    /// A recorder without a file, after `error`: every entry is lost, and counted.
+    #[must_use]
+    pub fn absent(error: &LogError) -> Self {
+        let progress = Arc::new(Progress::default());
+        if let LogError::Io { source, .. } = error {
+            progress.os_error.store(source.raw_os_error().unwrap_or(0), Ordering::Relaxed);
+        }
+        Self {
+            queue: None,
+            threads: Vec::new(),
+            progress,
+            sequence: 0,
+            sent: 0,
+            unreported: Lost::default(),
+            lost: Lost::default(),
+        }
+    }
+
     /// Records to `out` as [`create`](Self::create) does to a file.
     ///
     /// # Errors

@@ -113,6 +113,13 @@ impl AutopilotSection {
         }
         self.check(servo)?;
         let path = directory.join(&self.file);
+        if !path.exists() {
+            let why = format!(
+                "found no file {}, expected an autopilot: run `hovernav design` first",
+                path.display()
+            );
+            return Err(FlyConfigError::value("autopilot", "file", &why));
+        }
         let refuse =
             |error: &dyn std::fmt::Display| FlyConfigError::value("autopilot", "file", &error);
         let text = hovernav_toml::read_text(&path).map_err(|error| refuse(&error))?;

@@ -120,7 +120,7 @@ impl FlyConfig {
             && config.site.is_some()
             && site_height.is_none()
         {
-            let why = "found none, expected one: the height of the fence is measured from it";
+            let why = "found none, expected one: the height of the geofence is measured from it";
             return Err(value("site", "height_m", &why));
         }
         config.sensors()?;
@@ -250,7 +250,7 @@ impl FlyConfig {
         }
         let Some(section) = &self.autopilot else { return Ok(()) };
         if section.fence.is_some() && self.site.is_none() {
-            let why = "found no [site], expected one: it is the centre of the fence";
+            let why = "found no [site], expected one: it is the centre of the geofence";
             return Err(value("autopilot", "fence", &why));
         }
         section.check(servo)

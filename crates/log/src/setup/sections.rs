@@ -140,11 +140,14 @@ impl From<ReceiverProtocol> for Protocol {
 pub struct RecordSection {
     /// Directory of the records, one file for each flight, named after its start.
     pub directory: PathBuf,
+    /// Whether a flight without a record is refused, for the ground. Otherwise a directory that is full or read-only is
+    /// reported, and `fly` flies without a record: a restart in flight must not fail.
+    pub required: bool,
 }
 
 impl Default for RecordSection {
     fn default() -> Self {
-        Self { directory: "records".into() }
+        Self { directory: "records".into(), required: false }
     }
 }
 

@@ -203,3 +203,16 @@ fn angles_of_a_mounting_are_brought_to_their_principal_values() {
     let error = refused("[navigation.imu]\nmounting_deg = [0.0, 400.0, 0.0]\n");
     assert!(error.contains("mounting_deg: found 400, expected -360 to 360 °"), "{error}");
 }
+
+#[test]
+fn a_flight_before_the_design_says_what_to_run_first() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut config =
+        FlyConfig::parse(&format!("{SENSORS}{AUTOPILOT}"), "fly.toml".as_ref()).unwrap();
+    let error = config.load_autopilot(directory.path()).unwrap_err().to_string();
+    assert!(error.starts_with("[autopilot] file: found no file"), "{error}");
+    assert!(
+        error.contains("autopilot.toml") && error.contains("run `hovernav design` first"),
+        "{error}"
+    );
+}

@@ -6,8 +6,6 @@
 use mavlink::dialects::common::MavMessage;
 use mavlink::{MavlinkVersion, Message as _, calculate_crc};
 
-use super::ekf_status;
-
 const MAGIC_1: u8 = 0xFE;
 const MAGIC_2: u8 = 0xFD;
 const CHECKSUM: usize = 2;
@@ -17,11 +15,15 @@ const SIGNED: u8 = 1;
 
 /// A complete frame.
 pub struct Frame<'a> {
+    /// Version of MAVLink.
     pub version: MavlinkVersion,
+    /// Number of the message.
     pub id: u32,
+    /// Number of the frame, modulo 256.
     pub sequence: u8,
     /// System and component.
     pub sender: (u8, u8),
+    /// Payload; trailing zeros may be missing.
     pub payload: &'a [u8],
     /// Length in bytes.
     pub length: usize,
@@ -43,12 +45,15 @@ pub enum Begun<'a> {
 }
 
 /// Whether a frame can start with `byte`; version 1 counts only with `first_too`.
+#[must_use]
 pub const fn is_magic(byte: u8, first_too: bool) -> bool {
     byte == MAGIC_2 || byte == MAGIC_1 && first_too
 }
 
-/// Decodes the frame at the front of `bytes`, which start with a magic byte.
-pub fn begun(bytes: &[u8]) -> Begun<'_> {
+/// Decodes the frame at the front of `bytes`, which start with a magic byte. `also` is the number and the CRC_EXTRA byte
+/// of a message that the common set lacks.
+#[must_use]
+pub fn begun(bytes: &[u8], also: Option<(u32, u8)>) -> Begun<'_> {
     let version = match bytes.first() {
         Some(&MAGIC_1) => MavlinkVersion::V1,
         _ => MavlinkVersion::V2,
@@ -75,7 +80,7 @@ pub fn begun(bytes: &[u8]) -> Begun<'_> {
     let found = u16::from_le_bytes([bytes[end], bytes[end + 1]]);
     let (covered, payload) = (&bytes[1..end], &bytes[header..end]);
     let frame = Frame { version, id, sequence, sender, payload, length };
-    match layout(id) {
+    match layout(id, also) {
         Some(layout) if calculate_crc(covered, layout) == found => Begun::Frame(frame),
         Some(_) => Begun::Damaged,
         None => match layout_of(covered, found) {
@@ -86,11 +91,10 @@ pub fn begun(bytes: &[u8]) -> Begun<'_> {
 }
 
 /// The CRC_EXTRA byte of a known message.
-fn layout(id: u32) -> Option<u8> {
-    match id {
-        ekf_status::ID => Some(ekf_status::LAYOUT),
-        _ => MavMessage::default_message_from_id(id).map(|_| MavMessage::extra_crc(id)),
-    }
+fn layout(id: u32, also: Option<(u32, u8)>) -> Option<u8> {
+    also.filter(|(own, _)| *own == id)
+        .map(|(_, layout)| layout)
+        .or_else(|| MavMessage::default_message_from_id(id).map(|_| MavMessage::extra_crc(id)))
 }
 
 /// The CRC_EXTRA byte for which the checksum of `covered` would be `found`.

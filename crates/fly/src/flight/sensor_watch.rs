@@ -1,0 +1,307 @@
+//! Findings that show only over time, in flight: lost samples, vibration, a drifting clock, swapped ports. Kinds and
+//! limits are those of `hovernav estimate`.
+
+use hovernav::frames::{Body, Vector};
+use hovernav::time::Time;
+use hovernav_log::FindingKind;
+use hovernav_log::limits::{DRIFTED_S, HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
+use hovernav_log::record::{Level, ShortText};
+
+/// Time over which samples are judged, s.
+const WINDOW_S: f64 = 10.0;
+/// Share of a limit below which a finding is over.
+const OVER: f64 = 0.5;
+/// Longer intervals are gaps, which the estimator reports, in usual intervals.
+const GAP_INTERVALS: f64 = 5.0;
+/// Weight of an interval in the usual one.
+const SHARE: f64 = 0.02;
+/// Time between two reports of a finding that lasts, s.
+const AGAIN_S: f64 = 60.0;
+/// Time over which the least delay of the fixes is found, s.
+const CLOCK_WINDOW_S: f64 = 30.0;
+/// Smallest rate error of the flight clock that is reported; crystals differ by a quarter of it.
+const LEAST_RATE: f64 = 2e-4;
+/// Bytes of a receiver on the inertial unit's port that show swapped ports.
+const STARTS: [[u8; 3]; 4] = [*b"$GP", *b"$GN", [0xB5, 0x62, 0x01], [0x10, 0x8F, 0x20]];
+/// Number of them without a packet in between.
+const LEAST_STARTS: u32 = 3;
+
+/// A report: severity, kind and text.
+pub type Report = (Level, FindingKind, ShortText);
+
+/// A finding that begins, lasts and ends.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lasting {
+    told: Option<Time>,
+}
+
+impl Lasting {
+    /// Whether to report at `now` that the finding is there (`true`) or over (`false`); `size` is in multiples of its
+    /// limit.
+    fn update(&mut self, size: f64, now: Time) -> Option<bool> {
+        if size > 1.0 && self.told.is_none_or(|told| now - told >= AGAIN_S) {
+            self.told = Some(now);
+            return Some(true);
+        }
+        (size < OVER && self.told.take().is_some()).then_some(false)
+    }
+}
+
+/// The watch over samples, fixes and the inertial unit's line.
+#[derive(Debug)]
+pub struct SensorWatch {
+    usual_s: f64,
+    begun: Option<Time>,
+    count: u32,
+    missing: f64,
+    missing_in_all: f64,
+    /// Specific forces of the last two samples, and the sums of their squared second differences.
+    before: [Option<Vector<Body>>; 2],
+    bends: [f64; 3],
+    lost: Lasting,
+    shaken: Lasting,
+    clock: ClockWatch,
+    line: LineWatch,
+}
+
+impl SensorWatch {
+    /// A watch over a unit whose samples are `usual_s` apart.
+    pub fn new(usual_s: f64) -> Self {
+        Self {
+            usual_s,
+            begun: None,
+            count: 0,
+            missing: 0.0,
+            missing_in_all: 0.0,
+            before: [None; 2],
+            bends: [0.0; 3],
+            lost: Lasting::default(),
+            shaken: Lasting::default(),
+            clock: ClockWatch::default(),
+            line: LineWatch::default(),
+        }
+    }
+
+    /// Number of samples missing since the start, without those of gaps.
+    pub fn missing(&self) -> u32 {
+        self.missing_in_all as u32
+    }
+
+    /// Takes a sample with its specific force, m/s², `interval_s` after the one before; reports what it completes.
+    pub fn sample(
+        &mut self,
+        now: Time,
+        interval_s: f64,
+        force_mps2: Vector<Body>,
+        mut report: impl FnMut(Report),
+    ) {
+        self.line = LineWatch::default();
+        let intervals = interval_s / self.usual_s;
+        if intervals < GAP_INTERVALS {
+            let missing = (intervals.round() - 1.0).max(0.0);
+            self.missing += missing;
+            self.missing_in_all += missing;
+            if intervals < 1.5 {
+                self.usual_s += SHARE * (interval_s - self.usual_s);
+            }
+        }
+        self.count += 1;
+        if let [Some(first), Some(second)] = self.before {
+            let bend = (first - second * 2.0 + force_mps2).to_array();
+            self.bends.iter_mut().zip(bend).for_each(|(sum, bend)| *sum += bend * bend);
+        }
+        self.before = [self.before[1], Some(force_mps2)];
+        let begun = *self.begun.get_or_insert(now);
+        if now - begun >= WINDOW_S {
+            self.judge(now, &mut report);
+            (self.begun, self.count, self.missing, self.bends) = (Some(now), 0, 0.0, [0.0; 3]);
+        }
+    }
+
+    fn judge(&mut self, now: Time, report: &mut impl FnMut(Report)) {
+        let count = f64::from(self.count);
+        let share = self.missing / (self.missing + count).max(1.0);
+        let percent = 100.0 * share;
+        if let Some(is_there) = self.lost.update(share / LOST_SAMPLES, now) {
+            let (level, text) = if is_there {
+                let text = format_args!(
+                    "inertial unit: {percent:.1} % of the samples are missing, as on a line that loses packets: \
+                     check plug, cable and baud rate"
+                );
+                (Level::Warning, ShortText::new(text))
+            } else {
+                (Level::Info, ShortText::new("inertial unit: recovered: the samples are complete"))
+            };
+            report((level, FindingKind::SamplesLost, text));
+        }
+        let squares = self.bends.into_iter().fold(0.0, f64::max);
+        let walk_mps = vibration_mps(squares, count, self.usual_s);
+        if let Some(is_there) = self.shaken.update(walk_mps / HIGH_VIBRATION_MPS, now) {
+            let (level, text) = if is_there {
+                let text = format_args!(
+                    "inertial unit: vibration is high: the part too fast for the sample rate adds up to \
+                     {walk_mps:.2} m/s in a second; check balance and mount"
+                );
+                (Level::Warning, ShortText::new(text))
+            } else {
+                (Level::Info, ShortText::new("inertial unit: recovered: vibration is usual"))
+            };
+            report((level, FindingKind::Vibration, text));
+        }
+    }
+
+    /// Takes a fix of UTC `unix_ns`, ns since 1970, that arrived at `arrival`; reports a drift of the flight clock.
+    pub fn fix(&mut self, arrival: Time, unix_ns: i64) -> Option<Report> {
+        self.clock.fix(arrival, unix_ns)
+    }
+
+    /// Takes bytes of the inertial unit's line; reports a receiver at its other end.
+    pub fn unit_bytes(&mut self, bytes: &[u8]) -> Option<Report> {
+        self.line.bytes(bytes).then(|| {
+            let text = "inertial unit: its port sends GPS: swap [dmu] port and [receiver] port";
+            (Level::Error, FindingKind::SetUp, ShortText::new(text))
+        })
+    }
+}
+
+/// Drift of the flight clock against GPS, by the least delay of the fixes.
+#[derive(Clone, Copy, Debug, Default)]
+struct ClockWatch {
+    /// Start of the window, and the least delay in it, ns.
+    window: Option<(Time, i64)>,
+    /// Middle of the first window, and its least delay, ns.
+    first: Option<(Time, i64)>,
+    drifted: Lasting,
+}
+
+impl ClockWatch {
+    fn fix(&mut self, arrival: Time, unix_ns: i64) -> Option<Report> {
+        let delay_ns = arrival.nanoseconds().saturating_sub(unix_ns);
+        let (start, least_ns) = self.window.unwrap_or((arrival, delay_ns));
+        if arrival - start < CLOCK_WINDOW_S {
+            self.window = Some((start, least_ns.min(delay_ns)));
+            return None;
+        }
+        self.window = Some((arrival, delay_ns));
+        let Some((first, first_ns)) = self.first else {
+            self.first = Some((start, least_ns));
+            return None;
+        };
+        let drifted_s = least_ns.saturating_sub(first_ns) as f64 * 1e-9;
+        let rate = drifted_s / (start - first);
+        // A step of the receiver's UTC, by leap seconds or at its first fix, is no drift.
+        if drifted_s.abs() > 1.0 && self.drifted.told.is_none() {
+            self.first = Some((start, least_ns));
+            return None;
+        }
+        let size = (drifted_s.abs() / DRIFTED_S).min(rate.abs() / LEAST_RATE);
+        self.drifted.update(size, arrival)?.then(|| {
+            let side = if rate > 0.0 { "fast" } else { "slow" };
+            let text = format_args!(
+                "clocks: the flight clock runs {:.3} % {side} against GPS: rates and times are off by as much",
+                100.0 * rate.abs()
+            );
+            (Level::Warning, FindingKind::ClockRate, ShortText::new(text))
+        })
+    }
+}
+
+/// Messages of a receiver on the inertial unit's line.
+#[derive(Clone, Copy, Debug, Default)]
+struct LineWatch {
+    last: [u8; 3],
+    starts: u32,
+}
+
+impl LineWatch {
+    /// Whether these bytes complete the evidence of swapped ports; once.
+    fn bytes(&mut self, bytes: &[u8]) -> bool {
+        let before = self.starts;
+        for byte in bytes {
+            self.last = [self.last[1], self.last[2], *byte];
+            self.starts = self.starts.saturating_add(u32::from(STARTS.contains(&self.last)));
+        }
+        before < LEAST_STARTS && self.starts >= LEAST_STARTS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 1.0 / 33.0;
+
+    /// Reports of samples up to `until_s`; `is_lost` and `force` by the number of the sample.
+    fn told(
+        until_s: f64,
+        is_lost: impl Fn(u32) -> bool,
+        force_z: impl Fn(u32) -> f64,
+    ) -> Vec<(Level, FindingKind, String)> {
+        let (mut watch, mut told, mut last) = (SensorWatch::new(PERIOD_S), Vec::new(), 0);
+        for number in (1..(until_s / PERIOD_S) as u32).filter(|number| !is_lost(*number)) {
+            let now = Time::ZERO + PERIOD_S * f64::from(number);
+            let interval_s = PERIOD_S * f64::from(number - last);
+            last = number;
+            let force = Vector::new(0.0, 0.0, force_z(number));
+            watch.sample(now, interval_s, force, |(level, kind, text)| {
+                told.push((level, kind, text.as_str().to_owned()));
+            });
+        }
+        told
+    }
+
+    #[test]
+    fn a_quarter_of_the_samples_lost_is_reported_and_its_end_too() {
+        let steady = |_| -9.81;
+        assert_eq!(told(300.0, |_| false, steady), []);
+        assert_eq!(told(300.0, |number| number % 100 == 0, steady), [], "one percent is usual");
+        let told = told(300.0, |number| number % 4 == 0 && number < 33 * 150, steady);
+        let levels: Vec<_> = told.iter().map(|(level, ..)| *level).collect();
+        // At once, each minute, and when it is over.
+        assert_eq!(
+            levels,
+            [Level::Warning, Level::Warning, Level::Warning, Level::Info],
+            "{told:?}"
+        );
+        assert!(told.iter().all(|(_, kind, _)| *kind == FindingKind::SamplesLost));
+        assert!(told[0].2.contains("25.") && told[3].2.contains("recovered"), "{told:?}");
+    }
+
+    #[test]
+    fn vibration_is_reported_by_the_limit_of_estimate() {
+        let shaken = |number: u32| -9.81 + if number % 2 == 0 { 8.0 } else { -8.0 };
+        let told = told(100.0, |_| false, |k| if k < 33 * 50 { shaken(k) } else { -9.81 });
+        let kinds: Vec<_> = told.iter().map(|(level, kind, _)| (*level, *kind)).collect();
+        let (bad, good) = (Level::Warning, Level::Info);
+        assert_eq!(kinds, [(bad, FindingKind::Vibration), (good, FindingKind::Vibration)]);
+    }
+
+    #[test]
+    fn a_drifting_clock_is_found_and_late_fixes_are_none() {
+        let found = |rate: f64| {
+            let mut watch = SensorWatch::new(PERIOD_S);
+            (0..900).find_map(|second| {
+                let late_s = 0.1 + 0.2 * f64::from(second % 7) / 7.0;
+                let arrival = Time::ZERO + f64::from(second) * (1.0 + rate) + late_s;
+                watch.fix(arrival, 1_700_000_000_000_000_000 + i64::from(second) * 1_000_000_000)
+            })
+        };
+        assert!(found(0.0).is_none() && found(5e-5).is_none());
+        let (level, kind, text) = found(1e-3).unwrap();
+        assert_eq!((level, kind), (Level::Warning, FindingKind::ClockRate));
+        assert!(text.as_str().contains("runs 0.100 % fast"), "{}", text.as_str());
+    }
+
+    #[test]
+    fn a_receiver_on_the_units_port_is_named_once() {
+        let mut watch = SensorWatch::new(PERIOD_S);
+        let mut told = Vec::new();
+        for _ in 0..20 {
+            for piece in b"$GPGGA,120000,0121.0,N,10349.0,E,1,9,1.1,42,M,,M,,*00\r\n".chunks(7) {
+                told.extend(watch.unit_bytes(piece));
+            }
+        }
+        assert_eq!(told.len(), 1);
+        assert!(told[0].2.as_str().contains("its port sends GPS"));
+    }
+}
