@@ -17,8 +17,8 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
-use hovernav_log::record::Record;
-use hovernav_log::{FlyConfig, FlyConfigError};
+use hovernav_record::Record;
+use hovernav_record::{FlyConfig, FlyConfigError};
 
 fn hover() -> Dataset {
     Dataset::open(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover").as_ref()).unwrap()

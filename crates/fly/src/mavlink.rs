@@ -9,8 +9,8 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
-use hovernav_log::MavlinkConfig;
-use hovernav_log::record::Level;
+use hovernav_record::Level;
+use hovernav_record::MavlinkConfig;
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
@@ -51,7 +51,7 @@ impl Schedule {
 ///
 /// ```
 /// use hovernav_fly::Mavlink;
-/// use hovernav_log::MavlinkConfig;
+/// use hovernav_record::MavlinkConfig;
 /// use hovernav::telemetry::Snapshot;
 /// use hovernav::time::Time;
 ///

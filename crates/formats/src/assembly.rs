@@ -260,7 +260,7 @@ impl Assembly {
             moments,
             innovations,
         });
-        Ok(Log { format, dataset, record: None, onboard })
+        Ok(Log::of(format, dataset, onboard))
     }
 }
 

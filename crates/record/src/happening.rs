@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use super::entry::{Level, Part, ShortText};
+use crate::entry::{Level, Part, ShortText};
 use hovernav::dmu::LinkFault;
 use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, ResetCause, Verdict};
 use hovernav::gps::quality::Failures;
