@@ -1,7 +1,6 @@
 #!/bin/sh
-# Makes the pictures of docs/gallery.md and the report of README.md anew: runs the commands and photographs the
-# pages.
-# Needs chromium, and beside the datasets of the repository the logs in the directory SHARED.
+# Renews the pictures of docs/gallery.md and the report of README.md: runs the commands and photographs the pages.
+# Needs chromium, the datasets of the repository, and the logs in the directory SHARED.
 # Usage: docs/gallery.sh HOVERNAV SHARED
 set -eu
 hovernav=${1:?usage: $0 HOVERNAV SHARED}

@@ -56,7 +56,7 @@ fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
 
 #[cfg(not(feature = "formats"))]
 fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
-    Err(crate::memory::left_out(path, "text in columns"))
+    Err(crate::memory::left_out(path, "text in columns", "text"))
 }
 
 /// Selects one sensor of a kind, in a log with several.
@@ -177,8 +177,8 @@ pub fn designed_for_another(model: &hovernav_model::StateSpace) -> Option<String
 
 /// The configuration of a flight computer. An error names the file.
 #[cfg(any(feature = "fly", feature = "ground"))]
-pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_log::FlyConfig> {
-    use hovernav_log::{FlyConfig, FlyConfigError};
+pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_record::FlyConfig> {
+    use hovernav_record::{FlyConfig, FlyConfigError};
     FlyConfig::read(path).map_err(|error| match error {
         FlyConfigError::Value { .. } => {
             anyhow::Error::new(error).context(path.display().to_string())

@@ -1,6 +1,6 @@
 //! `hovernav convert`: converts any log to a dataset directory, or repairs a damaged flight record.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
 use hovernav_log::copy_whole;
@@ -19,6 +19,7 @@ pub struct Arguments {
     #[command(flatten)]
     sensors: Sensors,
     /// Repair a truncated or damaged flight record: write its intact part as a new record that other programs can open
+    #[cfg(feature = "record")]
     #[arg(long, conflicts_with_all = ["imu", "gps", "mag", "baro"])]
     repair: bool,
     /// The directory to write, or with --repair the new record file
@@ -27,7 +28,14 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Arguments { log, sensors, repair, out } = arguments;
+    let Arguments {
+        log,
+        sensors,
+        #[cfg(feature = "record")]
+        repair,
+        out,
+    } = arguments;
+    #[cfg(feature = "record")]
     if *repair {
         return write_repaired(log, out);
     }
@@ -58,8 +66,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write_repaired(log: &Path, out: &Path) -> anyhow::Result<()> {
-    let repaired = hovernav_log::record::repair(log, out)?;
+#[cfg(feature = "record")]
+fn write_repaired(log: &std::path::Path, out: &std::path::Path) -> anyhow::Result<()> {
+    let repaired = hovernav_record::repair(log, out)?;
     output::say(format_args!(
         "{}: {} messages, repaired {}",
         out.display(),

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use hovernav_formats::Log;
-use hovernav_log::record::RecordInfo;
 use hovernav_log::{Info, Survey};
+#[cfg(feature = "record")]
+use hovernav_record::RecordInfo;
 use serde_json::Value;
 
 use crate::arguments::Sensors;
@@ -24,8 +25,13 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let reading = output::Working::on("reading");
-    let Log { format, dataset, record, .. } =
-        memory::open(&arguments.log, &arguments.sensors.options(), 2)?;
+    let Log {
+        format,
+        dataset,
+        #[cfg(feature = "record")]
+        record,
+        ..
+    } = memory::open(&arguments.log, &arguments.sensors.options(), 2)?;
     let survey = Survey::of(&dataset);
     drop(reading);
     if arguments.json {
@@ -43,6 +49,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     output::print(Info(&dataset));
     output::print(&survey);
+    #[cfg(feature = "record")]
     if let Some(record) = record {
         output::print(RecordInfo(&record));
     }

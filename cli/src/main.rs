@@ -30,6 +30,7 @@ mod info;
 mod init;
 #[cfg(feature = "manual")]
 mod manual;
+#[cfg(feature = "record")]
 mod report;
 mod score;
 
@@ -81,6 +82,7 @@ enum Verb {
     /// Show the contents of a log: sensors, sample rates, time spans, gaps
     Info(info::Arguments),
     /// Show a recorded flight on a page: modes, set-points, sticks, health, timing; writes report.html and summary.json
+    #[cfg(feature = "record")]
     Report(report::Arguments),
     /// Run the real-time flight loop on the flight computer and record the flight
     #[cfg(all(feature = "fly", target_os = "linux"))]
@@ -140,6 +142,7 @@ impl Verb {
             #[cfg(feature = "lab")]
             Self::Identify(arguments) => identify::run(arguments),
             Self::Info(arguments) => info::run(arguments),
+            #[cfg(feature = "record")]
             Self::Report(arguments) => report::run(arguments),
             #[cfg(all(feature = "fly", target_os = "linux"))]
             Self::Fly(arguments) => fly::run(arguments),

@@ -14,15 +14,16 @@ const BESIDE: u64 = 64 << 20;
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     check(log, options, times)?;
     hovernav_formats::open(log, options).map_err(|error| match error {
-        LogError::LeftOut { path, format, .. } => left_out(&path, &format),
+        LogError::LeftOut { path, format, feature } => left_out(&path, &format, feature),
         other => other.into(),
     })
 }
 
-/// The error for a file at `path` in a `format` of another program, which this build cannot read.
-pub fn left_out(path: &Path, format: &str) -> anyhow::Error {
+/// The error for a file at `path` in a `format` that this build cannot read; `reader` is the feature of its reader.
+pub fn left_out(path: &Path, format: &str, reader: &str) -> anyhow::Error {
+    let feature = if reader == "record" { reader } else { "formats" };
     anyhow!(
-        "{}: found {format}, which this build cannot read: it lacks the feature `formats`",
+        "{}: found {format}, which this build cannot read: it lacks the feature `{feature}`",
         path.display()
     )
 }

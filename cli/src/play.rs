@@ -10,7 +10,7 @@ use crate::arguments::{finite, within};
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A dataset directory or a flight record
+    /// A dataset directory, a flight record or a log of any other format
     log: PathBuf,
     /// Path of the port to create for the inertial unit
     #[arg(long, value_name = "PATH", required_unless_present = "gps")]
@@ -112,13 +112,14 @@ mod unix {
     use hovernav_fly::play;
     use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
     use hovernav_fly::serial::Clock;
-    use hovernav_log::Dataset;
+    use hovernav_formats::Options;
     use signal_hook::consts::{SIGINT, SIGTERM};
 
     use super::{Arguments, Sensor};
+    use crate::memory;
 
     pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-        let dataset = Dataset::open(&arguments.log)?;
+        let dataset = memory::open(&arguments.log, &Options::default(), 1)?.dataset;
         for warning in &dataset.warnings {
             crate::output::complain(format_args!("warning: {warning}"));
         }
@@ -163,7 +164,7 @@ mod unix {
     }
 
     /// Prints the ranges of the inertial unit. The flight computer needs them, and the packets do not contain them.
-    fn print_ranges(dataset: &Dataset) {
+    fn print_ranges(dataset: &hovernav_log::Dataset) {
         let imu = &dataset.manifest.imu;
         let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;
         crate::output::say(format_args!(

@@ -16,7 +16,7 @@ use common::{assert_keys, designed, hovernav, place, refusal, succeeds, summary}
 use hovernav_fly::fly;
 use hovernav_fly::serial::Clock;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, Scene};
-use hovernav_log::FlyConfig;
+use hovernav_record::FlyConfig;
 use hovernav_sim::FlightConfig;
 
 /// The output of a program as text.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hovernav_log::record::{Record, RecordInfo};
+use hovernav_record::{Record, RecordInfo};
 use libfuzzer_sys::fuzz_target;
 
 /// A configuration of minimal length, because every input reads it again.

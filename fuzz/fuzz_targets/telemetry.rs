@@ -1,7 +1,7 @@
 //! Any bytes through the ground's decoder, and any values through the vehicle's packing.
 //!
-//! A delivered frame packs into the bytes that it came in. A complete frame after a zero is found, whatever precedes
-//! it.
+//! A delivered frame packs into the bytes that it came in. A complete frame after a zero is found, regardless
+//! of earlier bytes.
 #![no_main]
 
 use hovernav::earth::Geodetic;

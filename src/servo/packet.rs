@@ -133,8 +133,8 @@ pub struct Received {
 
 /// Finds the packets in a stream of bytes, also in a damaged one.
 ///
-/// At every byte it checks the last eighteen bytes. A complete packet is found with its last byte, whatever precedes
-/// it, and the work per byte is constant. Sync bytes and checksum are 32 bits of evidence. Noise passes once in 4 ×
+/// At every byte it checks the last eighteen bytes. A complete packet is found with its last byte, regardless of
+/// earlier bytes, and the work per byte is constant. Sync bytes and checksum are 32 bits of evidence. Noise passes once in 4 ×
 /// 10⁹ bytes, and a packet that lost or gained a byte once in 65 536. A packet with up to two wrong neighbouring
 /// bytes never passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -394,7 +394,7 @@ fn delays_and_lags_keep_within_their_bounds() {
         let mean_ms = 1e3 * late.iter().map(|late| late.0).sum::<f64>() / count;
         let rms = (ratios.iter().map(|ratio| ratio * ratio).sum::<f64>() / count).sqrt();
         let largest = ratios.iter().fold(0.0, |most: f64, ratio| most.max(ratio.abs()));
-        println!("{stick}: {mean_ms:.1} ms late in the mean, {rms:.2} bounds rms, {largest:.1}");
+        println!("{stick}: mean {mean_ms:.1} ms late, {rms:.2} bounds rms, {largest:.1}");
         assert!(rms < 1.5 && largest < 4.0 && mean_ms.abs() < 10.0);
     }
 }
@@ -416,7 +416,7 @@ fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
     let count = late.len() as f64;
     let mean_ms = 1e3 * late.iter().map(|late| late.0).sum::<f64>() / count;
     let rms = (late.iter().map(|late| late.1 * late.1).sum::<f64>() / count).sqrt();
-    println!("{mean_ms:.1} ms late in the mean, {rms:.2} bounds rms");
+    println!("mean {mean_ms:.1} ms late, {rms:.2} bounds rms");
     assert!(rms < 1.5 && mean_ms.abs() < 10.0 && late.iter().all(|late| late.1.abs() < 4.0));
 }
 

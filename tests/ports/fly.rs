@@ -17,8 +17,7 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
 use hovernav_log::Dataset;
-use hovernav_log::record::{Level, Record};
-use hovernav_log::{FlyConfig, FlyConfigError};
+use hovernav_record::{FlyConfig, FlyConfigError, Level, Record};
 
 fn hover() -> Dataset {
     Dataset::open(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover").as_ref()).unwrap()

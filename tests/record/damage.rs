@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hovernav::time::Time;
-use hovernav_log::record::{Entry, Record, RecordInfo, Recorder, repair};
+use hovernav_record::{Entry, Record, RecordInfo, Recorder, repair};
 
 use crate::flight::{START, header};
 use crate::replay::recorded;

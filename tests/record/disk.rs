@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use hovernav_log::record::{Line, Record, Recorder, Status};
+use hovernav_record::{Line, Record, Recorder, Status};
 
 use crate::flight::{START, fly, header};
 
@@ -132,7 +132,7 @@ fn what_a_replay_can_compute_gives_way_first() {
         now = now + 1e-3;
         recorder.raw(Line::Dmu, &[0x55; 30], now);
         for _ in 0..8 {
-            recorder.push(now, hovernav_log::record::Entry::Controls([0.0; 4]));
+            recorder.push(now, hovernav_record::Entry::Controls([0.0; 4]));
         }
     }
     assert_eq!(recorder.status().lost_raw, 0);

@@ -10,8 +10,8 @@ use hovernav::event::Event;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
-use hovernav_log::record::{Entry, Header, Line, Recorder};
-use hovernav_log::{FlyConfig, ReceiverProtocol};
+use hovernav_record::{Entry, Header, Line, Recorder};
+use hovernav_record::{FlyConfig, ReceiverProtocol};
 use hovernav_sim::{FlightPlan, Recording};
 
 use hovernav_fly::devices::encode::{Epoch, tsip_epoch, tsip_time};

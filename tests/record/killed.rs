@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use hovernav::time::Time;
-use hovernav_log::record::{Call, Entry, Line, Record, Recorder};
+use hovernav_record::{Call, Entry, Line, Record, Recorder};
 
 use crate::flight::{START, header};
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use approx::assert_abs_diff_eq;
 use hovernav::event::Event;
 use hovernav::time::Time;
-use hovernav_log::record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
 use hovernav_log::{Dataset, Outage};
+use hovernav_record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
 
 use crate::flight::{START, fly, header};
 
@@ -26,7 +26,7 @@ fn the_flown_solution_comes_back_bit_for_bit() {
     assert_eq!(record.warnings, Vec::<String>::new());
     assert_eq!(record.header, header);
 
-    let mut dataset = Dataset::open(&path).unwrap();
+    let mut dataset = Record::open(&path).unwrap().dataset().unwrap();
     assert!(dataset.fixes.len() > 55, "{}", dataset.fixes.len());
     let settings = dataset.settings().unwrap();
     assert_eq!(settings, header.settings().unwrap());
@@ -62,7 +62,7 @@ fn a_replay_with_other_bytes_is_found_to_differ_and_where() {
 #[test]
 fn withheld_fixes_leave_the_order_of_all_others() {
     let (path, _dir) = recorded(20.0);
-    let whole = Dataset::open(&path).unwrap();
+    let whole = Record::open(&path).unwrap().dataset().unwrap();
     let mut thinned = whole.clone();
     let start = whole.fixes[5].time;
     thinned.withhold(&[Outage { start, duration_s: 4.5 }], None);
@@ -111,7 +111,7 @@ fn calls_longer_than_an_entry_and_other_entries_come_back() {
 #[test]
 fn another_latency_moves_fixes_and_keeps_the_loops_order() {
     let (path, dir) = recorded(5.0);
-    let mut dataset = Dataset::open(&path).unwrap();
+    let mut dataset = Record::open(&path).unwrap().dataset().unwrap();
     let kinds = |dataset: &Dataset| {
         let is_imu = |event| matches!(event, Event::Imu(_));
         dataset.events().map(is_imu).collect::<Vec<_>>()

@@ -139,7 +139,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<Campaign> {
     let model = shipped::open(&arguments.model)?;
     let autopilot = match &arguments.autopilot {
-        Some(path) => hovernav_log::read_autopilot(path)?,
+        Some(path) => hovernav_record::read_autopilot(path)?,
         None => {
             refuse_unflyable(&model, &arguments.model, FORCED)?;
             warnings.extend(designed_for_another(&model));

@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let unstable: Vec<&str> = unstable.map(|(mode, _)| mode.name()).collect();
     let is_written = unstable.is_empty() || arguments.force;
     if is_written {
-        hovernav_log::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
+        hovernav_record::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
         emit::autopilot(&config, &remark, &arguments.emit, &out)?;
     } else {
         // A file of an earlier design could be mistaken for the result of this one.

@@ -70,6 +70,7 @@ pub struct Arguments {
 
 impl Arguments {
     /// Whether an argument makes the solution differ from the one computed in flight.
+    #[cfg(feature = "record")]
     fn changes_the_filter(&self) -> bool {
         self.config.is_some() || !self.outage.is_empty() || self.gps_rate.is_some()
     }
@@ -122,7 +123,14 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let mut options = arguments.sensors.options();
     options.samples_in_memory = Some(SAMPLES_IN_MEMORY);
     let reading = Working::on("reading");
-    let Log { format, mut dataset, record, onboard, .. } = memory::open(log, &options, 1)?;
+    let Log {
+        format,
+        mut dataset,
+        #[cfg(feature = "record")]
+        record,
+        onboard,
+        ..
+    } = memory::open(log, &options, 1)?;
     drop(reading);
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
@@ -134,14 +142,14 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     };
     let denied_aids = dataset.check_fitness(&source)?;
     // A record is replayed with the sensors of the flight, so none of them is left out.
-    let leaves_out = record.is_none();
+    let leaves_out = format != Format::Record;
     let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
     let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
     dataset.withhold(&outages, arguments.gps_rate);
 
     // The solutions of a record are in memory, and each of them is compared.
-    let keep = if record.is_some() { Keep::All } else { Keep::Thinned };
+    let keep = if format == Format::Record { Keep::All } else { Keep::Thinned };
     let mut flown = fly(arguments, log, out, &dataset, &config, keep)?;
     // Output that went to a pipe cannot be replaced, so the filter runs only once then.
     if leaves_out && !export::is_piped(&arguments.export) {
@@ -195,9 +203,12 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
         summary.add_findings(left_out.iter().map(of_log).collect());
     }
     summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
-    summary.reproduction = record
-        .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
-        .map(|record| record.reproduced_by(&run.solutions).into());
+    #[cfg(feature = "record")]
+    {
+        summary.reproduction = record
+            .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
+            .map(|record| record.reproduced_by(&run.solutions).into());
+    }
     summary.set_scores(scored.as_ref(), drifts);
     summary.onboard = onboard.as_ref().and_then(|onboard| onboard.difference(solutions));
     let innovations = flight_page::innovations(&run);

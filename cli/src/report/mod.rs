@@ -10,7 +10,7 @@ use std::time::Instant;
 use anyhow::ensure;
 use hovernav_formats::Options;
 use hovernav_log::LogError;
-use hovernav_log::record::Record;
+use hovernav_record::Record;
 
 use self::page::RecordPage;
 use self::summary::RecordSummary;

@@ -6,7 +6,7 @@ use hovernav::autopilot::{Check, Mode};
 use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::ekf::Solution;
-use hovernav_log::record::{Cycle, Level, Record, RecordedCycle};
+use hovernav_record::{Cycle, Level, Record, RecordedCycle};
 
 use super::summary::RecordSummary;
 use super::verdict;

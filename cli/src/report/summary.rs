@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::record::{Cycle, Record, Reproduction, StickReproduction};
 use hovernav_log::statistics::quantile;
 use hovernav_log::{Dataset, FixTally};
+use hovernav_record::{Cycle, Record, Reproduction, StickReproduction};
 use serde::Serialize;
 
 use super::verdict::{self, Grounds, RecordVerdict};

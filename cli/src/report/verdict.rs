@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use hovernav::autopilot::Mode;
 use hovernav::time::Time;
-use hovernav_log::record::{Call, Level as EventLevel, Record, RecordedEvent};
+use hovernav_record::{Call, Level as EventLevel, Record, RecordedEvent};
 use serde::Serialize;
 
 use crate::page::{Level, Verdict};

@@ -23,7 +23,7 @@ const FLYING: f64 = 0.75;
 /// The flight configuration of the arguments.
 fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
     let autopilot = match &arguments.autopilot {
-        Some(path) => hovernav_log::read_autopilot(path)?,
+        Some(path) => hovernav_record::read_autopilot(path)?,
         None => {
             let name = arguments.model.as_deref().unwrap_or("raptor60");
             let model = shipped::open(name)?;

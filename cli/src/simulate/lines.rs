@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{bail, ensure};
 use hovernav_fly::serial::Clock;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveStatistics, Scene, ServoPackets};
-use hovernav_log::CaptureSection;
+use hovernav_record::CaptureSection;
 use hovernav_sim::FlightConfig;
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};

@@ -1,6 +1,6 @@
 //! Comparison of a record's solution with its replay.
 
-use hovernav_log::record::Reproduction;
+use hovernav_record::Reproduction;
 use serde::Serialize;
 
 /// The difference between the replayed solution and the one computed in flight.

@@ -12,6 +12,7 @@ use hovernav_log::{
 };
 use serde::Serialize;
 
+#[cfg(feature = "record")]
 use super::reproduction::ReproductionSummary;
 
 /// The summary of a filter run over a log.
@@ -36,6 +37,7 @@ pub struct RunSummary {
     reopened: Vec<Reopened>,
     /// Comparison with the solution computed in flight, for a flight record.
     #[serde(rename = "flown", skip_serializing_if = "Option::is_none")]
+    #[cfg(feature = "record")]
     pub reproduction: Option<ReproductionSummary>,
     /// Difference from the solution of the onboard estimator, if the log contains one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,6 +131,7 @@ impl RunSummary {
             alignment: None,
             innovations: BTreeMap::new(),
             reopened: Vec::new(),
+            #[cfg(feature = "record")]
             reproduction: None,
             onboard: None,
             onboard_innovations: BTreeMap::new(),

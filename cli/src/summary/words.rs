@@ -91,6 +91,7 @@ impl RunSummary {
         if !self.onboard_innovations.is_empty() {
             write_innovations(&mut text, &self.onboard_innovations);
         }
+        #[cfg(feature = "record")]
         if let Some(reproduction) = &self.reproduction {
             let _ = writeln!(text, "{}", reproduction.in_words());
         }

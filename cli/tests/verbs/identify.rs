@@ -103,8 +103,8 @@ fn a_pedal_that_never_moves_is_named() {
     let yaw = ["identify", text(&dir), "--model", "yaw", "--out", text(&out)];
     let message = refusal(&yaw);
     assert!(message.contains("pedal") && message.contains("no test point"), "{message}");
-    // The rest of the helicopter is still identified, with a warning. A model without pedal must not be flown, hence
-    // the exit status.
+    // The rest of the helicopter is still identified, with a warning. The exit status is 1, because a model without
+    // pedal must not be flown.
     let output = hovernav(&["identify", text(&dir), "--model", "hover", "--out", text(&out)]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert_eq!(summary(&out)["verdict"], "do not fly");

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::common::{place, refusal, succeeds, summary, text};
-use hovernav_log::record::{Entry, Recorder};
+use hovernav_record::{Entry, Recorder};
 
 /// A directory of this test, with the record of a flight in it.
 fn recorded(name: &str) -> (PathBuf, PathBuf) {

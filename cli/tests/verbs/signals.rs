@@ -109,6 +109,6 @@ fn a_full_pipe_at_the_start_blocks_neither_the_flight_nor_its_end() {
     let ended =
         Command::new("bash").current_dir(&directory).args(["-c", &script]).output().unwrap();
     assert!(ended.status.success(), "{ended:?}");
-    let record = hovernav_log::record::Record::open(&directory.join("flight.mcap")).unwrap();
+    let record = hovernav_record::Record::open(&directory.join("flight.mcap")).unwrap();
     assert!(record.is_ended && record.events.len() > 1, "{:?}", record.events);
 }

@@ -13,8 +13,8 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::telemetry::{Innovations, Snapshot, SystemMode};
 use hovernav::time::Time;
-use hovernav_log::MavlinkConfig;
-use hovernav_log::record::Level;
+use hovernav_record::Level;
+use hovernav_record::MavlinkConfig;
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
@@ -101,7 +101,7 @@ fn largest(a: &Innovations, b: &Innovations) -> Innovations {
 ///
 /// ```
 /// use hovernav_fly::Mavlink;
-/// use hovernav_log::MavlinkConfig;
+/// use hovernav_record::MavlinkConfig;
 /// use hovernav::telemetry::Snapshot;
 /// use hovernav::time::Time;
 ///

@@ -41,7 +41,7 @@ pub(crate) struct Assembly {
 }
 
 impl Assembly {
-    /// An empty assembly; `by_bytes` where places are byte offsets, otherwise lines.
+    /// An empty assembly; its remarks name byte offsets if `by_bytes`, otherwise lines.
     pub fn new(by_bytes: bool) -> Self {
         let remarks = |about| match by_bytes {
             true => Remarks::of_bytes(about),
@@ -260,7 +260,7 @@ impl Assembly {
             moments,
             innovations,
         });
-        Ok(Log { format, dataset, record: None, onboard })
+        Ok(Log::of(format, dataset, onboard))
     }
 }
 

@@ -55,7 +55,8 @@ impl Format {
     /// The feature of this crate that reads the format; `None` where no feature is needed.
     pub(crate) const fn feature(self) -> Option<&'static str> {
         match self {
-            Self::Dataset | Self::Record => None,
+            Self::Dataset => None,
+            Self::Record => Some("record"),
             Self::Ulog => Some("ulog"),
             Self::Dataflash | Self::DataflashText => Some("dataflash"),
             Self::Tlog => Some("tlog"),

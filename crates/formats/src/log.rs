@@ -3,7 +3,8 @@
 use crate::format::Format;
 use crate::onboard::Onboard;
 use hovernav_log::Dataset;
-use hovernav_log::record::Record;
+#[cfg(feature = "record")]
+use hovernav_record::Record;
 
 /// Choices among the sensors of a log, and limits.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +39,21 @@ pub struct Log {
     /// Measurements of the sensors.
     pub dataset: Dataset,
     /// The flight record, where the log is one.
+    #[cfg(feature = "record")]
     pub record: Option<Record>,
     /// Solution of the onboard estimator, where the log has one.
     pub onboard: Option<Onboard>,
+}
+
+impl Log {
+    /// Log of `format` that is no flight record.
+    pub(crate) const fn of(format: Format, dataset: Dataset, onboard: Option<Onboard>) -> Self {
+        Self {
+            format,
+            dataset,
+            #[cfg(feature = "record")]
+            record: None,
+            onboard,
+        }
+    }
 }

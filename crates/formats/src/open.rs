@@ -7,7 +7,9 @@ use crate::format::Format;
 use crate::log::{Log, Options};
 use crate::recognise::{HEAD, ensure_known, recognise};
 use crate::window::Input;
-use hovernav_log::LogError;
+use hovernav_log::{Dataset, LogError};
+#[cfg(feature = "record")]
+use hovernav_record::Record;
 
 /// Opens `log`; its format is recognised from its content.
 ///
@@ -22,10 +24,15 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let format = recognise(first)?;
     ensure_choice(format, first, options)?;
     match format {
-        format @ (Format::Dataset | Format::Record) => {
+        Format::Dataset => {
             let most = options.samples_in_memory.unwrap_or(usize::MAX);
-            let (dataset, record) = hovernav_log::open(log, most)?;
-            Ok(Log { format, dataset, record, onboard: None })
+            Ok(Log::of(format, Dataset::open_within(log, most)?, None))
+        }
+        #[cfg(feature = "record")]
+        Format::Record => {
+            let record = Record::open(log)?;
+            let log = Log::of(format, record.dataset()?, None);
+            Ok(Log { record: Some(record), ..log })
         }
         #[cfg(feature = "ros2")]
         Format::Ros2 => {

@@ -219,8 +219,11 @@ fn arm([forward, right, down]: [f64; 3]) -> String {
     format!("forward {forward}, right {right}, down {down}")
 }
 
-/// `text` wrapped to the terminal's width after `lead`; further lines are indented by its width.
-pub(crate) fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
+/// Writes `text` wrapped to 80 columns after `lead`; further lines are indented by its width.
+///
+/// # Errors
+/// Those of the formatter.
+pub fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
     let indent = lead.chars().count();
     f.write_str(lead)?;
     let mut column = indent;

@@ -35,7 +35,6 @@ mod ordered;
 mod overview;
 mod plausibility;
 mod rates;
-pub mod record;
 mod records;
 mod reference;
 mod remarks;
@@ -46,7 +45,6 @@ mod sampling;
 mod score;
 mod series;
 mod settings;
-mod setup;
 mod size;
 mod smoothing;
 mod solution;
@@ -73,13 +71,12 @@ pub use events::Events;
 pub use finding::{Finding, FindingKind, Sensor, SetupFinding, Severity, sentences};
 pub use fix_gate::{Dimensions, FixGate, StatedFix, is_unknown};
 pub use imu::{field_fault, motion_fault, remark_faults};
-pub use info::Info;
+pub use info::{Info, paragraph};
 pub use kept::{Keep, thin};
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionPoint,
     SolutionSection,
 };
-pub use open::open;
 pub use plausibility::{alternative, denied_aid};
 pub use reference::{Reference, ReferenceMoment};
 pub use remarks::Remarks;
@@ -91,13 +88,6 @@ pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };
 pub use settings::Declination;
-pub use setup::{
-    AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
-    ExcitationSection, FenceSection, FlyConfig, FlyConfigError, InputKind, InputSection,
-    LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PilotRole, PwmLine, ReceiverProtocol,
-    ReceiverSection, RecordSection, ServoSection, SiteSection, StickName, TelemetrySection,
-    ThrottleSource, read_autopilot, write_autopilot,
-};
 pub use smoothing::SmoothedRun;
 pub use solution::{
     COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row, write_solution,

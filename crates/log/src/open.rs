@@ -1,4 +1,4 @@
-//! Opening a log: a dataset directory, or a flight record.
+//! Opening a dataset directory.
 
 use std::path::Path;
 
@@ -8,52 +8,67 @@ use crate::error::LogError;
 use crate::imu::{self, ImuRows};
 use crate::manifest::{MANIFEST_FILE, Manifest};
 use crate::ordered::TimedRows as _;
-use crate::record::Record;
 use crate::sample_file::{self, Opened};
 use crate::{aids, auxiliary, controls, gps};
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
-/// Opens `log`, a dataset directory or a flight record; returns the record as well if it is one. Of a directory at most
-/// `most` inertial samples and rows of controls are held in memory: see [`Dataset::open_within`].
-///
-/// # Errors
-/// [`LogError`] if the log cannot be read, with file and line or byte.
-pub fn open(log: &Path, most: usize) -> Result<(Dataset, Option<Record>), LogError> {
-    if !Record::is_mcap(log) {
-        return Ok((Dataset::open_within(log, most)?, None));
-    }
-    let record = Record::open(log)?;
-    Ok((record.dataset()?, Some(record)))
-}
-
 impl Dataset {
-    /// Reads the dataset in the directory `log`, or the sensors' data in the flight record `log`. Does not read
-    /// `reference.csv`.
+    /// Reads the dataset in the directory `dir`. Does not read `reference.csv`.
     ///
     /// Skips rows without a time or a required value, rows out of time order, and rows beyond any vehicle's motion;
     /// [`Dataset::warnings`] counts each kind. An unknown sigma or attitude is `None`.
     ///
     /// # Errors
-    /// A missing or empty `imu.csv`, missing columns, text instead of a number. A clock that does not run forward, an
-    /// invalid manifest, a file that is no flight record. See [`LogError`].
-    pub fn open(log: &Path) -> Result<Self, LogError> {
-        Self::open_within(log, usize::MAX)
+    /// A file, a missing or empty `imu.csv`, missing columns, text instead of a number. A clock that does not run forward, an
+    /// invalid manifest. See [`LogError`].
+    pub fn open(dir: &Path) -> Result<Self, LogError> {
+        Self::open_within(dir, usize::MAX)
     }
 
-    /// [`open`](Self::open) with bounded memory: more than `most` inertial samples of a directory stay in their file,
-    /// and so do as many rows of `controls.csv`. Each pass over them reads the file again, so the file must not change.
+    /// [`open`](Self::open) with bounded memory: more than `most` inertial samples stay in their file, and so do as
+    /// many rows of `controls.csv`. Each pass over them reads the file again, so the file must not change.
     ///
     /// If time goes back in a file, opening it needs memory for the times of all rows.
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn open_within(log: &Path, most: usize) -> Result<Self, LogError> {
-        if log.is_file() { Self::open_file(log) } else { Self::open_directory(log, most) }
-    }
-
-    fn open_file(path: &Path) -> Result<Self, LogError> {
-        Record::open(path)?.dataset()
+    pub fn open_within(dir: &Path, most: usize) -> Result<Self, LogError> {
+        if dir.is_file() {
+            let reason = "found a file, expected the directory of a dataset".into();
+            return Err(LogError::Unusable { path: dir.to_path_buf(), reason });
+        }
+        let (mut manifest, mut warnings) = Self::manifest_of(dir)?;
+        let reading = manifest.imu.take_reading();
+        let mut steps = ClockSteps::default();
+        let imu = sample_file::open(dir, reading, most, &mut steps, &mut warnings)?;
+        let (imu, imu_file) = match imu {
+            Opened::InMemory(samples) => (samples, None),
+            Opened::InFile(file) => (Vec::new(), Some(file)),
+        };
+        let fixes = gps::read(dir, manifest.gps.latency_s, &mut steps, &mut warnings)?;
+        let baro = auxiliary::read_baro(dir, &mut steps, &mut warnings)?;
+        let magnetometer = auxiliary::read_magnetometer(dir, &mut steps, &mut warnings)?;
+        let headings = aids::read_headings(dir, &mut steps, &mut warnings)?;
+        let ranges = aids::read_ranges(dir, &mut steps, &mut warnings)?;
+        let rotor = aids::read_rotor(dir, &mut steps, &mut warnings)?;
+        let controls = controls::read(dir, most, &mut steps, &mut warnings)?;
+        Ok(Self {
+            manifest,
+            imu,
+            imu_file,
+            fixes,
+            baro,
+            magnetometer,
+            headings,
+            ranges,
+            rotor,
+            controls: controls.sticks,
+            injected: controls.injected,
+            controls_file: controls.file,
+            warnings,
+            ..Self::default()
+        })
     }
 
     /// Manifest of the dataset in the directory `dir`, with notes on it, one sentence each. Without a manifest every
@@ -89,39 +104,5 @@ impl Dataset {
         }
         let reading = Self::manifest_of(dir)?.0.imu.take_reading();
         Ok(ImuRows::open(dir, reading)?.next()?.map(|(_, sample)| sample.time))
-    }
-
-    fn open_directory(dir: &Path, most: usize) -> Result<Self, LogError> {
-        let (mut manifest, mut warnings) = Self::manifest_of(dir)?;
-        let reading = manifest.imu.take_reading();
-        let mut steps = ClockSteps::default();
-        let imu = sample_file::open(dir, reading, most, &mut steps, &mut warnings)?;
-        let (imu, imu_file) = match imu {
-            Opened::InMemory(samples) => (samples, None),
-            Opened::InFile(file) => (Vec::new(), Some(file)),
-        };
-        let fixes = gps::read(dir, manifest.gps.latency_s, &mut steps, &mut warnings)?;
-        let baro = auxiliary::read_baro(dir, &mut steps, &mut warnings)?;
-        let magnetometer = auxiliary::read_magnetometer(dir, &mut steps, &mut warnings)?;
-        let headings = aids::read_headings(dir, &mut steps, &mut warnings)?;
-        let ranges = aids::read_ranges(dir, &mut steps, &mut warnings)?;
-        let rotor = aids::read_rotor(dir, &mut steps, &mut warnings)?;
-        let controls = controls::read(dir, most, &mut steps, &mut warnings)?;
-        Ok(Self {
-            manifest,
-            imu,
-            imu_file,
-            fixes,
-            baro,
-            magnetometer,
-            headings,
-            ranges,
-            rotor,
-            controls: controls.sticks,
-            injected: controls.injected,
-            controls_file: controls.file,
-            warnings,
-            ..Self::default()
-        })
     }
 }

@@ -19,7 +19,8 @@ use hovernav_toml::{TomlError, ValueError};
 
 impl Dataset {
     /// The estimator's settings for this dataset: see [`Manifest::settings`]. Magnetic headings are corrected by the
-    /// declination at the first fix. A note states the origin of the declination, or a warning that there is none.
+    /// declination at the first fix. A note states the origin of the declination; a
+    /// warning states that it is unknown.
     ///
     /// # Errors
     /// As [`Manifest::settings`].

@@ -10,7 +10,7 @@ use hovernav_ground::decode::Protocol;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::record;
 use hovernav_ground::station::Station;
-use hovernav_log::MavlinkConfig;
+use hovernav_record::MavlinkConfig;
 
 fn station() -> Station {
     Station::new(Rigging::default(), None, "test")

@@ -8,7 +8,7 @@ use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::lamps::lamps;
 use hovernav_ground::station::Station;
-use hovernav_log::MavlinkConfig;
+use hovernav_record::MavlinkConfig;
 use mavlink::dialects::common::{
     GPS_RAW_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag,
     MavSysStatusSensor, MavType, SYS_STATUS_DATA, SYSTEM_TIME_DATA,

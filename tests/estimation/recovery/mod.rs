@@ -1,4 +1,4 @@
-//! The filter keeps what is good for any readings, reports rejections, and recovers.
+//! For any readings, the filter keeps its good estimates, reports rejections, and recovers.
 
 mod bad_input;
 mod hostile_events;

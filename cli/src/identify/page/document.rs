@@ -39,7 +39,7 @@ impl<'a> IdentificationPage<'a> {
         let fit = found.fit();
         let (title, points) = match found.validation {
             Some(_) => ("Validation", "validation test points, which the search did not use"),
-            None => ("Fit", "the test points of the search, because none are left for validation"),
+            None => ("Fit", "the test points of the search, because validation has no others"),
         };
         let runs = runs_of(found);
         let explanation = format!(

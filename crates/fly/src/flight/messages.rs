@@ -6,7 +6,7 @@ use crate::serial::PortEvent;
 use hovernav::autopilot::{Mode, ProgrammeChange, Reason};
 use hovernav::flight_control::{ControlNotice, HandedBack};
 use hovernav::health::{Distrust, Health, Trust};
-use hovernav_log::record::{Level, Part, ShortText, Status};
+use hovernav_record::{Level, Part, ShortText, Status};
 
 /// Warning for an autopilot without a model of its vehicle.
 pub const UNTRIED_GAINS: &str = "the autopilot's gains are not checked: set [autopilot] model in \
@@ -144,7 +144,7 @@ mod tests {
     use hovernav::dmu::LinkFault;
     use hovernav::sensors::SensorOutput;
     use hovernav::time::Time;
-    use hovernav_log::record::Happening;
+    use hovernav_record::Happening;
 
     fn mode(to: Mode, reason: Reason) -> ControlNotice {
         ControlNotice::Mode(Transition { time: Time::ZERO, from: Mode::Position, to, reason })

@@ -8,7 +8,7 @@ use super::messages::port_level;
 use super::repeats::Repeats;
 use super::sensor_watch::Report;
 use hovernav::time::Time;
-use hovernav_log::record::{Entry, Level, Part, Recorder, ShortText};
+use hovernav_record::{Entry, Level, Part, Recorder, ShortText};
 
 /// An event, for an observer of the flight.
 #[derive(Clone, Copy, Debug)]

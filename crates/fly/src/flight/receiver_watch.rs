@@ -1,7 +1,7 @@
 //! Monitors the arrival of fixes: lost, recovered, or never received.
 
 use hovernav::time::Time;
-use hovernav_log::record::Level;
+use hovernav_record::Level;
 
 /// Age of the last good fix from which on the receiver counts as lost, s.
 const FIX_FRESH_S: f64 = 3.0;

@@ -1,7 +1,7 @@
 //! Repeated messages: reported at once, then with growing pauses and the count of the suppressed ones.
 
 use hovernav::time::Time;
-use hovernav_log::record::{Level, Part, ShortText};
+use hovernav_record::{Level, Part, ShortText};
 
 /// Number of texts tracked at a time; a new one replaces the one with the oldest occurrence.
 const WATCHED: usize = 16;

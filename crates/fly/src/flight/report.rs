@@ -6,7 +6,7 @@ use super::downlink::DownlinkCounts;
 use crate::DurationHistogram;
 use crate::serial::{Dropped, PortCounts};
 use hovernav::gps;
-use hovernav_log::record;
+use hovernav_record::Status;
 
 /// Measurements of the flight computer about a flight. `Display` writes a few lines for a terminal.
 #[derive(Clone, Debug, Default)]
@@ -47,7 +47,7 @@ pub struct FlightReport {
     /// Telemetry in MAVLink.
     pub mavlink: DownlinkCounts,
     /// The record.
-    pub record: record::Status,
+    pub record: Status,
 }
 
 impl fmt::Display for FlightReport {

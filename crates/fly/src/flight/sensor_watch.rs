@@ -5,7 +5,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 use hovernav_log::FindingKind;
 use hovernav_log::limits::{DRIFTED_S, HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
-use hovernav_log::record::{Level, ShortText};
+use hovernav_record::{Level, ShortText};
 
 /// Time over which samples are judged, s.
 const WINDOW_S: f64 = 10.0;

@@ -13,8 +13,8 @@ use hovernav::servo::{
     Swashplate,
 };
 use hovernav::time::Time;
-use hovernav_log::record::{Level, Line, Part};
-use hovernav_log::{CaptureSection, FlyConfig};
+use hovernav_record::{CaptureSection, FlyConfig};
+use hovernav_record::{Level, Line, Part};
 
 /// Length of the queue of the pilot's stream: 5 s.
 const QUEUE: usize = 256;

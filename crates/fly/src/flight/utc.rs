@@ -2,7 +2,7 @@
 
 use chrono::{DateTime, SecondsFormat};
 use hovernav::time::Time;
-use hovernav_log::record::{Level, ShortText};
+use hovernav_record::{Level, ShortText};
 
 /// Change of the receiver's UTC that is reported, ns: more than the variation of the latency of fixes.
 const MOVED_NS: i64 = 1_000_000_000;

@@ -13,7 +13,7 @@ use super::frame::{self, Begun};
 use super::{MODES, Mavlink};
 use hovernav::telemetry::Snapshot;
 use hovernav::time::Time;
-use hovernav_log::record::Level;
+use hovernav_record::Level;
 
 /// Largest number of answers that wait; further requests are ignored until there is room.
 const MOST_WAITING: usize = 64;

@@ -11,7 +11,7 @@ use approx::assert_abs_diff_eq;
 use hovernav::controls::Channels;
 use hovernav::frames::EulerAngles;
 use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags};
-use hovernav_log::MavlinkRates;
+use hovernav_record::MavlinkRates;
 
 fn at(seconds: f64) -> Time {
     Time::from_seconds(seconds)

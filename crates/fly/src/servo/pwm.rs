@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use hovernav::controls::{Channel, Channels};
 use hovernav::servo::{LONGEST_MS, PulseOutput, SHORTEST_MS, is_plausible};
 use hovernav::time::Time;
-use hovernav_log::PwmLine;
+use hovernav_record::PwmLine;
 
 /// Directory of the kernel's PWM chips.
 const ROOT: &str = "/sys/class/pwm";

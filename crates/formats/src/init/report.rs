@@ -167,7 +167,7 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     }
 }
 
-/// Writes the description of each file, then findings and doubts.
+/// Writes the description of each file, then the findings and the points to check.
 pub(crate) fn write(
     f: &mut fmt::Formatter<'_>,
     tables: &[String],

@@ -131,8 +131,8 @@ fn legs(fixes: &[Fix]) -> Vec<Leg> {
     legs
 }
 
-/// Determines the unit of the speed in `gps` from the distances between positions, unless `told` says that it is
-/// stated. Appends findings and doubts.
+/// Determines the unit of the speed in `gps` from the distances between positions, unless `told` marks it as stated.
+/// Appends findings and points to check.
 pub(super) fn settle_speed(
     gps: &mut GpsColumns,
     travel: Option<Travel>,
@@ -210,7 +210,7 @@ fn velocity_columns(gps: &GpsColumns) -> String {
     }
 }
 
-/// Compares the vertical velocity of `fixes` with their heights and appends doubts.
+/// Compares the vertical velocity of `fixes` with their heights and appends points to check.
 pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &mut Vec<String>) {
     let column = if gps.down.is_empty() { &gps.up } else { &gps.down };
     if column.is_empty() {

@@ -56,7 +56,7 @@ pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
     let (mut dataset, onboard) = dataset(directory_of(&file), &mapping, manifest, warnings)?;
     // The manifest contains the mounting angles of the IMU, which a mapping does not.
     dataset.normalise_imu();
-    Ok(Log { format: Format::Text, dataset, record: None, onboard })
+    Ok(Log::of(Format::Text, dataset, onboard))
 }
 
 /// Reads the files listed in a mapping as a trajectory, in time order; missing values are NaN.

@@ -10,7 +10,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use hovernav_log::{FlyConfig, Manifest, RangefinderSection, SecondAntennaSection};
+use hovernav_log::{Manifest, RangefinderSection, SecondAntennaSection};
+use hovernav_record::FlyConfig;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 use walk::{Defaults, Key, Walk};
@@ -78,9 +79,9 @@ fn defaults() -> Defaults {
         ("ReadinessLimits", toml_of(&hovernav::autopilot::ReadinessLimits::default())),
         ("SteeringConfig", toml_of(&hovernav::autopilot::SteeringConfig::default())),
         ("FailsafeConfig", toml_of(&hovernav::flight_control::FailsafeConfig::default())),
-        ("ExcitationSection", toml_of(&hovernav_log::ExcitationSection::default())),
-        ("MavlinkConfig", toml_of(&hovernav_log::MavlinkConfig::default())),
-        ("MavlinkRates", toml_of(&hovernav_log::MavlinkRates::default())),
+        ("ExcitationSection", toml_of(&hovernav_record::ExcitationSection::default())),
+        ("MavlinkConfig", toml_of(&hovernav_record::MavlinkConfig::default())),
+        ("MavlinkRates", toml_of(&hovernav_record::MavlinkRates::default())),
     ]);
     let section = |table: &toml::Value, path: &[&str]| {
         path.iter().try_fold(table, |table, key| table.get(key)).cloned()

@@ -17,9 +17,10 @@ use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{DurationHistogram, FlightReport, Notification, fly};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveSample, LiveStatistics, Scene};
-use hovernav_log::record::Record;
-use hovernav_log::{FlyConfig, Manifest};
+use hovernav_log::Manifest;
 use hovernav_model::shipped;
+use hovernav_record::FlyConfig;
+use hovernav_record::Record;
 use hovernav_sim::FlightConfig;
 use rustix::process::{Resource, Rlimit, setrlimit};
 
@@ -129,7 +130,7 @@ impl Flown {
 fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
     let at = |name: &str| directory.join(name).display().to_string();
     let file = directory.join("autopilot.toml");
-    hovernav_log::write_autopilot(&setup.autopilot, &file, "").unwrap();
+    hovernav_record::write_autopilot(&setup.autopilot, &file, "").unwrap();
     let mut text = format!(
         "[dmu]\nport = '{}'\n[receiver]\nport = '{}'\nprotocol = '{}'\n\
          [servo.capture]\nserial = {{ port = '{}' }}\n[servo.stream]\nport = '{}'\n\

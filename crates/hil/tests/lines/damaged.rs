@@ -1,7 +1,7 @@
 //! Damaged packets: one that passes its checksum does not end an engagement, and many lost ones are reported.
 
 use hovernav::gps::Protocol;
-use hovernav_log::record::Level;
+use hovernav_record::Level;
 
 use crate::common::{Setup, all_flown};
 

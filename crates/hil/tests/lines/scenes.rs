@@ -1,6 +1,6 @@
 //! Scenes flown in the loop: the vehicle stays in the air after every failure.
 
-use hovernav_log::record::Level;
+use hovernav_record::Level;
 
 use crate::common::{Flown, Setup, all_flown};
 

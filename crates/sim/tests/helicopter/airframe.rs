@@ -97,7 +97,7 @@ fn what_the_mass_is_off_by_shows_in_the_figures_of_a_campaign() {
         campaign.fly(&draw).unwrap().hover.unwrap().sticks_mean[2]
     };
     let [light, heavy] = [0.9, 1.1].map(&mut mean);
-    println!("collective in the mean at nine and eleven tenths of the mass: {light:.3} {heavy:.3}");
+    println!("mean collective at nine and eleven tenths of the mass: {light:.3} {heavy:.3}");
     assert!(heavy - light > 0.05);
 }
 

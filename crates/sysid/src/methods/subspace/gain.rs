@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn noise_that_enters_state_and_output_alike_is_all_gain() {
-        // x+ = 0.5 x + 2 e, y = x + e: K must be 2 whatever the rest.
+        // x+ = 0.5 x + 2 e, y = x + e: K must be 2.
         let gain = steady_gain(
             &dmatrix![0.5],
             &dmatrix![1.0],

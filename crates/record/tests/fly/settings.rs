@@ -6,7 +6,7 @@ use std::path::Path;
 
 use hovernav::autopilot::{Gains, HoverConfig};
 use hovernav::ekf::EstimatorConfig;
-use hovernav_log::{FlyConfig, MavlinkConfig, write_autopilot};
+use hovernav_record::{FlyConfig, MavlinkConfig, write_autopilot};
 use toml::{Table, Value};
 
 /// Values that no sensor, filter or vehicle has, except for an occasional 0.
@@ -218,7 +218,7 @@ fn gains() -> Gains {
 
 /// All checks of `fly` before the first byte is read.
 fn accepted(text: &str, directory: &Path) -> Result<(), String> {
-    let words = |error: hovernav_log::FlyConfigError| error.to_string();
+    let words = |error: hovernav_record::FlyConfigError| error.to_string();
     let mut config = FlyConfig::parse(text, "fly.toml".as_ref()).map_err(words)?;
     config.settle(1_770_000_000).map_err(words)?;
     config.load_autopilot(directory).map_err(words)

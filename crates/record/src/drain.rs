@@ -7,11 +7,11 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::thread;
 use std::time::Duration;
 
-use super::entry::{Level, Queued};
-use super::header::Header;
-use super::spool::Spool;
-use super::status::Progress;
-use super::writer::MessageWriter;
+use crate::entry::{Level, Queued};
+use crate::header::Header;
+use crate::spool::Spool;
+use crate::status::Progress;
+use crate::writer::MessageWriter;
 use hovernav::time::Time;
 
 /// Interval of chunks, which go to the disk at its end. It is a quarter of the 200 ms that may be lost, which leaves

@@ -20,7 +20,7 @@ pub enum Line {
     Servo,
 }
 
-/// Bytes of one call of the sensors, or a part of them: see [`Recorder::raw`](super::Recorder::raw).
+/// Bytes of one call of the sensors, or a part of them: see [`Recorder::raw`](crate::Recorder::raw).
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct RawBytes {
     pub(super) line: Line,
@@ -223,7 +223,7 @@ pub struct Cycle {
 // All entries are in one preallocated ring; a box would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
 pub enum Entry {
-    /// Bytes of a line: use [`Recorder::raw`](super::Recorder::raw).
+    /// Bytes of a line: use [`Recorder::raw`](crate::Recorder::raw).
     Raw(RawBytes),
     /// [`Sensors::restart_gps`](hovernav::sensors::Sensors::restart_gps) was called.
     GpsRestarted,

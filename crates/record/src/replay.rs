@@ -1,14 +1,14 @@
 //! Replay of a flight from its raw bytes.
 
-use super::read::{Call, Record};
-use crate::dataset::{Dataset, Source};
-use crate::error::LogError;
-use crate::utc;
+use crate::read::{Call, Record};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
+use hovernav_log::LogError;
+use hovernav_log::utc;
+use hovernav_log::{Dataset, Source};
 
 /// Comparison of a replay with the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

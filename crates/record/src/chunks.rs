@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use mcap::records::{Metadata, Record as McapRecord, op};
 
-use super::channel::Channel;
+use crate::channel::Channel;
 
 /// Length of an opcode and a length field, bytes.
 const FRAME: usize = 9;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use hovernav::glam::DQuat;
 use serde::{Deserialize, Serialize};
 
-use super::entry::Cycle;
+use crate::entry::Cycle;
 use hovernav::autopilot::Mode;
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;

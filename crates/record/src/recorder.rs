@@ -9,12 +9,12 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::drain::{Drain, MOST_WAITING};
-use super::entry::{Entry, Line, Queued, RawBytes};
-use super::header::Header;
-use super::status::{Progress, Status};
-use crate::error::LogError;
+use crate::drain::{Drain, MOST_WAITING};
+use crate::entry::{Entry, Line, Queued, RawBytes};
+use crate::header::Header;
+use crate::status::{Progress, Status};
 use hovernav::time::Time;
+use hovernav_log::LogError;
 
 /// Number of entries in the queue, about 15 s of a flight.
 const QUEUE: usize = 4096;

@@ -12,20 +12,20 @@ use super::sections::{
     AccelerationSign, DmuMode, DmuSection, MavlinkSection, ReceiverSection, RecordSection,
     ServoSection, SiteSection, TelemetrySection,
 };
-use crate::error::LogError;
-use crate::manifest::{HeadingReference, Manifest};
 use hovernav::dmu::{Calibration, Flow, Mode, Sign};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::flight_control::FlightControlConfig;
 use hovernav::sensors::{DmuConfig, GpsConfig};
+use hovernav_log::LogError;
+use hovernav_log::{HeadingReference, Manifest};
 use hovernav_toml::TomlError;
 
 /// `fly.toml`: all settings of a flight. An unknown key is an error: on a flight computer a misspelt setting must not
 /// fall back to a default.
 ///
 /// ```
-/// use hovernav_log::FlyConfig;
+/// use hovernav_record::FlyConfig;
 /// let text = "
 ///     [dmu]
 ///     port = '/dev/ttyS0'
@@ -41,7 +41,7 @@ use hovernav_toml::TomlError;
 /// let config = FlyConfig::parse(text, "fly.toml".as_ref())?;
 /// assert_eq!(config.dmu.rate_hz, Some(33.0));
 /// assert_eq!(config.sensors()?.1.rate_hz, Some(5));
-/// # Ok::<(), hovernav_log::FlyConfigError>(())
+/// # Ok::<(), hovernav_record::FlyConfigError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]

@@ -3,14 +3,14 @@
 
 use std::fmt;
 
-use super::entry::{Level, Part, ShortText};
-use crate::finding::FindingKind;
+use crate::entry::{Level, Part, ShortText};
 use hovernav::dmu::LinkFault;
 use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, ResetCause, Verdict};
 use hovernav::gps::quality::Failures;
 use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
+use hovernav_log::FindingKind;
 
 /// An event, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use super::entry::Level;
-use super::read::{Record, RecordedEvent};
-use crate::info::paragraph;
+use crate::entry::Level;
+use crate::read::{Record, RecordedEvent};
+use hovernav_log::paragraph;
 
 /// The description of a record, by its [`Display`](fmt::Display): start, length, losses, events.
 #[derive(Clone, Copy, Debug)]

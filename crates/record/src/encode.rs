@@ -4,14 +4,14 @@ use std::io::Write;
 
 use mcap::McapResult;
 
-use super::channel::Channel;
-use super::entry::{Entry, Level, Line, Part, Queued};
-use super::happening::Happening;
-use super::message::{
+use crate::channel::Channel;
+use crate::entry::{Entry, Level, Line, Part, Queued};
+use crate::happening::Happening;
+use crate::message::{
     ControlsMessage, CycleMessage, FixMessage, ImuMessage, InnovationsMessage, LocationMessage,
     LogMessage, LostMessage, RawMessage, RestartMessage, ServoMessage, SolutionMessage, Timestamp,
 };
-use super::writer::MessageWriter;
+use crate::writer::MessageWriter;
 use hovernav::dmu::Measurement;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Notice;

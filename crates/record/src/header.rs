@@ -1,9 +1,9 @@
 //! Beginning of a record.
 
-use crate::error::LogError;
 use crate::setup::FlyConfig;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::time::Time;
+use hovernav_log::LogError;
 
 /// Beginning of a record: all that a replay needs in addition to the raw bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl Header {
     /// The estimator's settings, the same in flight and in replay.
     ///
     /// # Errors
-    /// As [`Manifest::settings`](crate::Manifest::settings).
+    /// As [`Manifest::settings`](hovernav_log::Manifest::settings).
     pub fn settings(&self) -> Result<EstimatorConfig, LogError> {
         Ok(self.config.navigation.settings(true, None)?.0)
     }

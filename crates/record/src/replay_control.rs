@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::read::{Call, Record};
-use crate::error::LogError;
+use crate::read::{Call, Record};
 use crate::setup::CaptureSection;
 use hovernav::controls::Sticks;
 use hovernav::ekf::layout::WithoutHeightAids;
@@ -13,6 +12,7 @@ use hovernav::flight_control::{ControlInputs, FlightControl};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::PacketCapture;
 use hovernav::time::Time;
+use hovernav_log::LogError;
 
 /// Comparison of the sticks of a replay with those of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

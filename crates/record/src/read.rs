@@ -5,21 +5,23 @@ use std::path::Path;
 use mcap::records::{MessageHeader, Record as McapRecord};
 use serde::de::DeserializeOwned;
 
-use super::channel::Channel;
-use super::chunks::{Piece, Topics, pieces, records};
-use super::damage::{Damage, Repair};
-use super::entry::{Cycle, Level};
-use super::header::Header;
-use super::message::{
+use crate::channel::Channel;
+use crate::chunks::{Piece, Topics, pieces, records};
+use crate::damage::{Damage, Repair};
+use crate::entry::{Cycle, Level};
+use crate::header::Header;
+use crate::message::{
     ConfigurationMessage, ControlsMessage, CycleMessage, LostMessage, RawMessage, ReadLogMessage,
     SolutionMessage,
 };
-use crate::error::{LogError, excerpt};
 use crate::setup::FlyConfig;
-use crate::table::LARGEST_BYTES;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
+use hovernav_log::LogError;
 use hovernav_toml::read_bytes;
+
+/// Largest size of a record, bytes; larger ones are rejected.
+pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
 /// A call of the sensors by the loop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -121,7 +123,7 @@ impl Record {
     pub fn read(bytes: &[u8], path: &Path) -> Result<Self, LogError> {
         let magic = mcap::MAGIC.len();
         if !bytes.starts_with(mcap::MAGIC) {
-            let shown = excerpt(&bytes[..bytes.len().min(magic)], 40);
+            let shown = bytes[..bytes.len().min(magic)].escape_ascii();
             let found = if bytes.is_empty() { "nothing".into() } else { format!("\"{shown}\"") };
             return Err(LogError::bytes(path, 0, format!("found {found}, expected an MCAP file")));
         }

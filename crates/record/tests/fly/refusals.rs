@@ -3,7 +3,7 @@
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::{Gains, HoverConfig, StickLimits, Trim};
 use hovernav::controls::Sticks;
-use hovernav_log::{FlyConfig, write_autopilot};
+use hovernav_record::{FlyConfig, write_autopilot};
 
 const SENSORS: &str = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
 const AUTOPILOT: &str =
@@ -22,7 +22,7 @@ fn loaded(text: &str, hover: &HoverConfig) -> Result<FlyConfig, String> {
     let directory = tempfile::tempdir().unwrap();
     write_autopilot(hover, &directory.path().join("autopilot.toml"), "").unwrap();
     let text = format!("{SENSORS}{AUTOPILOT}{text}");
-    let words = |error: hovernav_log::FlyConfigError| error.to_string();
+    let words = |error: hovernav_record::FlyConfigError| error.to_string();
     let mut config = FlyConfig::parse(&text, "fly.toml".as_ref()).map_err(words)?;
     config.load_autopilot(directory.path()).map_err(words)?;
     Ok(config)

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Write};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::status::Progress;
+use crate::status::Progress;
 
 /// Keeps the bytes that the disk does not take, and tries again: the MCAP writer never meets a full disk.
 pub struct Spool<W> {

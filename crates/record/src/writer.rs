@@ -8,9 +8,9 @@ use mcap::write::NoSeek;
 use mcap::{McapError, McapResult, WriteOptions};
 use serde::Serialize;
 
-use super::channel::Channel;
-use super::header::Header;
-use super::message::ConfigurationMessage;
+use crate::channel::Channel;
+use crate::header::Header;
+use crate::message::ConfigurationMessage;
 use hovernav::time::Time;
 
 /// Writes messages to the topics of a record.

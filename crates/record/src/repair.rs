@@ -5,12 +5,12 @@ use std::path::Path;
 
 use mcap::records::Record as McapRecord;
 
-use super::chunks::{Piece, Topics, pieces, records};
-use super::damage::Repair;
-use super::read::Record;
-use super::writer::MessageWriter;
-use crate::error::LogError;
-use crate::table::LARGEST_BYTES;
+use crate::chunks::{Piece, Topics, pieces, records};
+use crate::damage::Repair;
+use crate::read::LARGEST_BYTES;
+use crate::read::Record;
+use crate::writer::MessageWriter;
+use hovernav_log::LogError;
 use hovernav_toml::{WholeFile, read_bytes};
 
 /// Result of a repair.
