@@ -4,6 +4,8 @@
 
 mod answers;
 pub mod frame;
+mod pacing;
+mod states;
 
 use mavlink::dialects::common;
 use mavlink::{MavlinkVersion, MessageData, calculate_crc};
@@ -11,88 +13,20 @@ use mavlink::{MavlinkVersion, MessageData, calculate_crc};
 use answers::Requests;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
-use hovernav::telemetry::{Innovations, Snapshot, SystemMode};
+use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_record::Level;
 use hovernav_record::MavlinkConfig;
+use pacing::{Recent, Schedule};
+use states::{current_mode, extended_state, heartbeat};
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
 /// Rates of messages without a setting, Hz: states, values for displays; the home position.
 const STATES_HZ: f64 = 1.0;
 const HOME_HZ: f64 = 0.2;
-/// Time over which the largest innovations are kept, s; fixes come once a second.
-const RECENT_S: f64 = 1.0;
 /// The modes of the vehicle, all chosen by the vehicle itself.
 const MODES: [SystemMode; 6] = SystemMode::ALL;
-
-/// Schedule of one type of message, on a grid of its period. The mean rate is right even if the loop rate is not a
-/// multiple of it.
-#[derive(Clone, Copy, Debug)]
-struct Schedule {
-    period_s: f64,
-    due: Time,
-}
-
-impl Schedule {
-    fn new(rate_hz: f64, start: Time) -> Self {
-        Self { period_s: 1.0 / rate_hz, due: start }
-    }
-
-    fn is_due(&mut self, now: Time) -> bool {
-        // Messages with a rate of 0, a negative rate or NaN are never due.
-        let sends = self.period_s > 0.0 && self.period_s.is_finite();
-        // Without this, a clock that was set back by more than a period would stop the message.
-        let set_back = self.due - now > self.period_s + 1e-3;
-        if !sends || (now < self.due && !set_back) {
-            return false;
-        }
-        self.due = self.due + self.period_s;
-        if set_back || self.due <= now {
-            self.due = now + self.period_s;
-        }
-        true
-    }
-}
-
-/// The largest innovations of one to two times [`RECENT_S`].
-#[derive(Clone, Copy, Debug, Default)]
-struct Recent {
-    since: Option<Time>,
-    now: Innovations,
-    before: Innovations,
-}
-
-impl Recent {
-    fn push(&mut self, innovations: &Innovations, now: Time) {
-        let since = *self.since.get_or_insert(now);
-        if !(0.0..RECENT_S).contains(&(now - since)) {
-            self.since = Some(now);
-            self.before = std::mem::take(&mut self.now);
-        }
-        self.now = largest(&self.now, innovations);
-    }
-
-    fn largest(&self) -> Innovations {
-        largest(&self.now, &self.before)
-    }
-}
-
-/// The larger innovation of each kind.
-fn largest(a: &Innovations, b: &Innovations) -> Innovations {
-    let of = |kind: fn(&Innovations) -> Option<f64>| match (kind(a), kind(b)) {
-        (Some(a), Some(b)) => Some(a.max(b)),
-        (a, b) => a.or(b),
-    };
-    Innovations {
-        position: of(|one| one.position),
-        velocity: of(|one| one.velocity),
-        attitude: of(|one| one.attitude),
-        heading: of(|one| one.heading),
-        baro: of(|one| one.baro),
-        rejected: a.rejected.max(b.rejected),
-    }
-}
 
 /// Encodes snapshots as numbered messages, each type at its own rate, and answers the requests of ground stations.
 ///
@@ -497,146 +431,6 @@ impl Mavlink {
             pos_vert_accuracy: single(snapshot.sigmas.vertical_m),
             flags,
         }
-    }
-
-    fn system_status(&self, snapshot: &Snapshot) -> common::SYS_STATUS_DATA {
-        use common::MavSysStatusSensor as Sensor;
-        let status = snapshot.status;
-        let unit = Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO | Sensor::MAV_SYS_STATUS_SENSOR_3D_ACCEL;
-        let parts = [
-            (unit, status.imu),
-            (Sensor::MAV_SYS_STATUS_SENSOR_GPS, status.gps),
-            (Sensor::MAV_SYS_STATUS_SENSOR_RC_RECEIVER, status.pilot_signal),
-            (Sensor::MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, status.servos),
-            (Sensor::MAV_SYS_STATUS_LOGGING, status.recorder),
-            (Sensor::MAV_SYS_STATUS_AHRS, status.attitude),
-        ];
-        let (mut present, mut health) = (Sensor::empty(), Sensor::empty());
-        for (part, is_good) in parts {
-            present |= part;
-            health.set(part, is_good);
-        }
-        let load = snapshot.timing.work_s.zip(snapshot.timing.period_s);
-        let load = load.map_or(0.0, |(work_s, period_s)| 1e3 * work_s / period_s.max(1e-3));
-        common::SYS_STATUS_DATA {
-            onboard_control_sensors_present: present,
-            onboard_control_sensors_enabled: present,
-            onboard_control_sensors_health: health,
-            load: load.clamp(0.0, 1_000.0) as u16,
-            // No battery is measured.
-            voltage_battery: u16::MAX,
-            current_battery: -1,
-            battery_remaining: -1,
-            ..common::SYS_STATUS_DATA::DEFAULT
-        }
-    }
-
-    fn system_time(&self, now: Time) -> common::SYSTEM_TIME_DATA {
-        let time_unix_usec = self.utc_offset_us.map_or(0, |_| self.stamp_us(now));
-        common::SYSTEM_TIME_DATA { time_unix_usec, time_boot_ms: self.boot_ms(now) }
-    }
-
-    fn hud(&self, snapshot: &Snapshot) -> common::VFR_HUD_DATA {
-        let heading_deg = snapshot.attitude.map(|angles| angles.yaw_rad.to_degrees());
-        let velocity = snapshot.velocity_mps.map(Vector::to_array);
-        common::VFR_HUD_DATA {
-            airspeed: f32::NAN,
-            groundspeed: single(velocity.map(|[north, east, _]| libm::hypot(north, east))),
-            alt: single(snapshot.gps.altitude_msl_m.or(snapshot.position.map(|one| one.height_m))),
-            climb: single(velocity.map(|[.., down]| -down)),
-            heading: heading_deg
-                .map_or(-1, |heading| libm::round(heading.rem_euclid(360.0)) as i16),
-            throttle: 0,
-        }
-    }
-
-    /// The pilot's pulses: throttle, collective, longitudinal, lateral, pedal.
-    fn pilot_channels(&self, snapshot: &Snapshot) -> common::RC_CHANNELS_DATA {
-        let [chan1_raw, chan2_raw, chan3_raw, chan4_raw, chan5_raw] = snapshot
-            .pilot_ms
-            .map(|width_ms| {
-                width_ms.map_or(u16::MAX, |width_ms| libm::round(width_ms * 1e3) as u16)
-            })
-            .to_array();
-        let unused = u16::MAX;
-        common::RC_CHANNELS_DATA {
-            time_boot_ms: self.boot_ms(snapshot.time),
-            chan1_raw,
-            chan2_raw,
-            chan3_raw,
-            chan4_raw,
-            chan5_raw,
-            chan6_raw: unused,
-            chan7_raw: unused,
-            chan8_raw: unused,
-            chan9_raw: unused,
-            chan10_raw: unused,
-            chan11_raw: unused,
-            chan12_raw: unused,
-            chan13_raw: unused,
-            chan14_raw: unused,
-            chan15_raw: unused,
-            chan16_raw: unused,
-            chan17_raw: unused,
-            chan18_raw: unused,
-            chancount: 5,
-            rssi: u8::MAX,
-        }
-    }
-
-    /// The first position of the flight; `None` before.
-    fn home(&self) -> Option<common::HOME_POSITION_DATA> {
-        let origin = self.origin?;
-        Some(common::HOME_POSITION_DATA {
-            latitude: libm::round(origin.latitude_deg() * 1e7) as i32,
-            longitude: libm::round(origin.longitude_deg() * 1e7) as i32,
-            altitude: libm::round(origin.height_m * 1e3) as i32,
-            q: [f32::NAN; 4],
-            ..common::HOME_POSITION_DATA::DEFAULT
-        })
-    }
-}
-
-/// Whether the vehicle is in the air is unknown.
-fn extended_state() -> common::EXTENDED_SYS_STATE_DATA {
-    common::EXTENDED_SYS_STATE_DATA {
-        vtol_state: common::MavVtolState::MAV_VTOL_STATE_UNDEFINED,
-        landed_state: common::MavLandedState::MAV_LANDED_STATE_UNDEFINED,
-    }
-}
-
-fn current_mode(snapshot: &Snapshot) -> common::CURRENT_MODE_DATA {
-    common::CURRENT_MODE_DATA {
-        custom_mode: u32::from(snapshot.mode.code()),
-        intended_custom_mode: 0,
-        standard_mode: common::MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
-    }
-}
-
-fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
-    use common::{MavModeFlag as Flag, MavState as State};
-    let system_status = match snapshot.mode {
-        SystemMode::Starting => State::MAV_STATE_BOOT,
-        SystemMode::Aligning | SystemMode::SearchingHeading => State::MAV_STATE_CALIBRATING,
-        SystemMode::Pilot | SystemMode::Autopilot => State::MAV_STATE_ACTIVE,
-        SystemMode::Failsafe => State::MAV_STATE_CRITICAL,
-    };
-    let mut base_mode = Flag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-    base_mode.set(Flag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED, snapshot.status.pilot_signal);
-    // Armed means that the servos are driven.
-    let driven = snapshot.commanded_ms.iter().any(|(_, width_ms)| width_ms.is_some());
-    base_mode.set(Flag::MAV_MODE_FLAG_SAFETY_ARMED, driven && snapshot.status.servos);
-    base_mode.set(
-        Flag::MAV_MODE_FLAG_STABILIZE_ENABLED | Flag::MAV_MODE_FLAG_AUTO_ENABLED,
-        snapshot.mode == SystemMode::Autopilot,
-    );
-    common::HEARTBEAT_DATA {
-        custom_mode: u32::from(snapshot.mode.code()),
-        mavtype: common::MavType::MAV_TYPE_HELICOPTER,
-        autopilot: common::MavAutopilot::MAV_AUTOPILOT_GENERIC,
-        base_mode,
-        system_status,
-        mavlink_version: 3,
     }
 }
 

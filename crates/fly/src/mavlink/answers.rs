@@ -179,7 +179,7 @@ impl Mavlink {
     fn on_request(&mut self, id: u32, which: f32, now: Time) -> MavResult {
         let snapshot = self.last.unwrap_or_else(|| Snapshot::at(now));
         match id {
-            0 => self.reply(|own, out| own.send(&super::heartbeat(&snapshot), out)),
+            0 => self.reply(|own, out| own.send(&super::states::heartbeat(&snapshot), out)),
             1 => self.reply(|own, out| own.send(&own.system_status(&snapshot), out)),
             24 => self.reply(|own, out| own.send(&own.gps_raw_message(&snapshot), out)),
             148 => self.reply(|own, out| own.send(&version(), out)),
@@ -188,7 +188,7 @@ impl Mavlink {
                 Some(home) => self.reply(|own, out| own.send(&home, out)),
                 None => return MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
             },
-            245 => self.reply(|own, out| own.send(&super::extended_state(), out)),
+            245 => self.reply(|own, out| own.send(&super::states::extended_state(), out)),
             300 => self.reply(|own, out| own.send(&protocol(), out)),
             435 => {
                 let wanted = |index: usize| which == 0.0 || which == index as f32;
@@ -196,7 +196,7 @@ impl Mavlink {
                     self.reply(|own, out| own.send(&mode(index), out));
                 }
             }
-            436 => self.reply(|own, out| own.send(&super::current_mode(&snapshot), out)),
+            436 => self.reply(|own, out| own.send(&super::states::current_mode(&snapshot), out)),
             _ => return MavResult::MAV_RESULT_UNSUPPORTED,
         }
         MavResult::MAV_RESULT_ACCEPTED
@@ -329,3 +329,6 @@ fn protocol() -> common::PROTOCOL_VERSION_DATA {
         ..common::PROTOCOL_VERSION_DATA::DEFAULT
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,3 @@
-#![expect(deprecated, reason = "older stations still send these messages")]
-
 use mavlink::dialects::common::{
     EstimatorStatusFlags, GpsFixType, HighresImuUpdatedFlags, MavMessage, MavModeFlag, MavState,
     MavType,
@@ -13,11 +11,11 @@ use hovernav::frames::EulerAngles;
 use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags};
 use hovernav_record::MavlinkRates;
 
-fn at(seconds: f64) -> Time {
+pub(super) fn at(seconds: f64) -> Time {
     Time::from_seconds(seconds)
 }
 
-fn flying(time: Time) -> Snapshot {
+pub(super) fn flying(time: Time) -> Snapshot {
     Snapshot {
         mode: SystemMode::Autopilot,
         status: StatusFlags {
@@ -50,7 +48,7 @@ fn flying(time: Time) -> Snapshot {
     }
 }
 
-fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
+pub(super) fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
     let mut reader = MavlinkReader::new(bytes);
     let mut messages = Vec::new();
     while let Ok(message) = reader.read_message(MavlinkVersion::V2) {
@@ -60,7 +58,7 @@ fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
 }
 
 /// All messages of one snapshot, decoded with the `mavlink` crate.
-fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
+pub(super) fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
     let mut bytes = Vec::new();
     mavlink.encode(snapshot, &mut bytes);
     assert!(bytes.len() <= 650);
@@ -309,142 +307,4 @@ fn only_a_vehicle_with_driven_servos_is_armed() {
     let flying = flying(at(1.0));
     assert!(armed(&flying));
     assert!(!armed(&Snapshot { commanded_ms: Channels::default(), ..flying }));
-}
-
-/// The answers to `requests` from system 255, component 190.
-fn answers(mavlink: &mut Mavlink, requests: &[MavMessage]) -> Vec<MavMessage> {
-    let mut bytes = Vec::new();
-    for (sequence, request) in requests.iter().enumerate() {
-        let header =
-            mavlink::MavHeader { system_id: 255, component_id: 190, sequence: sequence as u8 };
-        let mut raw = mavlink::MAVLinkV2MessageRaw::new();
-        raw.serialize_message(header, request);
-        bytes.extend_from_slice(raw.raw_bytes());
-    }
-    // In pieces, as on a serial line.
-    bytes.chunks(7).for_each(|piece| mavlink.receive(piece, at(3.0)));
-    let mut out = Vec::new();
-    for _ in 0..64 {
-        mavlink.answer(&mut out);
-    }
-    read(&out).into_iter().map(|(_, message)| message).collect()
-}
-
-fn command(command: common::MavCmd, param1: f32) -> MavMessage {
-    MavMessage::COMMAND_LONG(common::COMMAND_LONG_DATA {
-        command,
-        param1,
-        target_system: 1,
-        ..common::COMMAND_LONG_DATA::DEFAULT
-    })
-}
-
-#[test]
-fn parameters_are_read_and_never_written() {
-    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
-    let list = common::PARAM_REQUEST_LIST_DATA { target_system: 1, target_component: 1 };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_LIST(list)]);
-    let values: Vec<_> = told
-        .iter()
-        .map(|message| match message {
-            MavMessage::PARAM_VALUE(value) => (value.param_index, value.param_count),
-            other => panic!("{other:?}"),
-        })
-        .collect();
-    assert_eq!(values, (0..11).map(|index| (index, 11)).collect::<Vec<_>>());
-
-    let set = common::PARAM_SET_DATA {
-        param_value: 50.0,
-        target_system: 1,
-        param_id: "HZ_ATTITUDE".into(),
-        ..common::PARAM_SET_DATA::DEFAULT
-    };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_SET(set)]);
-    let [MavMessage::PARAM_ERROR(error), MavMessage::PARAM_VALUE(value), ..] = &told[..] else {
-        panic!("{told:?}")
-    };
-    assert_eq!(error.error, common::MavParamError::MAV_PARAM_ERROR_READ_ONLY);
-    assert_eq!((value.param_id.to_str().unwrap(), value.param_value), ("HZ_ATTITUDE", 33.0));
-    let missing = common::PARAM_REQUEST_READ_DATA {
-        param_index: -1,
-        target_system: 1,
-        param_id: "NO_SUCH".into(),
-        ..common::PARAM_REQUEST_READ_DATA::DEFAULT
-    };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_READ(missing)]);
-    assert!(matches!(told[..], [MavMessage::PARAM_ERROR(_)]), "{told:?}");
-}
-
-#[test]
-fn every_command_is_acknowledged_and_none_changes_the_flight() {
-    use common::MavCmd::*;
-    use common::MavResult::*;
-    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
-    told(&mut mavlink, &flying(at(2.0)));
-    for (asked, param, expected) in [
-        (MAV_CMD_COMPONENT_ARM_DISARM, 1.0, MAV_RESULT_DENIED),
-        (MAV_CMD_COMPONENT_ARM_DISARM, 0.0, MAV_RESULT_DENIED),
-        (MAV_CMD_DO_SET_MODE, 0.0, MAV_RESULT_DENIED),
-        (MAV_CMD_SET_MESSAGE_INTERVAL, 30.0, MAV_RESULT_DENIED),
-        (MAV_CMD_NAV_TAKEOFF, 0.0, MAV_RESULT_UNSUPPORTED),
-        (MAV_CMD_REQUEST_MESSAGE, 9_999.0, MAV_RESULT_UNSUPPORTED),
-        (MAV_CMD_REQUEST_MESSAGE, 148.0, MAV_RESULT_ACCEPTED),
-        (MAV_CMD_REQUEST_MESSAGE, 242.0, MAV_RESULT_ACCEPTED),
-        (MAV_CMD_REQUEST_MESSAGE, 300.0, MAV_RESULT_ACCEPTED),
-        (MAV_CMD_REQUEST_MESSAGE, 435.0, MAV_RESULT_ACCEPTED),
-        (MAV_CMD_REQUEST_MESSAGE, 436.0, MAV_RESULT_ACCEPTED),
-    ] {
-        let told = answers(&mut mavlink, &[command(asked, param)]);
-        let acknowledged: Vec<_> = told
-            .iter()
-            .filter_map(|message| match message {
-                MavMessage::COMMAND_ACK(ack) => Some((ack.command, ack.result)),
-                _ => None,
-            })
-            .collect();
-        assert_eq!(acknowledged, [(asked, expected)], "{told:?}");
-        assert_eq!(told.len() > 1, expected != MAV_RESULT_UNSUPPORTED, "{told:?}");
-    }
-    // The names of the modes are ours.
-    let told = answers(&mut mavlink, &[command(MAV_CMD_REQUEST_MESSAGE, 435.0)]);
-    let names: Vec<_> = told
-        .iter()
-        .filter_map(|message| match message {
-            MavMessage::AVAILABLE_MODES(mode) => Some(mode.mode_name.to_str().unwrap().to_owned()),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(names.len(), 6);
-    assert_eq!(names[3..5], ["the pilot", "the autopilot"]);
-}
-
-#[test]
-fn missions_pings_and_clocks_are_answered_and_strangers_are_not() {
-    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
-    let list = |target_system| {
-        let target_component = 1;
-        MavMessage::MISSION_REQUEST_LIST(common::MISSION_REQUEST_LIST_DATA {
-            target_system,
-            target_component,
-        })
-    };
-    let ping = common::PING_DATA { seq: 7, time_usec: 5, target_system: 0, target_component: 0 };
-    let sync = common::TIMESYNC_DATA { tc1: 0, ts1: 77 };
-    let told = answers(
-        &mut mavlink,
-        &[list(1), list(9), MavMessage::PING(ping), MavMessage::TIMESYNC(sync)],
-    );
-    let [MavMessage::MISSION_COUNT(count), MavMessage::PING(ping), MavMessage::TIMESYNC(sync)] =
-        &told[..]
-    else {
-        panic!("{told:?}")
-    };
-    assert_eq!((count.count, count.target_system, count.target_component), (0, 255, 190));
-    assert_eq!((ping.seq, ping.target_system), (7, 255));
-    assert_eq!((sync.tc1, sync.ts1), (3_000_000_000, 77));
-    // Noise is survived, and requests without end do not fill the memory.
-    let noise: Vec<u8> = (0..100_000u32).map(|k| (k * 2_654_435_761 >> 13) as u8).collect();
-    noise.chunks(64).for_each(|piece| mavlink.receive(piece, at(4.0)));
-    let flood: Vec<MavMessage> = (0..1000).map(|_| list(1)).collect();
-    assert!(answers(&mut mavlink, &flood).len() <= 64);
 }
