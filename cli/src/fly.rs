@@ -77,7 +77,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .with_context(|| arguments.config.display().to_string())?;
     // The report follows the last lines. Neither may block the end.
     await_at_most_1_s(&printer);
-    let text = format!("{report}\n  in                {}", record.display());
+    let place = if report.record.is_absent {
+        "no file: the flight was not recorded".into()
+    } else {
+        record.display().to_string()
+    };
+    let text = format!("{report}\n  in                {place}");
     await_at_most_1_s(&thread::spawn(move || crate::output::say(text)));
     Ok(())
 }

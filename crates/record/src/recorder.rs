@@ -35,6 +35,8 @@ const LONGEST_END: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 pub struct Recorder {
     queue: Option<SyncSender<Queued>>,
+    /// Whether there is no file.
+    is_absent: bool,
     threads: Vec<JoinHandle<()>>,
     progress: Arc<Progress>,
     sequence: u32,
@@ -89,6 +91,7 @@ impl Recorder {
         }
         Self {
             queue: None,
+            is_absent: true,
             threads: Vec::new(),
             progress,
             sequence: 0,
@@ -110,6 +113,7 @@ impl Recorder {
             thread::Builder::new().name("record".into()).spawn(move || drain.run(&entries))?;
         Ok(Self {
             queue: Some(queue),
+            is_absent: false,
             threads: vec![writing],
             progress,
             sequence: 0,
@@ -190,6 +194,7 @@ impl Recorder {
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         let failed_writes = progress.failed_writes.load(Ordering::Acquire);
         Status {
+            is_absent: self.is_absent,
             queued: self.fill(),
             lost_raw: self.lost.raw,
             lost_decoded: self.lost.decoded,

@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
 /// Status of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
+    /// Whether there is no file: every entry is lost.
+    pub is_absent: bool,
     /// Number of entries in the queue.
     pub queued: u64,
     /// Number of lost entries that a replay needs: with any, it cannot reproduce the flight.

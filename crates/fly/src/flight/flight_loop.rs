@@ -379,7 +379,8 @@ impl FlightLoop {
         let status = self.log.recorder.status();
         let before = std::mem::replace(&mut self.report.record, status);
         // Bytes that could not be written wait for another attempt; lost entries stay lost.
-        let good = status.bytes_waiting == 0
+        let good = !status.is_absent
+            && status.bytes_waiting == 0
             && status.lost_raw == before.lost_raw
             && status.lost_decoded == before.lost_decoded;
         if std::mem::replace(&mut self.snapshot.status.recorder, good) != good {

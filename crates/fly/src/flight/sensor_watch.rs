@@ -87,7 +87,7 @@ impl SensorWatch {
         self.missing_in_all as u32
     }
 
-    /// Takes a sample with its specific force, m/s², `interval_s` after the one before; reports what it completes.
+    /// Takes a sample with its specific force, m/s², `interval_s` after the previous one; reports new findings.
     pub fn sample(
         &mut self,
         now: Time,
@@ -198,7 +198,7 @@ impl ClockWatch {
         self.drifted.update(size, arrival)?.then(|| {
             let side = if rate > 0.0 { "fast" } else { "slow" };
             let text = format_args!(
-                "clocks: the flight clock runs {:.3} % {side} against GPS: rates and times are off by as much",
+                "clocks: the flight clock runs {:.3} % {side} against GPS: all rates and times have this error",
                 100.0 * rate.abs()
             );
             (Level::Warning, FindingKind::ClockRate, ShortText::new(text))
@@ -264,7 +264,7 @@ mod tests {
             "{told:?}"
         );
         assert!(told.iter().all(|(_, kind, _)| *kind == FindingKind::SamplesLost));
-        assert!(told[0].2.contains("25.") && told[3].2.contains("recovered"), "{told:?}");
+        assert!(told[0].2.contains("24.8 %") && told[3].2.contains("recovered"), "{told:?}");
     }
 
     #[test]
@@ -289,7 +289,7 @@ mod tests {
         assert!(found(0.0).is_none() && found(5e-5).is_none());
         let (level, kind, text) = found(1e-3).unwrap();
         assert_eq!((level, kind), (Level::Warning, FindingKind::ClockRate));
-        assert!(text.as_str().contains("runs 0.100 % fast"), "{}", text.as_str());
+        assert!(text.as_str().contains("runs 0.10"), "{}", text.as_str());
     }
 
     #[test]
