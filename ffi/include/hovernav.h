@@ -55,7 +55,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 8
+#define HOVERNAV_ABI 9
 
 // Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 #define HOVERNAV_SIZE 34816
@@ -608,6 +608,63 @@ typedef struct HovernavGateModel {
     double lockout_s;
 } HovernavGateModel;
 
+// Switches of the mechanisms that the estimator has beyond a Kalman filter with fixed noise: 1 on, 0 off. All are on by
+// default. Equations such as (M11) are in docs/equations.md.
+typedef struct HovernavMechanisms {
+    // Zero velocity and the Earth's rate at rest (M11).
+    uint32_t rest;
+    // Smaller gyro biases after a rest: the change of the bias between rest and motion is learned (M11).
+    uint32_t rested_bias;
+    // Factor on the noise of the inertial unit, from successive innovations (K18).
+    uint32_t excess_noise;
+    // Steps of a bias, from growing innovations (K19).
+    uint32_t bias_steps;
+    // Sizes of the errors of fixes, from their innovations (M7).
+    uint32_t fix_errors;
+    // Heading from horizontal force only beyond the force's own error (K23).
+    uint32_t level_force;
+    // Larger accelerometer biases while vibration changes (K24).
+    uint32_t rectification;
+    // Offset of the antenna from its stated position, from turns (M16).
+    uint32_t antenna_offset;
+    // Motion along the road while fixes are absent, for vehicles on wheels (M17).
+    uint32_t wheels;
+    // Rejection of a receiver whose fixes contradict each other (K15).
+    uint32_t self_contradiction;
+    // Rejection of a height whose innovations are biased while another sensor of height agrees.
+    uint32_t biased_heights;
+    // Reports of positions that drift from their own velocity; the one-sigma reaches back to the start (K25).
+    uint32_t drifting_positions;
+    // A previous position as second hypothesis, after a position that jumped was accepted.
+    uint32_t previous_position;
+    // No fusion of fixes that repeat the previous one bit for bit.
+    uint32_t repeated_fixes;
+    // Correction of a heading by the heading bank (H2 to H5).
+    uint32_t heading_monitor;
+    // No reset by a sensor of heading while the heading bank confirms the heading.
+    uint32_t confirmed_heading;
+    // Second alignment after gaps (H7).
+    uint32_t lost_level;
+    // Changes of the magnetic field (M15).
+    uint32_t field_monitor;
+    // Comparison of the unit's own attitude with the gyros (M8).
+    uint32_t attitude_monitor;
+    // Scatter of the barometer (M18).
+    uint32_t barometer_scatter;
+    // Error of the barometer by the wind of the vehicle's own speed (M10).
+    uint32_t barometer_wind;
+    // Shocks and lost samples: force is withheld, and noise is added (S13, S16).
+    uint32_t shocks;
+    // Readings at full scale (S13).
+    uint32_t clipping;
+    // Single axes that repeat one reading (S13).
+    uint32_t stuck_axes;
+    // No use of samples that repeat all six readings.
+    uint32_t stuck_samples;
+    // No use of samples on a straight line, which a logger has interpolated (S17).
+    uint32_t interpolated_samples;
+} HovernavMechanisms;
+
 // Error model of a distance to the ground, and of the ground.
 typedef struct HovernavRangeModel {
     // Shortest distance that the sensor measures, m.
@@ -728,6 +785,8 @@ typedef struct HovernavConfig {
     struct HovernavBaroModel baro;
     // Gates and recovery.
     struct HovernavGateModel gate;
+    // Switches of the mechanisms.
+    struct HovernavMechanisms mechanisms;
     // The rangefinder.
     struct HovernavRangefinder rangefinder;
     // The second antenna.

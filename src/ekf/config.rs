@@ -13,6 +13,11 @@ use super::mechanisms::Mechanisms;
 /// assert_eq!(config.gate.lockout_s, 8.0);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Deserialize, serde::Serialize),
+    serde(default, deny_unknown_fields)
+)]
 pub struct EkfConfig {
     /// Inertial sensors.
     pub imu: ImuModel,

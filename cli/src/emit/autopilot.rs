@@ -27,14 +27,14 @@ pub(super) fn bytes(config: &HoverConfig, remark: &str, form: Form) -> anyhow::R
     })
 }
 
-/// All fields except gains and period, each number assigned to its field below `place`.
-fn rest(place: &str, config: &HoverConfig) -> anyhow::Result<String> {
+/// All fields except gains and period, each assigned to its field, whose name follows `before`.
+fn rest(language: Language, before: &str, config: &HoverConfig) -> anyhow::Result<String> {
     let mut value = serde_json::to_value(config)?;
     if let Value::Object(fields) = &mut value {
         fields.remove("gains");
         fields.remove("period_s");
     }
-    Ok(assignments(place, &value))
+    Ok(assignments(language, before, &value))
 }
 
 /// The gains as a Rust literal, in the order of the field names.
@@ -98,7 +98,7 @@ fn c_gains(gains: &Gains) -> anyhow::Result<String> {
 fn rust(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
     let (period, gains) = (number(config.period_s), rust_gains(&config.gains)?);
     let remark = comment(remark);
-    let rest = rest("config", config)?;
+    let rest = rest(Language::Rust, "config.", config)?;
     Ok(format!(
         "{remark}\n\n\
          use hovernav::autopilot::{{Gains, HoverConfig, PidGains, RegulatorGains}};\n\n\
@@ -115,7 +115,7 @@ fn rust(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
 fn c(config: &HoverConfig, remark: &str) -> anyhow::Result<String> {
     let (period, gains) = (number(config.period_s), c_gains(&config.gains)?);
     let remark = comment(remark);
-    let rest = rest("(*config)", config)?.replace("(*config).", "config->");
+    let rest = rest(Language::C, "config->", config)?;
     Ok(format!(
         "{remark}\n\n\
          #ifndef HOVERNAV_AUTOPILOT_H\n#define HOVERNAV_AUTOPILOT_H\n\n\

@@ -5,10 +5,10 @@ use std::path::Path;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::NotchConfig;
-use hovernav::ins::HeadingSource;
-use serde_json::{Value, to_value};
+use hovernav::ins::AlignmentConfig;
+use serde_json::to_value;
 
-use super::language::{assignments, comment, number};
+use super::language::{Language, assignments, comment, number, upper_snake};
 use super::{Form, write};
 
 /// Writes `config`, and the notch filter ahead of the estimator, into `directory`, as `estimator` with the extension of
@@ -33,47 +33,45 @@ pub(super) fn bytes(
         Form::Rust => rust(config, notch, remark)?.into_bytes(),
         Form::C => c(config, notch, remark)?.into_bytes(),
         Form::Postcard => {
-            let (alignment, ekf) = (&config.alignment, &config.ekf);
+            let EstimatorConfig {
+                vehicle_kind,
+                mounting,
+                alignment,
+                ekf,
+                aiding,
+                rangefinder,
+                antenna_heading,
+            } = config;
             postcard::to_allocvec(&(
-                config.mounting.imu_lever_arm_m.to_array(),
-                config.mounting.antenna_lever_arm_m.to_array(),
+                mounting.imu_lever_arm_m.to_array(),
+                mounting.antenna_lever_arm_m.to_array(),
                 (alignment.attitude_declination_rad, alignment.declination_rad),
                 alignment,
-                (ekf.imu, ekf.gps, ekf.attitude, ekf.magnetometer, ekf.baro, ekf.gate),
-                config.aiding,
+                ekf,
+                aiding,
                 (
-                    config.rangefinder.lever_arm_m.to_array(),
-                    config.rangefinder.beam.to_array(),
-                    config.rangefinder.model,
+                    rangefinder.lever_arm_m.to_array(),
+                    rangefinder.beam.to_array(),
+                    rangefinder.model,
                     alignment.baseline_m.map(Vector::to_array),
-                    config.antenna_heading,
+                    antenna_heading,
                 ),
-                notch,
+                (vehicle_kind, notch),
             ))?
         }
     })
 }
 
-/// The model groups of the filter, by name.
-fn groups(config: &EstimatorConfig) -> anyhow::Result<[(&'static str, Value); 6]> {
-    let ekf = &config.ekf;
-    Ok([
-        ("imu", to_value(ekf.imu)?),
-        ("gps", to_value(ekf.gps)?),
-        ("attitude", to_value(ekf.attitude)?),
-        ("magnetometer", to_value(ekf.magnetometer)?),
-        ("baro", to_value(ekf.baro)?),
-        ("gate", to_value(ekf.gate)?),
-    ])
-}
-
 /// The numbers of the alignment, including the declinations.
-fn alignment(place: &str, config: &EstimatorConfig) -> anyhow::Result<String> {
-    let alignment = &config.alignment;
+fn alignment(
+    language: Language,
+    before: &str,
+    alignment: &AlignmentConfig,
+) -> anyhow::Result<String> {
     let mut value = to_value(alignment)?;
     value["attitude_declination_rad"] = alignment.attitude_declination_rad.into();
     value["declination_rad"] = alignment.declination_rad.into();
-    Ok(assignments(place, &value))
+    Ok(assignments(language, before, &value))
 }
 
 /// One line per setting of a notch, assigned to its field below `place`.
@@ -96,43 +94,40 @@ fn rust(
         let [x, y, z] = vector.to_array().map(number);
         format!("Vector::new({x}, {y}, {z})")
     };
-    let mut lines = format!(
-        "    config.mounting.imu_lever_arm_m = {};\n    config.mounting.antenna_lever_arm_m = {};\n",
-        vector(config.mounting.imu_lever_arm_m),
-        vector(config.mounting.antenna_lever_arm_m)
-    );
-    let aiding = config.aiding;
-    let heading = config
-        .alignment
-        .heading
-        .map_or_else(|| "None".to_owned(), |source| format!("Some(HeadingSource::{source:?})"));
-    lines += &format!(
-        "    config.aiding.attitude = {};\n    config.aiding.magnetometer = {};\n    \
-         config.aiding.baro = {};\n    config.aiding.rangefinder = {};\n    \
-         config.aiding.second_antenna = {};\n    config.alignment.heading = {heading};\n",
-        aiding.attitude,
-        aiding.magnetometer,
-        aiding.baro,
-        aiding.rangefinder,
-        aiding.second_antenna
-    );
-    let baseline_m = config.alignment.baseline_m;
-    let baseline_m = baseline_m.map_or("None".to_owned(), |arm| format!("Some({})", vector(arm)));
-    lines += &format!(
-        "    config.alignment.baseline_m = {baseline_m};\n    \
-         config.rangefinder.lever_arm_m = {};\n    config.rangefinder.beam = {};\n",
-        vector(config.rangefinder.lever_arm_m),
-        vector(config.rangefinder.beam)
-    );
-    lines += &assignments("config.rangefinder.model", &to_value(config.rangefinder.model)?);
-    lines += &assignments("config.antenna_heading", &to_value(config.antenna_heading)?);
-    lines += &alignment("config.alignment", config)?;
-    for (name, group) in groups(config)? {
-        lines += &assignments(&format!("config.ekf.{name}"), &group);
+    let EstimatorConfig {
+        vehicle_kind,
+        mounting,
+        alignment: start,
+        ekf,
+        aiding,
+        rangefinder,
+        antenna_heading,
+    } = config;
+    let named = |kind: Option<&str>| kind.map_or("None".to_owned(), |kind| format!("Some({kind})"));
+    let kind = vehicle_kind.map(|kind| format!("hovernav::ekf::VehicleKind::{kind:?}"));
+    let heading = start.heading.map(|source| format!("hovernav::ins::HeadingSource::{source:?}"));
+    let baseline_m = start.baseline_m.map(vector);
+    let mut lines = String::new();
+    for (field, value) in [
+        ("vehicle_kind", named(kind.as_deref())),
+        ("mounting.imu_lever_arm_m", vector(mounting.imu_lever_arm_m)),
+        ("mounting.antenna_lever_arm_m", vector(mounting.antenna_lever_arm_m)),
+        ("alignment.heading", named(heading.as_deref())),
+        ("alignment.baseline_m", named(baseline_m.as_deref())),
+        ("rangefinder.lever_arm_m", vector(rangefinder.lever_arm_m)),
+        ("rangefinder.beam", vector(rangefinder.beam)),
+    ] {
+        lines += &format!("    config.{field} = {value};\n");
     }
-    // Without a configured heading source, the import is unused.
-    let source =
-        if config.alignment.heading.is_some() { "use hovernav::ins::HeadingSource;\n" } else { "" };
+    lines += &alignment(Language::Rust, "config.alignment.", start)?;
+    for (group, value) in [
+        ("ekf", to_value(ekf)?),
+        ("aiding", to_value(aiding)?),
+        ("rangefinder.model", to_value(rangefinder.model)?),
+        ("antenna_heading", to_value(antenna_heading)?),
+    ] {
+        lines += &assignments(Language::Rust, &format!("config.{group}."), &value);
+    }
     let notch = notch.map_or_else(
         || "    None\n".to_owned(),
         |notch| {
@@ -144,7 +139,7 @@ fn rust(
     Ok(format!(
         "{remark}\n\n\
          use hovernav::ekf::EstimatorConfig;\nuse hovernav::frames::Vector;\n\
-         use hovernav::imu::NotchConfig;\n{source}\n\
+         use hovernav::imu::NotchConfig;\n\n\
          /// The whole configuration.\n\
          pub fn estimator() -> EstimatorConfig {{\n    \
          let mut config = EstimatorConfig::default();\n{lines}    config\n}}\n\n\
@@ -154,45 +149,40 @@ fn rust(
 }
 
 fn c(config: &EstimatorConfig, notch: Option<NotchConfig>, remark: &str) -> anyhow::Result<String> {
+    let EstimatorConfig {
+        vehicle_kind,
+        mounting,
+        alignment: start,
+        ekf,
+        aiding,
+        rangefinder,
+        antenna_heading,
+    } = config;
     let mut lines = String::new();
     for (name, arm) in [
-        ("imu_lever_arm_m", config.mounting.imu_lever_arm_m),
-        ("antenna_lever_arm_m", config.mounting.antenna_lever_arm_m),
-        ("rangefinder.lever_arm_m", config.rangefinder.lever_arm_m),
-        ("rangefinder.beam", config.rangefinder.beam),
-        ("second_antenna.baseline_m", config.alignment.baseline_m.unwrap_or_default()),
+        ("imu_lever_arm_m", mounting.imu_lever_arm_m),
+        ("antenna_lever_arm_m", mounting.antenna_lever_arm_m),
+        ("rangefinder.lever_arm_m", rangefinder.lever_arm_m),
+        ("rangefinder.beam", rangefinder.beam),
+        ("second_antenna.baseline_m", start.baseline_m.unwrap_or_default()),
     ] {
         for (axis, value) in arm.to_array().map(number).iter().enumerate() {
             lines += &format!("    config->{name}[{axis}] = {value};\n");
         }
     }
-    let aiding = config.aiding;
-    for (name, used) in [
-        ("attitude", aiding.attitude),
-        ("magnetometer", aiding.magnetometer),
-        ("baro", aiding.baro),
-        ("rangefinder", aiding.rangefinder),
-        ("second_antenna", aiding.second_antenna),
-    ] {
-        lines += &format!("    config->use_{name} = {};\n", u32::from(used));
-    }
-    let heading = match config.alignment.heading {
-        None => "ANY",
-        Some(HeadingSource::Attitude) => "ATTITUDE",
-        Some(HeadingSource::SecondAntenna) => "SECOND_ANTENNA",
-        Some(HeadingSource::Magnetometer) => "MAGNETOMETER",
-        Some(HeadingSource::Course) => "COURSE",
-        Some(HeadingSource::Unknown) => "UNKNOWN",
-    };
+    lines += &assignments(Language::C, "config->use_", &to_value(aiding)?);
+    let kind = vehicle_kind.map_or("UNSTATED".to_owned(), |kind| upper_snake(&format!("{kind:?}")));
+    lines += &format!("    config->vehicle_kind = HOVERNAV_VEHICLE_{kind};\n");
+    let heading = start.heading.map_or("ANY".to_owned(), |at| upper_snake(&format!("{at:?}")));
     lines += &format!("    config->alignment.heading = HOVERNAV_HEADING_{heading};\n");
-    lines += &alignment("config->alignment", config)?;
-    for (name, group) in groups(config)? {
-        lines += &assignments(&format!("config->{name}"), &group);
+    lines += &alignment(Language::C, "config->alignment.", start)?;
+    for (before, group) in [
+        ("config->", to_value(ekf)?),
+        ("config->rangefinder.model.", to_value(rangefinder.model)?),
+        ("config->second_antenna.model.", to_value(antenna_heading)?),
+    ] {
+        lines += &assignments(Language::C, before, &group);
     }
-    let range = to_value(config.rangefinder.model)?;
-    lines += &assignments("config->rangefinder.model", &range);
-    let heading = to_value(config.antenna_heading)?;
-    lines += &assignments("config->second_antenna.model", &heading);
     // The default configuration has no notch.
     lines += &notch.map_or_else(String::new, |notch| notch_lines("config->notch", &notch));
     let remark = comment(remark);

@@ -1,7 +1,6 @@
 use hovernav::autopilot::{Gains, HoverConfig};
 use hovernav::ekf::{
-    Aiding, AntennaHeadingModel, AttitudeModel, BaroModel, EstimatorConfig, GateConfig, GpsModel,
-    ImuModel, MagnetometerModel, RangeModel,
+    Aiding, AntennaHeadingModel, EkfConfig, EstimatorConfig, RangeModel, VehicleKind,
 };
 use hovernav::frames::Vector;
 use hovernav::imu::NotchConfig;
@@ -26,6 +25,8 @@ fn estimator() -> EstimatorConfig {
     config.alignment.declination_rad = 1.0 / 3.0;
     config.ekf.gate.sigmas = 4.5;
     config.aiding.baro = false;
+    config.ekf.mechanisms.wheels = false;
+    config.vehicle_kind = Some(VehicleKind::FixedWing);
     config
 }
 
@@ -42,17 +43,17 @@ fn postcard_reads_back_as_the_same_configuration() {
     let bytes = super::autopilot::bytes(&hover(), "", Form::Postcard).unwrap();
     assert_eq!(postcard::from_bytes::<HoverConfig>(&bytes).unwrap(), hover());
 
-    type Models = (ImuModel, GpsModel, AttitudeModel, MagnetometerModel, BaroModel, GateConfig);
     type Arm = [f64; 3];
     type Aids = (Arm, Arm, RangeModel, Option<Arm>, AntennaHeadingModel);
-    type Parts = (Arm, Arm, (f64, f64), AlignmentConfig, Models, Aiding, Aids, Option<NotchConfig>);
+    type Kinds = (Option<VehicleKind>, Option<NotchConfig>);
+    type Parts = (Arm, Arm, (f64, f64), AlignmentConfig, EkfConfig, Aiding, Aids, Kinds);
     let bytes = super::estimator::bytes(&estimator(), Some(notch()), "", Form::Postcard).unwrap();
-    let (imu, _, (_, declination_rad), alignment, models, aiding, _, read): Parts =
+    let (imu, _, (_, declination_rad), alignment, ekf, aiding, _, kinds): Parts =
         postcard::from_bytes(&bytes).unwrap();
-    assert_eq!(read, Some(notch()));
+    assert_eq!(kinds, (Some(VehicleKind::FixedWing), Some(notch())));
     assert_eq!((imu, declination_rad), ([0.1, -0.2, 0.3], 1.0 / 3.0));
     assert_eq!(alignment.heading, Some(HeadingSource::Course));
-    assert_eq!((models.5, aiding), (estimator().ekf.gate, estimator().aiding));
+    assert_eq!((ekf, aiding), (estimator().ekf, estimator().aiding));
 }
 
 #[test]
@@ -64,8 +65,13 @@ fn numbers_keep_every_bit_in_rust_and_c() {
         }
         let estimator =
             text(super::estimator::bytes(&estimator(), Some(notch()), "", form).unwrap());
-        for number in ["0.3333333333333333", "gate.sigmas = 4.5;"] {
-            assert!(estimator.contains(number), "{number}: {estimator}");
+        let [on, off, kind] = match form {
+            Form::C => ["1", "0", "vehicle_kind = HOVERNAV_VEHICLE_FIXED_WING;"],
+            _ => ["true", "false", "vehicle_kind = Some(hovernav::ekf::VehicleKind::FixedWing);"],
+        };
+        let [on, off] = [format!("mechanisms.rest = {on};"), format!("mechanisms.wheels = {off};")];
+        for expected in ["0.3333333333333333", "gate.sigmas = 4.5;", &on, &off, kind] {
+            assert!(estimator.contains(expected), "{expected}: {estimator}");
         }
     }
 }

@@ -56,6 +56,11 @@ while len(names) < 6:
     message = m.recv_match(type="AVAILABLE_MODES", blocking=True, timeout=5)
     names.append(message.mode_name)
 assert names[3:5] == ["the pilot", "the autopilot"], names
+name = b"@PARAM/param.pck"
+payload = bytes([5, 0, 0, 4, len(name), 0, 0, 0, 0, 0, 0, 0]) + name
+payload += bytes(251 - len(payload))
+no = ask("FILE_TRANSFER_PROTOCOL", lambda: m.mav.file_transfer_protocol_send(0, system, component, payload))
+assert (no.payload[0], no.payload[3], no.payload[5], no.payload[12]) == (6, 129, 4, 10), no
 sync = ask("TIMESYNC", lambda: m.mav.timesync_send(0, 12345))
 assert sync.ts1 == 12345 and sync.tc1 > 0, sync
 ping = ask("PING", lambda: m.mav.ping_send(1, 9, 0, 0))
@@ -86,7 +91,7 @@ fn pymavlink_gets_an_answer_to_every_request() {
     let station = Command::new(python)
         .args(["-c", STATION, &format!("udpin:127.0.0.1:{port}")])
         .env("MAVLINK20", "1")
-        .env("MAVLINK_DIALECT", "common")
+        .env("MAVLINK_DIALECT", "development")
         .output()
         .unwrap();
     let _ = flight.kill();

@@ -7,6 +7,7 @@ use hovernav::imu::NotchConfig;
 use hovernav::ins::{AlignmentConfig, HeadingSource, Mounting};
 
 use super::aids::{Rangefinder, SecondAntenna};
+use super::mechanisms::Mechanisms;
 use super::vehicle::{kind_of, number_of};
 use super::{HealthLimits, Notch, flag, mirror, within};
 use crate::access::{input, optional, output};
@@ -230,6 +231,8 @@ pub struct Config {
     pub baro: BaroModel,
     /// Gates and recovery.
     pub gate: GateModel,
+    /// Switches of the mechanisms.
+    pub mechanisms: Mechanisms,
     /// The rangefinder.
     pub rangefinder: Rangefinder,
     /// The second antenna.
@@ -355,6 +358,7 @@ impl Config {
             magnetometer: (&ekf.magnetometer).into(),
             baro: (&ekf.baro).into(),
             gate: (&ekf.gate).into(),
+            mechanisms: (&ekf.mechanisms).into(),
             rangefinder: Rangefinder::of(estimator),
             second_antenna: SecondAntenna::of(estimator),
             notch: Notch::of(notch),
@@ -397,6 +401,7 @@ impl Config {
         self.magnetometer.put(&mut ekf.magnetometer);
         self.baro.put(&mut ekf.baro);
         self.gate.put(&mut ekf.gate);
+        ekf.mechanisms = self.mechanisms.core()?;
         let wrong = [
             ("imu.", ekf.imu.out_of_range()),
             ("gps.", ekf.gps.out_of_range()),

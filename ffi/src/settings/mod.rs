@@ -12,6 +12,8 @@ mod gains;
 
 mod lines;
 
+mod mechanisms;
+
 mod vehicle;
 
 use crate::status::Fault;
@@ -21,6 +23,7 @@ pub use autopilot::*;
 pub use estimator::*;
 pub use gains::*;
 pub use lines::*;
+pub use mechanisms::*;
 pub use notch::*;
 pub use vehicle::*;
 

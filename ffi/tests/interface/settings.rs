@@ -1,7 +1,7 @@
 //! The structures of C mirror those of the core completely, field by field.
 
 use hovernav::autopilot::{Gains as CoreGains, HoverConfig};
-use hovernav::ekf::EstimatorConfig;
+use hovernav::ekf::{EstimatorConfig, Mechanisms, VehicleKind};
 use hovernav::frames::Vector;
 use hovernav::health::HealthLimits;
 use hovernav::imu::NotchConfig;
@@ -75,6 +75,8 @@ fn a_configuration_survives_the_way_to_c_and_back() {
     config.alignment.declination_rad = 0.01;
     config.aiding.baro = false;
     config.aiding.second_antenna = false;
+    config.ekf.mechanisms = Mechanisms { rest: false, clipping: false, ..Mechanisms::ALL };
+    config.vehicle_kind = Some(VehicleKind::Boat);
     config.alignment.baseline_m = Some(Vector::new(0.0, 0.75, 0.0));
     config.rangefinder.lever_arm_m = Vector::new(0.1, 0.0, 0.25);
     config.rangefinder.model.most_m = 40.0;
@@ -88,6 +90,12 @@ fn a_configuration_survives_the_way_to_c_and_back() {
     assert_eq!(back.notch, Some(notch));
     assert_eq!(Config::of(&config, None, &health).checked().unwrap().notch, None);
     assert_eq!(back.health, health);
+
+    let mut wrong = Config::of(&config, None, &health);
+    wrong.mechanisms.wheels = 2;
+    let fault = wrong.checked().unwrap_err();
+    let what: String = fault.what.iter().map(|&byte| char::from(byte.to_ne_bytes()[0])).collect();
+    assert_eq!((what.trim_end_matches('\0'), fault.found), ("mechanisms.wheels", 2.0));
 
     let gains = HoverDesign::default().synthesise(&shipped::raptor60()).unwrap();
     let mut hover = HoverConfig::new(0.0303, gains);

@@ -136,6 +136,7 @@ impl Mavlink {
                 self.acknowledge(MavCmd::MAV_CMD_DO_SET_MODE, result, sender);
                 self.explain("the pilot's switch selects the mode");
             }
+            MavMessage::FILE_TRANSFER_PROTOCOL(m) => self.refuse_file(&m.payload, sender),
             MavMessage::PING(m) if m.target_system == 0 => {
                 let (target_system, target_component) = sender;
                 let (time_usec, seq) = (m.time_usec, m.seq);
@@ -217,6 +218,26 @@ impl Mavlink {
     ) {
         let answer = common::MISSION_ACK_DATA { target_system, target_component, mavtype };
         self.reply(|own, out| own.send_extended(&answer, &[kind], out));
+    }
+
+    /// Refuses a request for a file: there are none.
+    fn refuse_file(&mut self, request: &[u8; 251], (target_system, target_component): (u8, u8)) {
+        const NAK: u8 = 129;
+        const OPEN: u8 = 4;
+        const UNKNOWN_COMMAND: u8 = 7;
+        const FILE_NOT_FOUND: u8 = 10;
+        let [low, high, session, opcode, ..] = *request;
+        let [low, high] = u16::from_le_bytes([low, high]).wrapping_add(1).to_le_bytes();
+        let why = if opcode == OPEN { FILE_NOT_FOUND } else { UNKNOWN_COMMAND };
+        let mut payload = [0; 251];
+        payload[..13].copy_from_slice(&[low, high, session, NAK, 1, opcode, 0, 0, 0, 0, 0, 0, why]);
+        let answer = common::FILE_TRANSFER_PROTOCOL_DATA {
+            target_network: 0,
+            target_system,
+            target_component,
+            payload,
+        };
+        self.reply(|own, out| own.send(&answer, out));
     }
 
     fn explain(&mut self, text: &str) {

@@ -25,6 +25,8 @@ impl Mavlink {
             present |= part;
             health.set(part, is_good);
         }
+        // MAVProxy reports a breach where this bit is clear, also without a geofence.
+        health |= Sensor::MAV_SYS_STATUS_GEOFENCE;
         let load = snapshot.timing.work_s.zip(snapshot.timing.period_s);
         let load = load.map_or(0.0, |(work_s, period_s)| 1e3 * work_s / period_s.max(1e-3));
         common::SYS_STATUS_DATA {

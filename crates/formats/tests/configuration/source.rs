@@ -35,7 +35,7 @@ pub type Types = BTreeMap<String, Type>;
 /// Source files of the types; of two types with the same name, the first is used.
 const PLACES: &[&str] = &[
     "crates/log/src/manifest.rs",
-    "crates/log/src/setup",
+    "crates/record/src/setup",
     "crates/log/src",
     "crates/formats/src/text",
     "src/ekf",
