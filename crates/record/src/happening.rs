@@ -320,4 +320,33 @@ mod tests {
         let words = Beyond::of(all[2..].iter(), Verdict::Rejected).to_string();
         assert_eq!(words, "the receiver's velocity down +1.50 m/s off, one-sigma 0.30 m/s");
     }
+
+    #[test]
+    fn a_fault_in_flight_has_the_kind_that_estimate_gives_it() {
+        use hovernav::dmu::{PlausibilityFault, Sensor};
+        use hovernav::ekf::ImuFault;
+        let time = Time::ZERO;
+        let refused = |fault| Notice::SampleRefused { time, fault };
+        for (notice, kind) in [
+            (Notice::GapBridged { time, length_s: 0.3 }, FindingKind::Gap),
+            (refused(ImuFault::Stuck), FindingKind::Stuck),
+            (refused(ImuFault::NotFinite), FindingKind::NotANumber),
+            (Notice::HeadingMissing { time }, FindingKind::HeadingUnknown),
+        ] {
+            let happening = Happening::of_notice(&notice).unwrap();
+            assert_eq!((happening.level, happening.finding), (Level::Warning, Some(kind)));
+        }
+        let sensor = Sensor::Gyros;
+        for (fault, kind) in [
+            (
+                PlausibilityFault::Jump { sensor, axis: 0, counts: i16::MAX },
+                FindingKind::NotANumber,
+            ),
+            (PlausibilityFault::Saturated { sensor, axis: 0 }, FindingKind::Clipping),
+            (PlausibilityFault::Stuck { sensor, packets: 16 }, FindingKind::Stuck),
+        ] {
+            let happening = Happening::of_sensor(&SensorOutput::DmuImplausible(time, fault));
+            assert_eq!(happening.unwrap().finding, Some(kind));
+        }
+    }
 }
