@@ -126,10 +126,10 @@ impl Mavlink {
                 self.explain("no missions: the pilot flies, and the autopilot holds");
             }
             MavMessage::COMMAND_LONG(m) => {
-                self.command(m.command, [m.param1, m.param2], sender, now)
+                self.command(m.command, [m.param1, m.param2], sender, now);
             }
             MavMessage::COMMAND_INT(m) => {
-                self.command(m.command, [m.param1, m.param2], sender, now)
+                self.command(m.command, [m.param1, m.param2], sender, now);
             }
             MavMessage::SET_MODE(_) => {
                 let result = MavResult::MAV_RESULT_DENIED;
