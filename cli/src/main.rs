@@ -8,6 +8,7 @@
 mod arguments;
 mod emit;
 mod flight_page;
+mod help;
 mod memory;
 mod output;
 #[cfg_attr(
@@ -173,9 +174,7 @@ impl Verb {
                 manual::completions(arguments, <Arguments as clap::CommandFactory>::command())
             }
             #[cfg(feature = "manual")]
-            Self::Man(arguments) => {
-                manual::man(arguments, <Arguments as clap::CommandFactory>::command())
-            }
+            Self::Man(arguments) => manual::man(arguments, Arguments::command()),
         }
     }
 }
@@ -196,6 +195,8 @@ const LEFT_OUT: &[(&str, &str)] = &[
     ("completions", "feature `manual`"),
     #[cfg(not(feature = "manual"))]
     ("man", "feature `manual`"),
+    #[cfg(not(feature = "record"))]
+    ("report", "feature `record`"),
     #[cfg(not(feature = "lab"))]
     ("ablate", "feature `lab`"),
     #[cfg(not(feature = "lab"))]
@@ -239,7 +240,7 @@ fn main() -> ExitCode {
 
 /// Parses the arguments. A negative number is accepted as a value; the range of the argument then checks it.
 fn parsed() -> Result<Arguments, clap::Error> {
-    let command = Arguments::command().mut_subcommands(|verb| {
+    let command = help::explained(Arguments::command()).mut_subcommands(|verb| {
         verb.mut_args(|argument| {
             let is_value = argument.get_action().takes_values() && !argument.is_positional();
             if is_value && !argument.is_allow_hyphen_values_set() {

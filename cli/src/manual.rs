@@ -1,12 +1,13 @@
 //! `hovernav completions` and `hovernav man`: shell completions and manual pages.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man as ManualPage;
 
-use crate::output;
+use crate::{help, output};
 
 #[derive(clap::Args)]
 pub struct Completions {
@@ -45,5 +46,13 @@ fn write_pages(command: &Command, dir: &Path) -> anyhow::Result<()> {
     let man = ManualPage::new(command.clone());
     let mut page = Vec::new();
     man.render(&mut page)?;
+    for section in [help::examples(command.get_name()).as_str(), help::EXIT_STATUS] {
+        let (title, lines) = section.split_once(":\n").unwrap_or_default();
+        if lines.is_empty() {
+            continue;
+        }
+        // Without filling, each line stays a line.
+        write!(page, ".SH \"{}\"\n.nf\n{}\n.fi\n", title.to_uppercase(), lines.trim_end())?;
+    }
     output::write(&dir.join(man.get_filename()), page)
 }

@@ -13,6 +13,7 @@ fn a_verb_that_is_left_out_names_its_feature() {
         ("campaign", "lab", cfg!(feature = "lab")),
         ("design", "lab", cfg!(feature = "lab")),
         ("identify", "lab", cfg!(feature = "lab")),
+        ("report", "record", cfg!(feature = "record")),
         ("inject", "lab", cfg!(feature = "lab")),
         ("simulate", "lab", cfg!(feature = "lab")),
         ("completions", "manual", cfg!(feature = "manual")),

@@ -15,6 +15,7 @@ use crate::header::Header;
 use crate::status::{Progress, Status};
 use hovernav::time::Time;
 use hovernav_log::LogError;
+use hovernav_toml::fresh_file;
 
 /// Number of entries in the queue, about 15 s of a flight.
 const QUEUE: usize = 4096;
@@ -65,7 +66,7 @@ impl Recorder {
         let mut unready = path.as_os_str().to_owned();
         unready.push(".part");
         let unready = Path::new(&unready);
-        let file = File::create(unready).map_err(LogError::io(unready))?;
+        let file = fresh_file(unready).map_err(LogError::io(unready))?;
         let to_sync = file.try_clone().map_err(LogError::io(unready))?;
         let mut recorder = Self::start(file, header).map_err(LogError::io(unready))?;
         std::fs::rename(unready, path).map_err(LogError::io(path))?;

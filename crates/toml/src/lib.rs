@@ -18,7 +18,7 @@ use deserializer::{Place, ValueDeserializer};
 use recording::Recording;
 
 pub use file::{open_file, read_bytes};
-pub use whole_file::{WholeFile, copy_whole, write_whole};
+pub use whole_file::{WholeFile, copy_whole, fresh_file, write_whole};
 
 /// Largest size of a set-up file, bytes.
 const LONGEST_TEXT: u64 = 16 << 20;

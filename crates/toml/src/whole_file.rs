@@ -39,7 +39,7 @@ impl WholeFile {
         let mut name = own.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = own.with_file_name(name);
-        let file = File::create(&part)?;
+        let file = fresh_file(&part)?;
         let whole = Self { file, names: Some([part, own]) };
         if let Some(permissions) = permissions {
             whole.file.set_permissions(permissions)?;
@@ -97,6 +97,19 @@ impl Drop for WholeFile {
             let _ = std::fs::remove_file(part);
         }
     }
+}
+
+/// Creates the file `path` for writing. Whatever had this name is removed: a link is not followed, and a pipe is not
+/// opened.
+///
+/// # Errors
+/// Errors of the file system, for example if `path` is a directory.
+pub fn fresh_file(path: &Path) -> io::Result<File> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    OpenOptions::new().write(true).create_new(true).open(path)
 }
 
 /// Writes `bytes` to the file `path`, completely or not at all: see [`WholeFile`].
@@ -187,6 +200,19 @@ mod tests {
         assert!(link.is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_with_the_temporary_name_is_not_followed() {
+        let place = tempfile::tempdir().unwrap();
+        let (path, victim) = (place.path().join("a.csv"), place.path().join("victim"));
+        fs::write(&victim, "precious").unwrap();
+        std::os::unix::fs::symlink(&victim, place.path().join("a.csv.part")).unwrap();
+        write_whole(&path, "new").unwrap();
+        assert_eq!(fs::read(&victim).unwrap(), b"precious");
+        assert_eq!((fs::read(&path).unwrap(), path.is_symlink()), (b"new".to_vec(), false));
+        assert_eq!(names(place.path()), ["a.csv", "victim"]);
     }
 
     #[cfg(target_os = "linux")]
