@@ -6,17 +6,17 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context as _;
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 use signal_hook::{consts::SIGINT, iterator::Signals};
 
 /// Signals within this time count as one request: terminals, service managers and `timeout` signal both a process and
 /// its group.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 /// Time within which the second Ctrl-C of an armed vehicle ends its flight.
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
 /// A second Ctrl-C within this time is the same one, sent to a process and its group.
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 const ONE_PRESS: Duration = Duration::from_millis(50);
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
@@ -40,7 +40,7 @@ pub fn when_asked(signals: &[i32]) -> anyhow::Result<Arc<AtomicBool>> {
 ///
 /// # Errors
 /// As [`when_asked`].
-#[cfg(feature = "fly")]
+#[cfg(all(feature = "fly", target_os = "linux"))]
 pub fn when_asked_twice(
     signals: &[i32],
     ask: impl Fn() + Send + 'static,
