@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn vibration_is_reported_by_the_limit_of_estimate() {
-        let shaken = |number: u32| -9.81 + if number % 2 == 0 { 8.0 } else { -8.0 };
+        let shaken = |number: u32| -9.81 + if number.is_multiple_of(2) { 8.0 } else { -8.0 };
         let told = told(100.0, |_| false, |k| if k < 33 * 50 { shaken(k) } else { -9.81 });
         let kinds: Vec<_> = told.iter().map(|(level, kind, _)| (*level, *kind)).collect();
         let (bad, good) = (Level::Warning, Level::Info);

@@ -112,7 +112,6 @@ mod tests {
         let live = Terminal::open(&link).unwrap();
         assert!(matches!(Terminal::open(&link), Err(PlayError::Occupied { .. })));
         // A process that was killed leaves its link.
-        std::mem::forget(live);
         fs::remove_file(&link).unwrap();
         symlink("/dev/pts/999999", &link).unwrap();
         drop(Terminal::open(&link).unwrap());
@@ -129,6 +128,7 @@ mod tests {
             }
             fs::remove_file(&link).unwrap();
         };
+        drop(live);
         let ours = Terminal::open(&link).unwrap();
         assert_ne!(ours.target, Path::new(&name));
         assert_eq!(fs::read_link(&link).unwrap(), ours.target);
