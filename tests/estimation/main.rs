@@ -24,6 +24,7 @@ mod lost_level;
 mod magnetic_after_gap;
 mod midair;
 mod motors;
+mod noisy_barometer;
 mod notch;
 mod own_sensor;
 mod places;

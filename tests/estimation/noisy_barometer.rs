@@ -1,0 +1,72 @@
+//! A barometer much noisier than stated. Its scatter is learned, so that height and vertical velocity stay within their
+//! one-sigmas.
+
+use hovernav::earth::Geodetic;
+use hovernav::ekf::layout::Full;
+use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::event::{BaroReading, Event};
+use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng as _;
+use rand_distr::{Distribution as _, Normal};
+
+/// Errors from 30 s on: of height, m, and of the vertical velocity, m/s, each as root of the mean square and as the share
+/// within 3σ.
+fn errors(recording: &Recording, noise_m: f64, learns: bool, seed: u64) -> [[f64; 2]; 2] {
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
+    config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
+    config.ekf.mechanisms.barometer_scatter = learns;
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let mut noise = ChaCha8Rng::seed_from_u64(seed);
+    let normal = Normal::new(0.0, noise_m).unwrap();
+    let mut fixes = recording.fixes.iter().peekable();
+    let (mut squares, mut inside, mut count) = ([0.0; 2], [0.0; 2], 0.0);
+    for (index, (sample, truth)) in recording.imu.iter().zip(&recording.truth).enumerate() {
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |_| ());
+        }
+        estimator.push(&Event::Imu(*sample), |_| ());
+        if index % 3 == 0 {
+            let height_m = truth.position.height_m + normal.sample(&mut noise);
+            estimator.push(&Event::Baro(BaroReading::new(sample.time, height_m)), |_| ());
+        }
+        if sample.time.seconds() < 30.0 {
+            continue;
+        }
+        let solution = estimator.solution().expect("it is aligned");
+        let [.., down_mps] = (solution.velocity_mps - truth.velocity_mps).to_array();
+        let [.., sigma_m] = solution.position_sigma_m.to_array();
+        let [.., sigma_mps] = solution.velocity_sigma_mps.to_array();
+        let off = [solution.position.height_m - truth.position.height_m, down_mps];
+        for (quantity, sigma) in [sigma_m, sigma_mps].into_iter().enumerate() {
+            squares[quantity] += off[quantity] * off[quantity];
+            inside[quantity] += f64::from(u8::from(off[quantity].abs() <= 3.0 * sigma));
+        }
+        count += 1.0;
+    }
+    [0, 1].map(|quantity: usize| [f64::sqrt(squares[quantity] / count), inside[quantity] / count])
+}
+
+#[test]
+fn a_barometer_eight_times_as_noisy_as_stated_spoils_neither_height_nor_vertical_velocity() {
+    let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap();
+    let plan = FlightPlan::hover_at(start, 0.0).hold(10.0).test_points().hold(60.0).test_points();
+    let trajectory = plan.build().unwrap();
+    for seed in 1..=2 {
+        let recording =
+            fly(&trajectory, &DmuConfig::default(), &GpsConfig::default(), seed).unwrap();
+        let [[quiet_m, _], [quiet_mps, _]] = errors(&recording, 0.5, true, seed);
+        let [[height_m, height_inside], [down_mps, down_inside]] =
+            errors(&recording, 4.0, true, seed);
+        let [[unlearned_m, _], [unlearned_mps, _]] = errors(&recording, 4.0, false, seed);
+        println!(
+            "{quiet_m:.2} m, {quiet_mps:.3} m/s as stated; {height_m:.2} m, {down_mps:.3} m/s noisy; \
+             {unlearned_m:.2} m, {unlearned_mps:.3} m/s unlearned"
+        );
+        assert!(height_inside > 0.99 && down_inside > 0.99, "{height_inside} {down_inside}");
+        assert!(height_m < 1.5 * quiet_m.max(1.0), "{height_m} {quiet_m}");
+        assert!(down_mps < 0.7 * unlearned_mps, "{down_mps} {unlearned_mps}");
+        assert!(unlearned_m > 1.15 * height_m, "{unlearned_m} {height_m}");
+    }
+}
