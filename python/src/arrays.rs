@@ -86,6 +86,9 @@ fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
     let [dx, dy, dz, vx, vy, vz] = INCREMENTS;
     let rates = columns.three("gyro_radps", [gx, gy, gz])?;
     let are_rates = rates.is_some();
+    if are_rates && columns.three("dtheta_rad", [dx, dy, dz])?.is_some() {
+        return Err(Error::Array("imu: found rates and increments, expected one of both".into()));
+    }
     let (turns, pushes, missing) = match rates {
         Some(rates) => (Some(rates), columns.three("accel_mps2", [ax, ay, az])?, "accel_mps2"),
         None => {

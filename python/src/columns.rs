@@ -1,9 +1,11 @@
 //! Columns between NumPy and the library.
 
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
+use hovernav::scalar::Readable;
 use hovernav::time::Time;
 
 use crate::error::{Error, Result};
@@ -20,6 +22,18 @@ pub fn table<'py>(
     py.import("hovernav._table")?.getattr("Table")?.call1((all,))
 }
 
+/// A [`table`] whose arrays cannot be written to.
+pub fn read_only<'py>(
+    py: Python<'py>,
+    columns: impl IntoIterator<Item = (&'static str, Vec<f64>)>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let table = table(py, columns)?;
+    for array in table.call_method0("values")?.try_iter()? {
+        array?.call_method1("setflags", (false,))?;
+    }
+    Ok(table)
+}
+
 /// The columns `names` of `rows`.
 pub fn split<const N: usize>(
     names: [&'static str; N],
@@ -34,12 +48,36 @@ pub fn split<const N: usize>(
     names.into_iter().zip(columns)
 }
 
-/// `value` as an array of numbers.
+/// Kinds of NumPy's types that hold numbers: booleans, integers, floats, and objects that may be numbers.
+const NUMBERS: &str = "biufO";
+
+/// `value` as an array of numbers; NaN where it is masked.
 fn numbers<'py>(value: &Bound<'py, PyAny>, name: &str) -> Result<Bound<'py, PyAny>> {
-    let numpy = value.py().import("numpy")?;
-    numpy.call_method1("asarray", (value, "float64")).map_err(|error| {
-        Error::Array(format!("{name}: expected numbers: {}", error.value(value.py())))
+    let py = value.py();
+    let convert = || {
+        let numpy = py.import("numpy")?;
+        let array = numpy.call_method1("asanyarray", (value,))?;
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        if !NUMBERS.contains(&kind) {
+            let found = array.getattr("dtype")?;
+            return Err(PyTypeError::new_err(format!("found values of type {found}")));
+        }
+        let array = array.call_method("astype", ("float64",), Some(&in_place(py)?))?;
+        if array.hasattr("mask")? {
+            return array.call_method1("filled", (f64::NAN,));
+        }
+        numpy.call_method1("asarray", (array,))
+    };
+    convert().map_err(|error: PyErr| {
+        Error::Array(format!("{name}: expected numbers: {}", error.value(py)))
     })
+}
+
+/// The argument that avoids a copy of an array that already has the type.
+fn in_place(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let arguments = PyDict::new(py);
+    arguments.set_item("copy", false)?;
+    Ok(arguments)
 }
 
 /// The shape of an array, in words.
@@ -77,7 +115,7 @@ pub fn triple(value: &Bound<'_, PyAny>, name: &str) -> Result<[f64; 3]> {
 /// A moment, s on the clock of the sensors.
 pub fn time(seconds: f64) -> Result<Time> {
     Time::try_from_seconds(seconds).ok_or_else(|| {
-        Error::Array(format!("time_s: found {seconds}, expected seconds on one clock"))
+        Error::Array(format!("time_s: found {}, expected seconds on one clock", Readable(seconds)))
     })
 }
 
@@ -86,6 +124,7 @@ pub fn times(seconds: &PyReadonlyArray1<'_, f64>, table: &str) -> Result<Vec<Tim
     let mut times: Vec<Time> = Vec::with_capacity(seconds.as_array().len());
     for (row, &value) in seconds.as_array().iter().enumerate() {
         let refused = |why: &str| {
+            let value = Readable(value);
             Error::Array(format!("{table}: row {row}, column t_s: found {value}, {why}"))
         };
         let time = Time::try_from_seconds(value);
@@ -171,6 +210,14 @@ impl<'py> Columns<'py> {
     /// Three columns: as an array of shape (n, 3) named `group`, or one by one as `names`. All of them, or none.
     pub fn three(&self, group: &str, names: [&str; 3]) -> Result<Option<Vec<[f64; 3]>>> {
         if let Some(values) = self.get(group)? {
+            for name in names {
+                if self.get(name)?.is_some() {
+                    let table = self.table;
+                    return Err(Error::Array(format!(
+                        "{table}: found columns {group} and {name}, expected one of both"
+                    )));
+                }
+            }
             let rows = triples(&values, &self.name(group))?;
             self.ensure_length(group, rows.len())?;
             return Ok(Some(rows));

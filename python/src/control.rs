@@ -274,7 +274,7 @@ pub fn design(py: Python<'_>, model: &Bound<'_, Model>) -> Result<Autopilot> {
 /// ModelError
 ///     If the autopilot or the flight is not possible.
 #[pyfunction]
-#[pyo3(signature = (autopilot, *, duration_s=120.0, seed=1, sensors="thesis", start=(1.3521, 103.8198, 50.0),
+#[pyo3(signature = (autopilot, *, duration_s=120.0, seed=1, sensors="thesis", start=[1.3521, 103.8198, 50.0],
                     heading_deg=60.0, outages=Vec::new(), test_points=None))]
 #[expect(clippy::too_many_arguments, reason = "named in Python")]
 pub fn simulate(
@@ -283,9 +283,9 @@ pub fn simulate(
     duration_s: f64,
     seed: u64,
     sensors: &str,
-    start: (f64, f64, f64),
+    start: [f64; 3],
     heading_deg: f64,
-    outages: Vec<(f64, f64)>,
+    outages: Vec<[f64; 2]>,
     test_points: Option<f64>,
 ) -> Result<PyLog> {
     if !(1.0..=86_400.0).contains(&duration_s) {
@@ -299,7 +299,7 @@ pub fn simulate(
         Error::Config(format!("sensors: found \"{sensors}\", expected thesis, modern or poor"))
     })?;
     (config.dmu, config.gps) = grade.sensors();
-    let (latitude_deg, longitude_deg, height_m) = start;
+    let [latitude_deg, longitude_deg, height_m] = start;
     let place = Geodetic::from_degrees(latitude_deg, longitude_deg, height_m);
     let place = place.filter(|place| place.is_navigable() && heading_deg.is_finite());
     config.start_at(place.ok_or_else(|| {

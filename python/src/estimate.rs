@@ -51,7 +51,7 @@ pub fn estimate(
     log: &Bound<'_, PyAny>,
     smooth: bool,
     config: Option<&Bound<'_, PyAny>>,
-    outages: Vec<(f64, f64)>,
+    outages: Vec<[f64; 2]>,
     gps_rate_hz: Option<f64>,
     progress: Option<Py<PyAny>>,
 ) -> Result<Solution> {
@@ -108,12 +108,12 @@ fn call(progress: Option<&Py<PyAny>>, done: usize, total: usize) -> PyResult<()>
 }
 
 /// Spans without GPS, each from a start and a duration.
-pub fn outages_of(spans: Vec<(f64, f64)>) -> Result<Vec<Outage>> {
+pub fn outages_of(spans: Vec<[f64; 2]>) -> Result<Vec<Outage>> {
     spans.into_iter().map(outage).collect()
 }
 
 /// The span without GPS from `start_s` on.
-fn outage((start_s, duration_s): (f64, f64)) -> Result<Outage> {
+fn outage([start_s, duration_s]: [f64; 2]) -> Result<Outage> {
     let start = Time::try_from_seconds(start_s);
     match start.filter(|_| duration_s > 0.0 && duration_s.is_finite()) {
         Some(start) => Ok(Outage { start, duration_s }),

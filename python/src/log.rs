@@ -10,14 +10,15 @@ use hovernav_log::{Info, StatedFix};
 use pyo3::prelude::*;
 use tempfile::TempDir;
 
-use crate::columns::{split, table};
+use crate::columns::{read_only, split};
 use crate::error::Result;
 
 /// The measurements of a flight, each sensor as a table. Units and axes are those of the library: see the column names,
 /// body axes are forward, right, down.
 ///
 /// Made by `hovernav.read`, by `hovernav.inject`, or from arrays by `Log.from_arrays`. A log never changes: a function
-/// that alters one returns another.
+/// that alters one returns another, and the arrays of its tables are read-only. Each use of a property makes the table
+/// anew, so keep it in a variable.
 #[pyclass(frozen, name = "Log", module = "hovernav")]
 pub struct PyLog {
     /// The log in memory.
@@ -100,7 +101,7 @@ impl PyLog {
             let field = |field: Option<Vector<_>>| known(field.map(Vector::to_array));
             columns.extend(split(FIELD, samples.iter().map(|s| field(s.magnetic_field_gauss))));
         }
-        table(py, columns)
+        read_only(py, columns)
     }
 
     /// The fixes, at the time of their arrival: `t_s, lat_deg, lon_deg, height_m` (ellipsoidal), `vn_mps, ve_mps, vd_mps`,
@@ -116,14 +117,14 @@ impl PyLog {
             let t_s = fix.time.offset_by(latency_s).seconds();
             [t_s, lat, lon, height, vn, ve, vd, n, e, d, svn, sve, svd, stated.satellites]
         });
-        table(py, split(GPS, rows))
+        read_only(py, split(GPS, rows))
     }
 
     /// Barometric heights: `t_s, altitude_m`, above any fixed level.
     #[getter]
     fn baro<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = self.log.dataset.baro.iter().map(|(time, height_m)| [time.seconds(), *height_m]);
-        table(py, split(["t_s", "altitude_m"], rows))
+        read_only(py, split(["t_s", "altitude_m"], rows))
     }
 
     /// A magnetometer outside the inertial unit: `t_s, mag_{x,y,z}_gauss`, body axes.
@@ -133,7 +134,7 @@ impl PyLog {
             let [x, y, z] = field.to_array();
             [time.seconds(), x, y, z]
         });
-        table(py, split(["t_s", FIELD[0], FIELD[1], FIELD[2]], rows))
+        read_only(py, split(["t_s", FIELD[0], FIELD[1], FIELD[2]], rows))
     }
 
     /// The sticks: `t_s, lateral, longitudinal, collective, pedal`, each -1 to 1 about trim.
@@ -143,7 +144,7 @@ impl PyLog {
             let [lateral, longitudinal, collective, pedal] = *sticks;
             [time.seconds(), lateral, longitudinal, collective, pedal]
         });
-        table(py, split(["t_s", STICKS[0], STICKS[1], STICKS[2], STICKS[3]], rows))
+        read_only(py, split(["t_s", STICKS[0], STICKS[1], STICKS[2], STICKS[3]], rows))
     }
 
     /// Repairs and skipped rows while reading, one sentence each.

@@ -29,6 +29,9 @@ impl Settings {
         let refused = |why: String| Error::Config(format!("config: {why}"));
         let arguments = PyDict::new(keys.py());
         arguments.set_item("allow_nan", false)?;
+        // Arrays and numbers of NumPy.
+        let to_list = keys.py().import("operator")?.call_method1("methodcaller", ("tolist",))?;
+        arguments.set_item("default", to_list)?;
         let json = keys.py().import("json")?.call_method("dumps", (keys,), Some(&arguments));
         let json = json.map_err(|error| refused(error.value(keys.py()).to_string()))?;
         let json = json.cast::<PyString>().map_err(PyErr::from)?.to_string();

@@ -118,9 +118,20 @@ def test_a_fix_without_a_position_is_left_out_and_told(log: hn.Log) -> None:
             "imu: column gyro_radps: found 3 values, expected 2",
         ),
         ({"imu": {"t_s": np.zeros((2, 2))}}, "found shape (2, 2), expected (n,)"),
-        ({"imu": {"t_s": ["a", "b"]}}, "expected numbers"),
+        ({"imu": {"t_s": ["a", "b"]}}, "expected numbers: found values of type <U1"),
         ({"imu": {"t_s": [0.0], "gyro_x_radps": [0.0]}}, "found no column gyro_y_radps"),
         ({"gps": {"t_s": [1.0], "lat_deg": [48.0]}}, "gps: found no column lon_deg"),
+        ({"imu": {"t_s": [0.0], "gyro_radps": np.zeros((1, 3), complex)}}, "type complex128"),
+        ({"imu": {"t_s": ["1.5"]}}, "found values of type <U3"),
+        ({"imu": {"t_s": np.array(["2025-01-01"], "datetime64[s]")}}, "type datetime64[s]"),
+        (
+            {"imu": {"t_s": [0.0], "gyro_radps": np.zeros((1, 3)), "gyro_x_radps": [0.0]}},
+            "found columns gyro_radps and gyro_x_radps",
+        ),
+        (
+            {"imu": {"t_s": [0.0], "gyro_radps": np.zeros((1, 3)), "dtheta_rad": np.zeros((1, 3))}},
+            "found rates and increments",
+        ),
         ({"baro": {"t_s": [1.0], "altitude_m": [np.nan]}}, "baro: row 0"),
         ({"controls": {"t_s": [1.0]}}, "controls: found no column lateral"),
     ],
@@ -129,6 +140,18 @@ def test_a_bad_table_is_named(log: hn.Log, change: Dict[str, Any], words: str) -
     with pytest.raises(hn.ArrayError) as error:
         hn.Log.from_arrays(**{**tables(log), **change})
     assert words in str(error.value)
+
+
+def test_masked_values_are_missing_ones(log: hn.Log) -> None:
+    x = log.imu["gyro_x_radps"]
+    masked = np.ma.masked_array(x, mask=np.arange(len(x)) == 7)
+    with pytest.raises(hn.ArrayError, match="row 7: a value is missing"):
+        hn.Log.from_arrays({**log.imu, "gyro_x_radps": masked}, log.gps, axes="frd")
+
+
+def test_the_tables_of_a_log_are_read_only(log: hn.Log) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        log.imu["gyro_x_radps"][0] = 1.0
 
 
 def test_axes_are_required_and_checked(log: hn.Log) -> None:

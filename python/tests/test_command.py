@@ -63,8 +63,9 @@ def test_outages_rates_and_settings_are_the_commands(command: Path, tmp_path: Pa
     options = ["--outage", "100:20", "--gps-rate", "0.5", "--config", settings, "--no-report"]
     run(command, "estimate", FLIGHT, *options, "--out", tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    for config in [settings, {"gps": {"antenna_lever_arm_m": [-0.3, 0.0, 0.2]}}]:
-        solution = hn.estimate(FLIGHT, outages=[(100, 20)], gps_rate_hz=0.5, config=config)
+    arm = {"antenna_lever_arm_m": np.array([-0.3, 0.0, 0.2])}
+    for config, span in [(settings, (100, 20)), ({"gps": arm}, [100, 20])]:
+        solution = hn.estimate(FLIGHT, outages=[span], gps_rate_hz=0.5, config=config)
         assert without_wall(solution.summary) == without_wall(summary)
 
 

@@ -216,7 +216,7 @@ def estimate(
     *,
     smooth: bool = False,
     config: Optional[_Config] = None,
-    outages: Sequence[Tuple[float, float]] = (),
+    outages: Sequence[Sequence[float]] = (),
     gps_rate_hz: Optional[float] = None,
     progress: Optional[Callable[[int, int], object]] = None,
 ) -> Solution: ...
@@ -242,8 +242,8 @@ def simulate(
     duration_s: float = 120.0,
     seed: int = 1,
     sensors: str = "thesis",
-    start: Tuple[float, float, float] = (1.3521, 103.8198, 50.0),
+    start: Sequence[float] = (1.3521, 103.8198, 50.0),
     heading_deg: float = 60.0,
-    outages: Sequence[Tuple[float, float]] = (),
+    outages: Sequence[Sequence[float]] = (),
     test_points: Optional[float] = None,
 ) -> Log: ...
