@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict
+from typing import Any, Dict, List
 
 import numpy as np
 import pytest
@@ -31,7 +31,8 @@ def config(log: hn.Log) -> Dict[str, Any]:
 
 
 def test_a_logs_own_tables_make_the_same_solution(log: hn.Log, solution: hn.Solution) -> None:
-    for imu in [log.imu, log.imu.frame()]:
+    tables: List[Any] = [log.imu, log.imu.frame()]
+    for imu in tables:
         copy = hn.Log.from_arrays(imu, log.gps, axes="frd", config=config(log))
         again = hn.estimate(copy)
         assert len(again) == len(solution)

