@@ -12,6 +12,7 @@
 #![doc = "[formats]: https://github.com/hovernav/hovernav/blob/main/docs/formats.md"]
 #![doc = "[ground]: https://github.com/hovernav/hovernav/blob/main/docs/ground.md"]
 #![doc = "[prepare]: https://github.com/hovernav/hovernav/blob/main/docs/prepare.md"]
+#![doc = "[python]: https://github.com/hovernav/hovernav/blob/main/docs/python.md"]
 #![doc = "[report]: https://raw.githubusercontent.com/hovernav/hovernav/main/docs/report.png"]
 #![doc = "[timing]: https://github.com/hovernav/hovernav/blob/main/docs/timing.md"]
 #![doc = "[tuning]: https://github.com/hovernav/hovernav/blob/main/docs/tuning.md"]

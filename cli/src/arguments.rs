@@ -1,12 +1,10 @@
 //! Arguments that several subcommands share.
 
-use std::path::Path;
 use std::str::FromStr;
 
-use anyhow::ensure;
 use hovernav::time::Time;
 use hovernav_formats::Options;
-use hovernav_log::{LocalAxes, Outage, Trajectory};
+use hovernav_log::{LocalAxes, Outage};
 
 /// The axes of a trajectory in local metres.
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -22,41 +20,6 @@ impl From<AxesArgument> for LocalAxes {
             AxesArgument::Ned => Self::NedFrd,
         }
     }
-}
-
-/// Reads the trajectory in a file, in the `solution.csv` of a directory, or in the files that a mapping names.
-pub fn open_trajectory(path: &Path, axes: LocalAxes) -> anyhow::Result<Trajectory> {
-    ensure!(
-        path.exists(),
-        "{}: no such file or directory, expected a trajectory: solution.csv, TUM, EuRoC, or a directory with a \
-         solution.csv",
-        path.display()
-    );
-    if !path.is_dir() {
-        return Ok(Trajectory::open(path, axes)?);
-    }
-    let file = path.join("solution.csv");
-    if !file.exists() && path.join("mapping.toml").exists() {
-        return mapped_trajectory(path);
-    }
-    ensure!(
-        file.exists(),
-        "{}: found neither solution.csv nor mapping.toml, expected a directory written by estimate or \
-         by init",
-        path.display()
-    );
-    Ok(Trajectory::open(&file, axes)?)
-}
-
-/// The trajectory in the files that the mapping in directory `path` names.
-#[cfg(feature = "formats")]
-fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
-    Ok(hovernav_formats::trajectory(path)?)
-}
-
-#[cfg(not(feature = "formats"))]
-fn mapped_trajectory(path: &Path) -> anyhow::Result<Trajectory> {
-    Err(crate::memory::left_out(path, "text in columns", "text"))
 }
 
 /// Selects one sensor of a kind, in a log with several.
@@ -177,7 +140,7 @@ pub fn designed_for_another(model: &hovernav_model::StateSpace) -> Option<String
 
 /// The configuration of a flight computer. An error names the file.
 #[cfg(any(feature = "fly", feature = "ground"))]
-pub fn read_fly_config(path: &Path) -> anyhow::Result<hovernav_record::FlyConfig> {
+pub fn read_fly_config(path: &std::path::Path) -> anyhow::Result<hovernav_record::FlyConfig> {
     use hovernav_record::{FlyConfig, FlyConfigError};
     FlyConfig::read(path).map_err(|error| match error {
         FlyConfigError::Value { .. } => {

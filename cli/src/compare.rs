@@ -5,10 +5,12 @@ use std::time::Instant;
 
 use anyhow::ensure;
 use hovernav::earth::{Geodetic, Local};
-use hovernav_log::{LocalAxes, Reference, Score, Trajectory, score};
+use hovernav_formats::open_trajectory;
+use hovernav_log::{LocalAxes, LogError, Reference, Score, Trajectory, score};
 use serde_json::{Value, json};
 
-use crate::arguments::{AxesArgument, open_trajectory};
+use crate::arguments::AxesArgument;
+use crate::memory;
 use crate::output::{self, Working};
 use crate::page::{
     Abscissa, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, digits,
@@ -88,9 +90,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn solutions(arguments: &Arguments) -> anyhow::Result<Vec<Named>> {
     let axes: LocalAxes = arguments.axes.into();
-    let opened: anyhow::Result<Vec<Trajectory>> =
+    let opened: Result<Vec<Trajectory>, LogError> =
         arguments.solution.iter().map(|path| open_trajectory(path, axes)).collect();
-    let opened = opened?;
+    let opened = opened.map_err(memory::in_terms_of_features)?;
     let all_are_placed = opened.iter().all(Trajectory::is_placed);
     let mut solutions: Vec<Named> = Vec::new();
     let mut first_is_local = None;

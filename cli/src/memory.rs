@@ -13,19 +13,21 @@ const BESIDE: u64 = 64 << 20;
 /// memory.
 pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     check(log, options, times)?;
-    hovernav_formats::open(log, options).map_err(|error| match error {
-        LogError::LeftOut { path, format, feature } => left_out(&path, &format, feature),
-        other => other.into(),
-    })
+    hovernav_formats::open(log, options).map_err(in_terms_of_features)
 }
 
-/// The error for a file at `path` in a `format` that this build cannot read; `reader` is the feature of its reader.
-pub fn left_out(path: &Path, format: &str, reader: &str) -> anyhow::Error {
-    let feature = if reader == "record" { reader } else { "formats" };
-    anyhow!(
-        "{}: found {format}, which this build cannot read: it lacks the feature `{feature}`",
-        path.display()
-    )
+/// `error`, where a file in a format that this build cannot read names the feature of its reader.
+pub fn in_terms_of_features(error: LogError) -> anyhow::Error {
+    match error {
+        LogError::LeftOut { path, format, feature: reader } => {
+            let feature = if reader == "record" { reader } else { "formats" };
+            anyhow!(
+                "{}: found {format}, which this build cannot read: it lacks the feature `{feature}`",
+                path.display()
+            )
+        }
+        other => other.into(),
+    }
 }
 
 /// Rejects `log` if `times` its size in memory exceeds the free memory.

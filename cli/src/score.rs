@@ -1,18 +1,15 @@
 //! `hovernav score`: errors of a trajectory against a reference.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::{Context as _, bail, ensure};
 use hovernav::earth::Geodetic;
-use hovernav::time::Time;
-use hovernav_log::{
-    Alignment, Axis, AxisScore, Dataset, LocalAxes, Reference, Score, Statistics, Trajectory, score,
-};
-use serde_json::{Value, json};
+use hovernav_formats::{Scoring, open_trajectory};
+use hovernav_log::{Alignment, Axis, Score, Statistics};
 
-use crate::arguments::{AxesArgument, finite, open_trajectory};
+use crate::arguments::{AxesArgument, finite};
+use crate::memory;
 use crate::output::{self, Working};
 
 #[derive(clap::Args)]
@@ -75,136 +72,26 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let working = Working::on("scoring");
     let axes = arguments.axes.into();
-    let mut solution = open_trajectory(&arguments.solution, axes)?;
-    let mut reference = Comparison::open(&arguments.reference, axes)?;
-    let mut aligned = None;
-    if arguments.align {
-        if let Comparison::Trajectory(trajectory) = &mut reference {
-            trajectory.place(&NOWHERE);
-        }
-    } else if let Some(Place(origin)) = arguments.origin {
-        solution.place(&origin);
-        if let Comparison::Trajectory(trajectory) = &mut reference {
-            trajectory.place(&origin);
-        }
-    } else if solution.is_placed() && reference.is_placed() {
-        solution.place_as_named();
-        if let Comparison::Trajectory(trajectory) = &mut reference {
-            trajectory.place_as_named();
-        }
-    } else {
-        let is_local = match &reference {
-            Comparison::Trajectory(trajectory) => trajectory.is_local(),
-            Comparison::Dataset(..) => false,
-        };
-        ensure!(
-            solution.is_local() == is_local,
-            "{}: found {}, unlike the reference: expected --align, or --origin LAT,LON,HEIGHT",
-            arguments.solution.display(),
-            if is_local { "geographic positions" } else { "local metres without an origin" }
-        );
-        solution.place(&NOWHERE);
-        if let Comparison::Trajectory(trajectory) = &mut reference {
-            trajectory.place(&NOWHERE);
-        }
-    }
-    let (mut reference, mut begin) = match reference {
-        Comparison::Dataset(reference, begin) => (reference, begin),
-        Comparison::Trajectory(trajectory) => (Reference::of_trajectory(&trajectory), None),
+    let solution =
+        open_trajectory(&arguments.solution, axes).map_err(memory::in_terms_of_features)?;
+    let scoring = Scoring {
+        align: arguments.align,
+        origin: arguments.origin.map(|Place(origin)| origin),
+        axes,
+        skip_s: arguments.skip,
     };
-    if arguments.align {
-        let alignment = solution.align(&reference);
-        aligned = Some(alignment.with_context(|| no_overlap(arguments))?);
-    }
-    if let Some(skip_s) = arguments.skip {
-        (reference.skip_s, begin) = (skip_s, None);
-    }
-    let Some(first) = solution.solutions.first() else { bail!(no_overlap(arguments)) };
-    let found = score(&solution.solutions, &reference, begin.unwrap_or(first.time));
-    ensure!(!found.axes.is_empty(), no_overlap(arguments));
-    let warnings = [solution.warnings, reference.warnings].concat();
+    let scored = scoring
+        .against(solution, &arguments.solution, &arguments.reference)
+        .map_err(memory::in_terms_of_features)?;
     drop(working);
     if arguments.json {
-        return output::print_json(&in_json(arguments, &found, aligned, &warnings));
+        return output::print_json(&scored.to_json(&arguments.solution, &arguments.reference));
     }
-    output::print(in_words(&found, aligned));
-    for warning in &warnings {
+    output::print(in_words(&scored.score, scored.aligned));
+    for warning in &scored.warnings {
         output::say(format_args!("warning: {warning}"));
     }
     Ok(())
-}
-
-fn no_overlap(arguments: &Arguments) -> String {
-    format!(
-        "{}: found no time in common with {}. Do they use the same clock?",
-        arguments.solution.display(),
-        arguments.reference.display()
-    )
-}
-
-/// Origin of local coordinates where both sides are local and have no origin. Any origin gives the same errors.
-const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
-
-/// The reference side of a comparison.
-#[allow(clippy::large_enum_variant, reason = "a run has only one")]
-enum Comparison {
-    /// A reference, and the start of its dataset, from which `skip_s` is counted.
-    Dataset(Reference, Option<Time>),
-    Trajectory(Trajectory),
-}
-
-impl Comparison {
-    fn open(path: &Path, axes: LocalAxes) -> anyhow::Result<Self> {
-        let file = path.join("reference.csv");
-        if !path.is_dir() || !file.exists() {
-            return open_trajectory(path, axes).map(Self::Trajectory);
-        }
-        // The lever arms in dataset.toml identify the point whose motion the reference describes.
-        let (manifest, _) = Dataset::manifest_of(path)?;
-        let reference = Reference::open(path, &manifest)?;
-        let reference = reference.with_context(|| format!("{}: not there", file.display()))?;
-        Ok(Self::Dataset(reference, Dataset::first_sample_of(path)?))
-    }
-
-    fn is_placed(&self) -> bool {
-        match self {
-            Self::Dataset(..) => true,
-            Self::Trajectory(trajectory) => trajectory.is_placed(),
-        }
-    }
-}
-
-fn in_json(
-    arguments: &Arguments,
-    found: &Score,
-    aligned: Option<Alignment>,
-    warnings: &[String],
-) -> Value {
-    let error: serde_json::Map<String, Value> =
-        found.axes.iter().map(|axis| (axis.axis.name().into(), json!(axis.statistics))).collect();
-    let of_axes = |pick: fn(&AxisScore) -> Option<f64>| -> serde_json::Map<String, Value> {
-        let known = found.axes.iter().filter_map(|axis| Some((axis, pick(axis)?)));
-        known.map(|(axis, value)| (axis.axis.name().into(), json!(value))).collect()
-    };
-    let samples = found.axes.iter().map(|axis| axis.samples).max();
-    json!({
-        "tool": "hovernav",
-        "version": env!("CARGO_PKG_VERSION"),
-        "input": arguments.solution.display().to_string(),
-        "reference": arguments.reference.display().to_string(),
-        "samples": samples,
-        "from_s": found.from.seconds(),
-        "heading_known_s": found.heading_known.map(|time| time.seconds()),
-        "aligned": aligned.map(|aligned| json!({
-            "yaw_deg": aligned.yaw_rad.to_degrees(),
-            "moments": aligned.moments,
-            "rms_m": aligned.rms_m,
-        })),
-        "error": error,
-        "within_3_sigma": of_axes(|axis| axis.within_3_sigma),
-        "error_over_sigma": of_axes(|axis| axis.error_over_sigma),
-        "warnings": warnings,
-    })
 }
 
 fn in_words(found: &Score, aligned: Option<Alignment>) -> String {

@@ -1,5 +1,8 @@
 //! The filter's output: the vehicle's motion and its one-sigma.
-#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes count from 0 to 2 in arrays of three, rows from 0 to 8 in arrays of nine"
+)]
 
 use super::covariance::Covariance;
 use super::filter::Ekf;
@@ -134,16 +137,31 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// [`solution`](Self::solution), with the one-sigma of position from the covariance alone.
     pub(super) fn unambiguous_solution(&self) -> Solution<T> {
+        self.moment().solution(&self.mounting)
+    }
+
+    /// Covariance of the solution's position (north, east, down, m), velocity (m/s) and roll, pitch and yaw (rad), at the
+    /// point of the solution. Its diagonal is the square of the solution's one-sigmas, except that those of position also
+    /// contain an ambiguity (equation K9) and that of an undefined yaw is limited to π.
+    ///
+    /// # Source
+    /// Equations (K11) and (K12) of docs/equations.md.
+    #[must_use]
+    pub fn solution_covariance(&self) -> [[T; 9]; 9] {
+        self.moment().covariance(&self.mounting)
+    }
+
+    #[inline(always)]
+    fn moment(&self) -> Estimate<'_, T, N> {
         let errors = self.imu_errors();
-        let estimate = Estimate {
+        Estimate {
             state: &self.state,
             covariance: &self.covariance,
             angular_rate_radps: self.angular_rate_radps,
             heading_revision_rad: self.heading_revision.total_rad,
             gyro_bias_radps: errors.gyro_bias_radps,
             accel_bias_mps2: errors.accel_bias_mps2,
-        };
-        estimate.solution(&self.mounting)
+        }
     }
 }
 
@@ -184,6 +202,33 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
         }
     }
 
+    /// Covariance of position, velocity and roll, pitch and yaw at the point of the solution.
+    fn covariance(&self, mounting: &Mounting) -> [[T; 9]; 9] {
+        let lever_arm = mounting.solution_from_imu().cast::<T>();
+        let turned = |vector: Vector<Body, T>| (self.state.body_to_ned * vector).to_array();
+        let position_arm = turned(lever_arm.0);
+        let velocity_arm = turned(lever_arm.relative_velocity(self.angular_rate_radps));
+        let euler_rows = self.euler_rows();
+        let terms: [[(usize, T); 3]; 9] = core::array::from_fn(|row| match row {
+            0..3 => point_terms(POSITION, position_arm, row),
+            3..6 => point_terms(VELOCITY, velocity_arm, row - 3),
+            _ => {
+                let [north, east, down] = euler_rows[row - 6];
+                [(ATTITUDE, north), (ATTITUDE + 1, east), (ATTITUDE + 2, down)]
+            }
+        });
+        let covariance = |row: usize, column: usize| {
+            let mut sum = T::ZERO;
+            for (i, a) in terms[row] {
+                for (j, b) in terms[column] {
+                    sum += a * b * self.covariance.value(i, j);
+                }
+            }
+            sum
+        };
+        core::array::from_fn(|row| core::array::from_fn(|column| covariance(row, column)))
+    }
+
     fn sigma_block(&self, first: usize) -> [T; 3] {
         core::array::from_fn(|axis| {
             let state = first + axis;
@@ -199,13 +244,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
         let arm = (self.state.body_to_ned * moved_by).to_array();
         let p = self.covariance;
         let sigma = |axis: usize| {
-            // δ(point) = δ(unit) − [arm ×] ψ.
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let terms = [
-                (first + axis, T::ONE),
-                (ATTITUDE + next, arm[last]),
-                (ATTITUDE + last, -arm[next]),
-            ];
+            let terms = point_terms(first, arm, axis);
             let mut variance = T::ZERO;
             for (i, a) in terms {
                 for (j, b) in terms {
@@ -222,19 +261,7 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     /// # Source
     /// Equation (K12) of docs/equations.md.
     fn euler_sigma(&self) -> [T; 3] {
-        // Sines and cosines come from the direction of the nose.
-        let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
-        let level = (north * north + east * east).sqrt();
-        // With the nose straight up or down, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
-        let (sin_yaw, cos_yaw) =
-            if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
-        let cos_pitch = level.max(T::of(0.02));
-        let tan_pitch = -down / cos_pitch;
-        let rows = [
-            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, T::ZERO],
-            [-sin_yaw, cos_yaw, T::ZERO],
-            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, T::ONE],
-        ];
+        let rows = self.euler_rows();
         let p = self.covariance.block(ATTITUDE, ATTITUDE);
         rows.map(|row| {
             let mut variance = T::ZERO;
@@ -246,4 +273,30 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
             variance.max(T::ZERO).sqrt().min(T::of(core::f64::consts::PI))
         })
     }
+
+    /// Derivative of roll, pitch and yaw by the attitude error in NED.
+    #[inline(always)]
+    fn euler_rows(&self) -> [[T; 3]; 3] {
+        // Sines and cosines come from the direction of the nose.
+        let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
+        let level = (north * north + east * east).sqrt();
+        // With the nose straight up or down, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
+        let (sin_yaw, cos_yaw) =
+            if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
+        let cos_pitch = level.max(T::of(0.02));
+        let tan_pitch = -down / cos_pitch;
+        [
+            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, T::ZERO],
+            [-sin_yaw, cos_yaw, T::ZERO],
+            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, T::ONE],
+        ]
+    }
+}
+
+/// Error of axis `axis` of a point's position or velocity, whose states begin at `first`, as a sum of the filter's
+/// states: δ(point) = δ(unit) − [arm ×] ψ, with `arm` in NED.
+#[inline(always)]
+fn point_terms<T: Scalar>(first: usize, arm: [T; 3], axis: usize) -> [(usize, T); 3] {
+    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+    [(first + axis, T::ONE), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])]
 }

@@ -9,14 +9,9 @@ mod table;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::ensure;
 use hovernav::ekf::{EstimatorConfig, Solution};
-use hovernav::ins::HeadingSource;
-use hovernav::time::Time;
-use hovernav_formats::{Format, Log};
-use hovernav_log::{
-    Dataset, Finding, Keep, Outage, Reference, Run, SetupFinding, outage_drift, score, thin,
-};
+use hovernav_formats::{Changes, Estimated, Judged, Log, Pass, RunSummary, innovations};
+use hovernav_log::{Dataset, Keep, Outage};
 
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
@@ -26,7 +21,7 @@ use crate::emit::{self, Form};
 use crate::flight_page::{self, FlightData};
 use crate::memory;
 use crate::output::{self, Working};
-use crate::summary::{OutageDrift, RunSummary};
+use crate::summary::InWords as _;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -66,14 +61,6 @@ pub struct Arguments {
     /// Do not write report.html
     #[arg(long)]
     no_report: bool,
-}
-
-impl Arguments {
-    /// Whether an argument makes the solution differ from the one computed in flight.
-    #[cfg(feature = "record")]
-    fn changes_the_filter(&self) -> bool {
-        self.config.is_some() || !self.outage.is_empty() || self.gps_rate.is_some()
-    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -123,98 +110,30 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     let mut options = arguments.sensors.options();
     options.samples_in_memory = Some(SAMPLES_IN_MEMORY);
     let reading = Working::on("reading");
-    let Log {
-        format,
-        mut dataset,
-        #[cfg(feature = "record")]
-        record,
-        onboard,
-        ..
-    } = memory::open(log, &options, 1)?;
+    let mut read = memory::open(log, &options, 1)?;
     drop(reading);
     if let Some(config) = &arguments.config {
-        dataset.configure(config)?;
+        read.dataset.configure(config)?;
     }
-    // A dataset directory without fixes lacks gps.csv; an error then names that file.
-    let source = match format {
-        Format::Dataset if dataset.fixes.is_empty() => log.join("gps.csv"),
-        _ => log.to_path_buf(),
-    };
-    let denied_aids = dataset.check_fitness(&source)?;
-    // A record is replayed with the sensors of the flight, so none of them is left out.
-    let leaves_out = format != Format::Record;
-    let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
-    let config = dataset.settings()?;
     let outages: Vec<Outage> = arguments.outage.iter().map(|window| window.outage()).collect();
-    dataset.withhold(&outages, arguments.gps_rate);
-
-    // The solutions of a record are in memory, and each of them is compared.
-    let keep = if format == Format::Record { Keep::All } else { Keep::Thinned };
-    let mut flown = fly(arguments, log, out, &dataset, &config, keep)?;
+    let changes = Changes {
+        configured: arguments.config.is_some(),
+        outages: &outages,
+        gps_rate_hz: arguments.gps_rate,
+    };
     // Output that went to a pipe cannot be replaced, so the filter runs only once then.
-    if leaves_out && !export::is_piped(&arguments.export) {
-        let without = dataset.leave_out_denied(&config, &flown.run);
-        if !without.is_empty() {
-            flown = fly(arguments, log, out, &dataset, &config, keep)?;
-            left_out.extend(without);
-        }
-    }
-    let Flown { run, smoothed, denied } = flown;
-    ensure!(
-        !run.solutions.is_empty(),
-        "{}: no solution: alignment found no fix with {} s of inertial samples before it{}",
-        log.display(),
-        config.alignment.duration_s,
-        match config.alignment.heading {
-            Some(HeadingSource::Course) => {
-                format!(", at {} m/s or faster for its course", config.alignment.course_speed_mps)
-            }
-            _ => String::new(),
-        }
-    );
+    let once = export::is_piped(&arguments.export);
+    let estimated = read.estimate(log, &changes, once, |dataset, config, keep| {
+        fly(arguments, log, out, dataset, config, keep)
+    })?;
 
     let judging = Working::on("scoring");
-    let mut moments: Vec<Time> =
-        run.solutions.iter().chain(&smoothed).map(|solution| solution.time).collect();
-    moments.sort_unstable();
-    let reference = match format {
-        // A directory with a mapping may contain a reference, too.
-        Format::Dataset | Format::Text if log.is_dir() => {
-            Reference::open_at(log, &dataset.manifest, &moments)?
-        }
-        _ => None,
-    };
-    let first_imu = dataset.sample_span().map_or(Time::ZERO, |(first, _)| first);
-    let solutions = if smoothed.is_empty() { &run.solutions } else { &smoothed };
-    let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
-    let drifts = drifts(solutions, &outages, dataset.sample_span(), reference.as_ref());
-
+    let Judged { mut summary, reference, score } =
+        read.judge(log, &changes, arguments.smooth, &estimated)?;
+    let Estimated { config, pass, .. } = &estimated;
+    let Log { dataset, onboard, .. } = &read;
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
-    emit::estimator(&config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
-    let mut summary = RunSummary::new(log, &dataset, &run, !smoothed.is_empty());
-    dataset.ensure_read()?;
-    if arguments.smooth && smoothed.is_empty() {
-        let warning = "not smoothed, because the heading was not found: the solution uses past measurements only";
-        summary.warnings.push(warning.into());
-    }
-    summary.add_findings(denied);
-    if let Some((first, last)) = dataset.sample_span() {
-        let of_log = |left_out: &SetupFinding| left_out.finding(first.seconds(), last.seconds());
-        summary.add_findings(left_out.iter().map(of_log).collect());
-    }
-    summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
-    #[cfg(feature = "record")]
-    {
-        summary.reproduction = record
-            .filter(|record| !record.solutions.is_empty() && !arguments.changes_the_filter())
-            .map(|record| record.reproduced_by(&run.solutions).into());
-    }
-    summary.set_scores(scored.as_ref(), drifts);
-    summary.onboard = onboard.as_ref().and_then(|onboard| onboard.difference(solutions));
-    let innovations = flight_page::innovations(&run);
-    if let Some(onboard) = &onboard {
-        summary.onboard_innovations = onboard.innovation_sizes(&innovations);
-    }
+    emit::estimator(config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
     if !arguments.no_report {
         let page = FlightData {
             title: &dataset.manifest.name,
@@ -222,17 +141,17 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
             facts: &summary.facts(),
             warnings: &summary.warnings,
             outages: &outages,
-            solutions: &run.solutions,
-            smoothed: &smoothed,
+            solutions: &pass.run.solutions,
+            smoothed: &pass.smoothed,
             fixes: &dataset.fixes,
-            innovations: &innovations,
-            reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
-            score: scored.as_ref(),
+            innovations: &innovations(&pass.run),
+            reference: &flight_page::reference_moments(&pass.run.solutions, reference.as_ref()),
+            score: score.as_ref(),
             onboard: onboard.as_ref(),
-            log: Some(&dataset),
+            log: Some(dataset),
             baro: &dataset.baro,
-            sticks: &flight_page::sticks(&dataset)?,
-            notices: &run.notices,
+            sticks: &flight_page::sticks(dataset)?,
+            notices: &pass.run.notices,
             findings: &summary.findings,
         };
         flight_page::page(&page).write(&out.join(output::REPORT))?;
@@ -245,15 +164,6 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     Ok(summary)
 }
 
-/// The result of running the filter over a log.
-struct Flown {
-    run: Run,
-    /// The smoothed solutions; empty if nothing was smoothed.
-    smoothed: Vec<Solution>,
-    /// Findings where the GPS fixes contradict the smoothed solution.
-    denied: Vec<Finding>,
-}
-
 /// Runs the filter over `dataset`, read from `log`, and writes the solution to `out`.
 fn fly(
     arguments: &Arguments,
@@ -262,51 +172,20 @@ fn fly(
     dataset: &Dataset,
     config: &EstimatorConfig,
     keep: Keep,
-) -> anyhow::Result<Flown> {
+) -> anyhow::Result<Pass> {
     let bar = output::bar(dataset.sample_count());
     let progress = |done: usize| {
         if done.is_multiple_of(SAMPLES_A_STEP) {
             bar.set_position(done as u64);
         }
     };
-    let mut files = Files::new(arguments, &dataset.manifest, out);
-    let (mut smoothed, mut denied) = (Vec::new(), Vec::new());
-    let mut forward = None;
     if arguments.smooth {
         memory::check_smoothing(log, dataset)?;
-        let run = dataset.smooth_keeping(config, keep, &progress);
-        denied = run.denied;
-        // If nothing was smoothed, the causal solution is written, as without `--smooth`.
-        forward = Some(run.forward).filter(|_| !run.solutions.is_empty());
-        run.solutions.iter().try_for_each(|solution| files.push(solution))?;
-        smoothed = thin(run.solutions);
     }
-    let run = match forward {
-        Some(run) => run,
-        None => dataset.estimate_each(config, keep, &progress, |solution| files.push(solution))?,
-    };
+    let mut files = Files::new(arguments, &dataset.manifest, out);
+    let each = |solution: &Solution| files.push(solution);
+    let pass = Pass::over(dataset, config, keep, arguments.smooth, progress, each)?;
     files.finish()?;
     bar.finish_and_clear();
-    Ok(Flown { run, smoothed, denied })
-}
-
-fn drifts(
-    solutions: &[Solution],
-    outages: &[Outage],
-    span: Option<(Time, Time)>,
-    reference: Option<&Reference>,
-) -> Vec<OutageDrift> {
-    outages
-        .iter()
-        .map(|outage| OutageDrift {
-            start_s: outage.start.seconds(),
-            duration_s: outage.duration_s,
-            is_outside: span.is_some_and(|(first, last)| {
-                outage.start > last || outage.start.offset_by(outage.duration_s) < first
-            }),
-            max_horizontal_m: reference.and_then(|reference| {
-                outage_drift(solutions, reference, outage.start, outage.duration_s)
-            }),
-        })
-        .collect()
+    Ok(pass)
 }

@@ -4,10 +4,11 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use hovernav_formats::RunSummary;
 
 use super::{Arguments, estimate};
 use crate::output;
-use crate::summary::RunSummary;
+use crate::summary::InWords as _;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let root = arguments.out.clone().unwrap_or_else(|| "out".into());

@@ -5,7 +5,7 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_formats::Onboard;
 use hovernav_log::statistics::Extremes;
-use hovernav_log::{Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Run, Score};
+use hovernav_log::{Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Score};
 
 use crate::page::Fact;
 
@@ -58,15 +58,6 @@ impl FlightData<'_> {
         let times = || solutions.clone().chain(self.fixes.iter().map(|fix| fix.time));
         Some((times().min()?, times().max()?))
     }
-}
-
-/// The result of each scalar update of a run, in the filter's order.
-pub fn innovations(run: &Run) -> Vec<Innovation> {
-    let reports = run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
-    reports.flat_map(|report| report.innovations().copied()).collect()
 }
 
 /// The sticks of `dataset` (lateral, longitudinal, collective, pedal) over time, thinned for a page; empty without

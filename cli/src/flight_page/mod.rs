@@ -16,5 +16,5 @@ mod spectrum;
 mod tests;
 mod verdict;
 
-pub use data::{FlightData, innovations, reference_moments, sticks};
+pub use data::{FlightData, reference_moments, sticks};
 pub use sections::page;

@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Dataset, SmoothedRun, sentences};
-use hovernav_model::{Grade, IDENTIFIED};
+use hovernav_log::{SmoothedRun, sentences};
+use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, Identification, Kind, Velocity, flight_warnings, identify,
+    FlightRecord, FrequencyDomain, Kind, Velocity, flight_warnings, identify,
 };
 
 use self::page::IdentificationPage;
@@ -86,7 +86,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     drop(working);
     let vehicle = found.identified.vehicle()?;
     let verdict = found.verdict(frequency.as_ref().ok());
-    let vehicle = vehicle.with_source(&source(&dataset, &found)).with_verdict(verdict.clone());
+    let vehicle =
+        vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict.clone());
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
     summary.warn(sentences(&denied));
@@ -131,21 +132,4 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// The default directory, next to that of `hovernav estimate` for the same log, whose files have the same names.
 fn default_out(log: &Path) -> PathBuf {
     Path::new("out").join(output::name_of(log) + "-identify")
-}
-
-/// Origin of the model's numbers, for `model.toml`.
-fn source(dataset: &Dataset, found: &Identification) -> String {
-    let inputs = found.identified.structure.inputs.iter();
-    let delays = inputs.filter_map(|input| Some(&*found.identified.delay(input)?.name));
-    let mut delays: Vec<&str> = delays.collect();
-    delays.dedup();
-    format!(
-        "{IDENTIFIED} from {:.0} s of {} near a hover, sampled every {:.4} s; \
-         derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
-         ({}) and not in the matrices; a parameter without variance was held or dropped",
-        found.estimated_s,
-        dataset.manifest.name,
-        found.identified.period_s,
-        delays.join(", ")
-    )
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use hovernav_formats::RunSummary;
 use hovernav_log::{Dataset, Run};
 use hovernav_model::{Grade, Verdict};
 use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
@@ -11,8 +12,6 @@ use hovernav_sysid::methods::prediction_error::{Estimate, Fit};
 use hovernav_sysid::methods::validate::GOOD_FIT_PERCENT;
 use hovernav_sysid::record::STICKS;
 use serde::Serialize;
-
-use crate::summary::RunSummary;
 
 /// The summary of `hovernav identify`: the summary of the estimate it uses, and its own results.
 #[derive(Debug, Serialize)]

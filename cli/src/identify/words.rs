@@ -10,6 +10,7 @@ use hovernav_sysid::methods::prediction_error::Status;
 
 use super::summary::Summary;
 use crate::page::{Fact, Level, Verdict};
+use crate::summary::InWords as _;
 
 impl Summary {
     /// The facts of the run, for the page and the terminal.

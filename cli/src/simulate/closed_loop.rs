@@ -16,6 +16,7 @@ use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
 use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
 use crate::output;
+use crate::summary::InWords as _;
 
 /// Share of the progress bar for the flight itself.
 const FLYING: f64 = 0.75;

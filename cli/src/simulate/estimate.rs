@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_formats::{RunSummary, innovations};
 use hovernav_log::{Dataset, Reference, Run, Score, score};
 
 use crate::flight_page::{self, FlightData};
 use crate::output;
-use crate::summary::RunSummary;
+use crate::summary::InWords as _;
 
 /// The estimate of a simulated flight, scored against the truth.
 pub struct Estimate {
@@ -49,7 +50,7 @@ impl Estimate {
             warnings: &summary.warnings,
             solutions: &run.solutions,
             fixes: &dataset.fixes,
-            innovations: &flight_page::innovations(run),
+            innovations: &innovations(run),
             reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
             score: score.as_ref(),
             log: Some(dataset),

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_formats::innovations;
 use hovernav_log::{Dataset, Outage, Reference, Run, Score};
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::summary::{ClosedLoopSummary, Summary};
 use crate::flight_page::{self, FlightData};
 use crate::page::{Fact, Figure, Role, Row, Section, Series, Table, TableRow};
+use crate::summary::InWords as _;
 
 /// The contents of the page of a simulated flight.
 pub struct SimulationPage<'a> {
@@ -42,7 +44,7 @@ impl SimulationPage<'_> {
             outages: &outages,
             solutions,
             fixes: &self.dataset.fixes,
-            innovations: &flight_page::innovations(self.run),
+            innovations: &innovations(self.run),
             reference: &flight_page::reference_moments(solutions, self.reference),
             score: self.score,
             log: Some(self.dataset),

@@ -1,10 +1,9 @@
 //! `summary.json` of a closed-loop flight.
 
 use hovernav::autopilot::Transition;
+use hovernav_formats::RunSummary;
 use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent, HoverStatistics};
 use serde::Serialize;
-
-use crate::summary::RunSummary;
 
 /// Start of the evaluation of the hover, s.
 const JUDGED_FROM_S: f64 = 25.0;

@@ -18,6 +18,7 @@ mod damages;
 #[cfg(feature = "dataflash")]
 mod dataflash;
 mod difference;
+mod estimation;
 mod format;
 #[cfg(feature = "text")]
 mod init;
@@ -32,7 +33,9 @@ mod raw;
 mod recognise;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod scoring;
 mod size;
+mod summary;
 #[cfg(feature = "text")]
 mod text;
 #[cfg(feature = "tlog")]
@@ -43,12 +46,17 @@ mod utc;
 mod window;
 
 pub use difference::OnboardDifference;
+pub use estimation::{Changes, Estimated, Judged, Pass, innovations};
 pub use format::Format;
 #[cfg(feature = "text")]
 pub use init::Proposal;
 pub use log::{Log, Options};
 pub use onboard::{InnovationSize, InnovationSizes, Onboard, OnboardInnovation, OnboardMoment};
 pub use open::{open, open_bytes};
+pub use scoring::{Scored, Scoring, open_trajectory};
 pub use size::bytes_of;
+#[cfg(feature = "record")]
+pub use summary::ReproductionSummary;
+pub use summary::{AlignmentSummary, OutageDrift, RunSummary};
 #[cfg(feature = "text")]
 pub use text::trajectory;

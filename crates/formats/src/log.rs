@@ -31,7 +31,7 @@ pub struct Options {
 }
 
 /// A log in memory.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Log {
     /// Format of the log.
@@ -55,5 +55,11 @@ impl Log {
             record: None,
             onboard,
         }
+    }
+
+    /// A log of measurements that come from no file.
+    #[must_use]
+    pub const fn of_dataset(dataset: Dataset) -> Self {
+        Self::of(Format::Dataset, dataset, None)
     }
 }

@@ -114,19 +114,20 @@ pub enum GyroUnit {
     Degps,
 }
 
-/// Conversion of the samples of a file.
+/// Conversion of inertial samples with other axes and units: see [`ImuSection::take_reading`](crate::ImuSection).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Reading {
-    pub axes: Axes,
+pub struct Reading {
+    /// Directions of the sensor's axes.
+    pub(crate) axes: Axes,
     /// Rotation from the inertial unit's forward, right and down to the vehicle's, if they differ.
-    pub mounting: Option<DQuat>,
-    pub accel_unit: AccelUnit,
-    pub gyro_unit: GyroUnit,
-    pub accel_is_gravity: bool,
+    pub(crate) mounting: Option<DQuat>,
+    pub(crate) accel_unit: AccelUnit,
+    pub(crate) gyro_unit: GyroUnit,
+    pub(crate) accel_is_gravity: bool,
     /// Whether the magnetic field is ignored.
-    pub without_field: bool,
+    pub(crate) without_field: bool,
     /// Whether the unit's own attitude is ignored.
-    pub without_attitude: bool,
+    pub(crate) without_attitude: bool,
 }
 
 /// Rotation from the roll, pitch and yaw of an inertial unit in its vehicle; `None` if all are zero.
@@ -139,7 +140,7 @@ pub(crate) fn rotation_of(mounting_deg: [f64; 3]) -> Option<DQuat> {
 
 impl Reading {
     /// `motion` in forward, right, down, rad/s and m/s².
-    pub fn motion(&self, motion: Motion) -> Motion {
+    pub(crate) fn motion(&self, motion: Motion) -> Motion {
         // Without a conversion the samples stay bit-identical.
         if *self == Self::default() {
             return motion;
@@ -166,7 +167,8 @@ impl Reading {
         }
     }
 
-    /// `sample` in forward, right, down, including its magnetic field.
+    /// `sample` in forward, right, down, rad/s and m/s², including its magnetic field in gauss.
+    #[must_use]
     pub fn applied(&self, sample: ImuSample) -> ImuSample {
         let field = sample.magnetic_field_gauss.filter(|_| !self.without_field);
         let field = field.map(|field| self.field(field));
@@ -190,7 +192,7 @@ impl Reading {
     }
 
     /// The vehicle's attitude from the unit's own, whose axes are forward, right and down already.
-    pub fn attitude(&self, attitude: EulerAngles) -> EulerAngles {
+    pub(crate) fn attitude(&self, attitude: EulerAngles) -> EulerAngles {
         let Some(mounting) = self.mounting else { return attitude };
         let unit = Rotation::<Body, Ned>::from_euler(attitude).quaternion();
         Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
@@ -198,7 +200,7 @@ impl Reading {
 
     /// Full-scale marks of the same axes. A mark of an inertial unit mounted askew goes to every vehicle axis to which
     /// its own axis contributes a tenth or more.
-    pub fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
+    pub(crate) fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
         const TOLD: f64 = 0.1;
         let of_axis = |axis: usize| {
             let mut along = [0.0; 3];
@@ -218,7 +220,7 @@ impl Reading {
     }
 
     /// A magnetic field in the same axes, converted.
-    pub fn field(&self, field: Vector<Body>) -> Vector<Body> {
+    pub(crate) fn field(&self, field: Vector<Body>) -> Vector<Body> {
         // Without a conversion the field stays bit-identical.
         if self.axes.are_body() && self.mounting.is_none() { field } else { self.turned(field) }
     }

@@ -2,6 +2,7 @@
 
 mod aid_sections;
 mod aids;
+mod allan;
 mod auxiliary;
 mod axes;
 mod batch;
@@ -58,8 +59,9 @@ mod vibration_lines;
 mod write;
 
 pub use aid_sections::{RangefinderSection, SecondAntennaSection};
+pub use allan::{AllanPoint, allan_deviation};
 pub use auxiliary::pressure_altitude_m;
-pub use axes::{AccelUnit, Axes, GyroUnit};
+pub use axes::{AccelUnit, Axes, GyroUnit, Reading};
 pub use batch::Join;
 pub use clock::Rows;
 pub use clock_steps::ClockSteps;

@@ -143,7 +143,8 @@ pub struct ImuSection {
 
 impl ImuSection {
     /// Removes the conversion of the samples from the section: from now on they count as converted.
-    pub(crate) fn take_reading(&mut self) -> Reading {
+    #[must_use]
+    pub fn take_reading(&mut self) -> Reading {
         Reading {
             axes: std::mem::take(&mut self.axes),
             mounting: rotation_of(std::mem::take(&mut self.mounting_deg)),
@@ -296,10 +297,21 @@ impl Manifest {
     /// # Errors
     /// As [`Manifest::read`].
     pub fn merged_with(&self, config: &Path) -> Result<(Self, Vec<String>), LogError> {
-        let text = hovernav_toml::read_text(config)?;
-        let (_, warnings) = Self::parse(&text, config)?;
+        self.merged_with_text(&hovernav_toml::read_text(config)?, config)
+    }
+
+    /// [`merged_with`](Self::merged_with) for the `text` of a settings file; `config` names it in messages.
+    ///
+    /// # Errors
+    /// As [`Manifest::parse`].
+    pub fn merged_with_text(
+        &self,
+        text: &str,
+        config: &Path,
+    ) -> Result<(Self, Vec<String>), LogError> {
+        let (_, warnings) = Self::parse(text, config)?;
         let refused = |reason: &str| TomlError::at(config, "", 0, reason);
-        let manifest = hovernav_toml::overlaid(self, hovernav_toml::parse_table(&text, config)?)
+        let manifest = hovernav_toml::overlaid(self, hovernav_toml::parse_table(text, config)?)
             .map_err(|error| refused(&error.to_string()))?;
         Ok((manifest, warnings))
     }

@@ -46,7 +46,15 @@ impl Dataset {
     /// # Errors
     /// As [`Manifest::merged_with`].
     pub fn configure(&mut self, config: &Path) -> Result<(), LogError> {
-        let (manifest, warnings) = self.manifest.merged_with(config)?;
+        self.configure_with(&hovernav_toml::read_text(config)?, config)
+    }
+
+    /// [`configure`](Self::configure) with the `text` of a settings file; `config` names it in messages.
+    ///
+    /// # Errors
+    /// As [`Manifest::merged_with_text`].
+    pub fn configure_with(&mut self, text: &str, config: &Path) -> Result<(), LogError> {
+        let (manifest, warnings) = self.manifest.merged_with_text(text, config)?;
         self.warnings.extend(warnings);
         let (before_s, after_s) = (self.manifest.gps.latency_s, manifest.gps.latency_s);
         for fix in &mut self.fixes {

@@ -47,3 +47,59 @@ fn a_filter_that_restarts_is_a_new_one() {
     flown.history = History::EMPTY;
     assert_eq!(format!("{flown:?}"), format!("{:?}", fresh()));
 }
+
+/// A filter flown for 4 s with turns and fixes, so that its errors are correlated.
+fn flown(mounting: Mounting) -> FullEkf {
+    let mut filter = FullEkf::new(EkfConfig::default(), mounting, start());
+    for step in 1..=400_i32 {
+        let time = Time::ZERO + 0.01 * f64::from(step);
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::new(0.1, -0.2, 0.5),
+            specific_force_mps2: Vector::new(1.0, -0.5, -9.8),
+        };
+        filter.predict(&ImuSample::new(time, motion)).unwrap();
+        if step % 100 == 0 {
+            let fix = Fix::at(time, start().state.position);
+            filter.update_gps(&fix).unwrap();
+        }
+    }
+    filter
+}
+
+#[test]
+fn the_diagonal_of_the_solutions_covariance_is_the_square_of_its_sigmas() {
+    let lever_arm = Vector::new(0.6, -0.3, 0.9);
+    let filter = flown(Mounting::default().with_imu_lever_arm_m(lever_arm));
+    let (solution, covariance) = (filter.unambiguous_solution(), filter.solution_covariance());
+    let sigmas = [
+        solution.position_sigma_m.to_array(),
+        solution.velocity_sigma_mps.to_array(),
+        solution.attitude_sigma_rad,
+    ];
+    for (axis, sigma) in sigmas.as_flattened().iter().enumerate() {
+        let variance = covariance[axis][axis];
+        assert!((variance.sqrt() / sigma - 1.0).abs() < 1e-9, "{axis}: {variance} {sigma}");
+        for other in 0..9 {
+            let product = covariance[axis][axis] * covariance[other][other];
+            assert!(covariance[axis][other].abs() <= product.sqrt() * (1.0 + 1e-9));
+            let difference = covariance[axis][other] - covariance[other][axis];
+            assert!(difference.abs() <= 1e-12 * product.sqrt());
+        }
+    }
+}
+
+#[test]
+fn without_a_lever_arm_the_solutions_covariance_is_the_filters_own() {
+    let filter = flown(Mounting::default());
+    let covariance = filter.solution_covariance();
+    for row in 0..3 {
+        for column in 0..3 {
+            let own = |first: usize, second: usize| {
+                filter.covariance().value(first + row, second + column)
+            };
+            assert_eq!(covariance[row][column], own(POSITION, POSITION));
+            assert_eq!(covariance[row][3 + column], own(POSITION, VELOCITY));
+            assert_eq!(covariance[3 + row][3 + column], own(VELOCITY, VELOCITY));
+        }
+    }
+}

@@ -93,7 +93,12 @@ impl Trajectory {
         for (time, body_to_ned) in attitudes {
             moments.entry(time).or_insert_with(|| unknown(time)).body_to_ned = body_to_ned;
         }
-        let solutions = moments.into_values().collect();
+        Self::of_solutions(moments.into_values().collect())
+    }
+
+    /// The trajectory of an estimator's `solutions`, in order of time.
+    #[must_use]
+    pub fn of_solutions(solutions: Vec<Solution>) -> Self {
         Self { solutions, local_m: Vec::new(), origin: None, warnings: Vec::new() }
     }
 

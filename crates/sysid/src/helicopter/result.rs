@@ -2,6 +2,7 @@
 
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Fit, Status};
+use hovernav_model::IDENTIFIED;
 
 /// Uncertainty of the estimated parameters: Cramér–Rao bounds, one sigma, in percent of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +16,23 @@ pub struct BoundSummary<'a> {
 }
 
 impl Identification {
+    /// Origin of the model's numbers, for `model.toml`: a flight of the vehicle `name`.
+    #[must_use]
+    pub fn source(&self, name: &str) -> String {
+        let inputs = self.identified.structure.inputs.iter();
+        let delays = inputs.filter_map(|input| Some(&*self.identified.delay(input)?.name));
+        let mut delays: Vec<&str> = delays.collect();
+        delays.dedup();
+        format!(
+            "{IDENTIFIED} from {:.0} s of {name} near a hover, sampled every {:.4} s; \
+             derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
+             ({}) and not in the matrices; a parameter without variance was held or dropped",
+            self.estimated_s,
+            self.identified.period_s,
+            delays.join(", ")
+        )
+    }
+
     /// Fit by which the model is judged: over the validation test points if any, else over the estimation test points.
     #[must_use]
     pub fn fit(&self) -> &Fit {

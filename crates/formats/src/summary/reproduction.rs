@@ -34,7 +34,8 @@ impl From<Reproduction> for ReproductionSummary {
 }
 
 impl ReproductionSummary {
-    /// One line for the terminal.
+    /// The comparison in one line.
+    #[must_use]
     pub fn in_words(&self) -> String {
         let Some(first_s) = self.first_difference_s else {
             return format!("flown solution reproduced bit for bit ({} samples)", self.compared);

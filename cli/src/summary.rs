@@ -4,15 +4,28 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_formats::InnovationSizes;
+use hovernav_formats::{AlignmentSummary, InnovationSizes, RunSummary};
 use hovernav_log::{Axis, Statistics};
 
-use super::run::{AlignmentSummary, RunSummary};
 use crate::page::Fact;
 
-impl RunSummary {
+/// The summary of a filter run in words.
+pub trait InWords {
     /// The facts of the run for the table of the page.
-    pub fn facts(&self) -> Vec<Fact> {
+    fn facts(&self) -> Vec<Fact>;
+
+    /// The headline numbers.
+    fn headlines(&self) -> Vec<Fact>;
+
+    /// Root mean square of the horizontal error, m, and of the velocity error, m/s; `None` without a reference.
+    fn row_errors(&self) -> [Option<f64>; 2];
+
+    /// The text for the terminal.
+    fn in_words(&self, out: &Path) -> String;
+}
+
+impl InWords for RunSummary {
+    fn facts(&self) -> Vec<Fact> {
         let mut facts = vec![
             Fact::new("input", &self.input),
             Fact::new("duration", format!("{:.1} s", self.duration_s)),
@@ -26,7 +39,7 @@ impl RunSummary {
             ),
         ];
         if let Some(alignment) = &self.alignment {
-            facts.push(Fact::new("alignment", alignment.in_words()));
+            facts.push(Fact::new("alignment", alignment_in_words(alignment)));
         }
         for outage in &self.outages {
             let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
@@ -45,8 +58,7 @@ impl RunSummary {
         facts
     }
 
-    /// The headline numbers.
-    pub fn headlines(&self) -> Vec<Fact> {
+    fn headlines(&self) -> Vec<Fact> {
         let Some(error) = &self.error else { return Vec::new() };
         let mut headlines = Vec::new();
         for (label, axes, unit) in [
@@ -64,16 +76,14 @@ impl RunSummary {
         headlines
     }
 
-    /// Root mean square of the horizontal error, m, and of the velocity error, m/s; `None` without a reference.
-    pub fn row_errors(&self) -> [Option<f64>; 2] {
+    fn row_errors(&self) -> [Option<f64>; 2] {
         let rmse = |axis: &str| Some(self.error.as_ref()?.get(axis)?.rmse);
         let velocity = ["vn_mps", "ve_mps", "vd_mps"].map(rmse);
         let squares = velocity.into_iter().map(|rmse| Some(rmse? * rmse?)).sum::<Option<f64>>();
         [rmse("horizontal_m"), squares.map(f64::sqrt)]
     }
 
-    /// The text for the terminal.
-    pub fn in_words(&self, out: &Path) -> String {
+    fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();
         for fact in self.facts() {
             let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
@@ -139,17 +149,15 @@ fn write_innovations(text: &mut String, sizes: &BTreeMap<&'static str, Innovatio
     }
 }
 
-impl AlignmentSummary {
-    fn in_words(&self) -> String {
-        let source = match (self.heading, self.heading_found_s) {
-            ("unknown", Some(found_s)) => format!("heading found in motion at {found_s:.1} s"),
-            ("unknown", None) => "heading not found".to_owned(),
-            (source, _) => format!("heading from {source}"),
-        };
-        let rest = if self.at_rest { "at rest" } else { "in motion" };
-        format!(
-            "at {:.2} s, {rest}, roll and pitch {}, {source}, one sigma {:.1}°",
-            self.end_s, self.attitude, self.heading_sigma_deg
-        )
-    }
+fn alignment_in_words(alignment: &AlignmentSummary) -> String {
+    let source = match (alignment.heading, alignment.heading_found_s) {
+        ("unknown", Some(found_s)) => format!("heading found in motion at {found_s:.1} s"),
+        ("unknown", None) => "heading not found".to_owned(),
+        (source, _) => format!("heading from {source}"),
+    };
+    let rest = if alignment.at_rest { "at rest" } else { "in motion" };
+    format!(
+        "at {:.2} s, {rest}, roll and pitch {}, {source}, one sigma {:.1}°",
+        alignment.end_s, alignment.attitude, alignment.heading_sigma_deg
+    )
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use hovernav::ekf::{Notice, Verdict};
 use hovernav::ins::HeadingSource;
-use hovernav_formats::{InnovationSizes, OnboardDifference};
 use hovernav_log::{
     AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics, UnusedReadings,
     sentences,
@@ -14,25 +13,32 @@ use serde::Serialize;
 
 #[cfg(feature = "record")]
 use super::reproduction::ReproductionSummary;
+use crate::difference::OnboardDifference;
+use crate::onboard::InnovationSizes;
 
 /// The summary of a filter run over a log.
 #[derive(Debug, Serialize)]
 pub struct RunSummary {
     tool: &'static str,
     version: &'static str,
-    pub(super) input: String,
+    /// Name of the log.
+    pub input: String,
+    /// Time from the first to the last inertial sample, s.
     pub duration_s: f64,
     /// Wall time of the run, s; set last.
     pub wall_s: f64,
+    /// Number of inertial samples.
     pub imu_samples: usize,
     /// Fixes with at least one measurement that corrected the state.
     pub gps_fixes_used: usize,
     /// Fixes with at least one measurement rejected by a gate. A partly used fix also counts in `gps_fixes_used`.
     pub gps_fixes_rejected: usize,
     /// Fixes that could not be compared with the state.
-    pub(super) gps_fixes_unusable: usize,
-    smoothed: bool,
-    pub(super) alignment: Option<AlignmentSummary>,
+    pub gps_fixes_unusable: usize,
+    /// Whether later measurements were used too.
+    pub smoothed: bool,
+    /// The alignment, once it ended.
+    pub alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
     /// Comparison with the solution computed in flight, for a flight record.
@@ -45,19 +51,21 @@ pub struct RunSummary {
     /// Innovations of the onboard estimator next to ours, if the log contains them.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub onboard_innovations: BTreeMap<&'static str, InnovationSizes>,
+    /// Statistics of the error of each axis, by its name, if there is a reference.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) error: Option<BTreeMap<&'static str, Statistics>>,
+    pub error: Option<BTreeMap<&'static str, Statistics>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     within_3_sigma: Option<BTreeMap<&'static str, f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error_over_sigma: Option<BTreeMap<&'static str, f64>>,
+    /// Drift in each requested span without GPS.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) outages: Vec<OutageDrift>,
+    pub outages: Vec<OutageDrift>,
     /// Statistics of the largest horizontal drift in each outage.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) outage_drift_m: Option<Statistics>,
+    pub outage_drift_m: Option<Statistics>,
     /// Choices and assumptions while reading the log, one sentence each.
-    pub(super) notes: Vec<String>,
+    pub notes: Vec<String>,
     /// Points to check, one sentence each.
     pub warnings: Vec<String>,
     /// Events with their time span and a sentence; the warnings are among them.
@@ -71,14 +79,20 @@ pub struct RunSummary {
 /// Time, duration and result of the alignment of the filter.
 #[derive(Debug, Serialize)]
 pub struct AlignmentSummary {
-    pub(super) end_s: f64,
-    pub(super) duration_s: f64,
-    pub(super) heading: &'static str,
-    pub(super) heading_sigma_deg: f64,
+    /// End of the alignment, s on the log's clock.
+    pub end_s: f64,
+    /// Duration of the alignment, s.
+    pub duration_s: f64,
+    /// Source of the heading.
+    pub heading: &'static str,
+    /// One-sigma of the heading, °.
+    pub heading_sigma_deg: f64,
     /// Time at which an initially unknown heading was found, s.
-    pub(super) heading_found_s: Option<f64>,
-    pub(super) attitude: &'static str,
-    pub(super) at_rest: bool,
+    pub heading_found_s: Option<f64>,
+    /// Source of roll and pitch: `unit` or `levelled`.
+    pub attitude: &'static str,
+    /// Whether the vehicle was at rest.
+    pub at_rest: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -106,8 +120,11 @@ struct Reopened {
 /// Drift of the solution in one span without GPS.
 #[derive(Debug, Serialize)]
 pub struct OutageDrift {
+    /// Start of the span, s on the log's clock.
     pub start_s: f64,
+    /// Duration of the span, s.
     pub duration_s: f64,
+    /// Largest horizontal drift, m; `None` where the reference does not cover the span.
     pub max_horizontal_m: Option<f64>,
     /// Whether the outage lies outside the log.
     #[serde(skip)]

@@ -1,0 +1,241 @@
+//! The estimator over a log of any format: what the log can do without is left out, the solution is scored.
+
+use std::path::Path;
+
+use crate::format::Format;
+use crate::log::Log;
+use crate::summary::{OutageDrift, RunSummary};
+use hovernav::ekf::{EstimatorConfig, Innovation, Notice, Solution};
+use hovernav::ins::HeadingSource;
+use hovernav::time::Time;
+use hovernav_log::{
+    Dataset, Finding, Keep, LogError, Outage, Reference, Run, Score, SetupFinding, outage_drift,
+    score, thin,
+};
+
+/// Changes of a log for one estimation.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Changes<'a> {
+    /// Whether [`Dataset::configure`] has overridden settings of the log.
+    pub configured: bool,
+    /// Spans in which the GPS is ignored.
+    pub outages: &'a [Outage],
+    /// Largest rate of the GPS, Hz; the rate of the log without one.
+    pub gps_rate_hz: Option<f64>,
+}
+
+impl Changes<'_> {
+    /// Whether the solution differs from the one computed in flight.
+    #[cfg(feature = "record")]
+    fn any(&self) -> bool {
+        self.configured || !self.outages.is_empty() || self.gps_rate_hz.is_some()
+    }
+}
+
+/// One pass of the estimator over a dataset.
+#[derive(Debug)]
+pub struct Pass {
+    /// The forward run.
+    pub run: Run,
+    /// The smoothed solutions, thinned as by [`thin`]; empty if nothing was smoothed.
+    pub smoothed: Vec<Solution>,
+    /// Spans where the fixes contradict the smoothed solution.
+    pub denied: Vec<Finding>,
+}
+
+impl Pass {
+    /// Runs the estimator over `dataset`, and the smoother if `smooth`. `progress` receives the number of inertial
+    /// samples done, `each` every solution: the smoothed ones, or if nothing could be smoothed, those of the filter.
+    ///
+    /// # Errors
+    /// The first error of `each`, which ends the pass.
+    pub fn over<E>(
+        dataset: &Dataset,
+        config: &EstimatorConfig,
+        keep: Keep,
+        smooth: bool,
+        progress: impl Fn(usize),
+        mut each: impl FnMut(&Solution) -> Result<(), E>,
+    ) -> Result<Self, E> {
+        if smooth {
+            let run = dataset.smooth_keeping(config, keep, &progress);
+            if !run.solutions.is_empty() {
+                run.solutions.iter().try_for_each(each)?;
+                let smoothed = thin(run.solutions);
+                return Ok(Self { run: run.forward, smoothed, denied: run.denied });
+            }
+        }
+        let run = dataset.estimate_each(config, keep, &progress, &mut each)?;
+        Ok(Self { run, smoothed: Vec::new(), denied: Vec::new() })
+    }
+
+    /// The smoothed solutions, or without them those of the filter.
+    #[must_use]
+    pub fn solutions(&self) -> &[Solution] {
+        if self.smoothed.is_empty() { &self.run.solutions } else { &self.smoothed }
+    }
+}
+
+/// The result of each scalar update of a run, in the filter's order.
+#[must_use]
+pub fn innovations(run: &Run) -> Vec<Innovation> {
+    let reports = run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => Some(report),
+        _ => None,
+    });
+    reports.flat_map(|report| report.innovations().copied()).collect()
+}
+
+/// The estimator's result for a log.
+#[derive(Debug)]
+pub struct Estimated {
+    /// The settings of the passes.
+    pub config: EstimatorConfig,
+    /// The last pass.
+    pub pass: Pass,
+    /// Sensors that were left out, because their readings are impossible or contradict the fixes.
+    pub left_out: Vec<SetupFinding>,
+}
+
+/// An [`Estimated`] log with its errors and its summary.
+#[derive(Debug)]
+pub struct Judged {
+    /// The summary, without its wall time.
+    pub summary: RunSummary,
+    /// The reference, if the log has one.
+    pub reference: Option<Reference>,
+    /// The score against the reference.
+    pub score: Option<Score>,
+}
+
+impl Log {
+    /// Estimates the log, read from `path`, with `changes`. `pass` runs the filter, usually by [`Pass::over`]. It runs
+    /// again if the first pass shows that a heading sensor contradicts the fixes, unless `once`. Of a flight record no
+    /// sensor is left out, so that its replay has the sensors of the flight.
+    ///
+    /// # Errors
+    /// [`Dataset::check_fitness`] and [`Dataset::settings`]; [`LogError::Unusable`] if the alignment did not end; the
+    /// errors of `pass`.
+    pub fn estimate<E: From<LogError>>(
+        &mut self,
+        path: &Path,
+        changes: &Changes<'_>,
+        once: bool,
+        mut pass: impl FnMut(&Dataset, &EstimatorConfig, Keep) -> Result<Pass, E>,
+    ) -> Result<Estimated, E> {
+        let dataset = &mut self.dataset;
+        // A dataset directory without fixes lacks gps.csv; an error then names that file.
+        let source = match self.format {
+            Format::Dataset if dataset.fixes.is_empty() => path.join("gps.csv"),
+            _ => path.to_path_buf(),
+        };
+        let denied_aids = dataset.check_fitness(&source)?;
+        let leaves_out = self.format != Format::Record;
+        let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
+        let config = dataset.settings()?;
+        dataset.withhold(changes.outages, changes.gps_rate_hz);
+
+        // The solutions of a record are in memory, and each of them is compared.
+        let keep = if leaves_out { Keep::Thinned } else { Keep::All };
+        let mut flown = pass(dataset, &config, keep)?;
+        if leaves_out && !once {
+            let without = dataset.leave_out_denied(&config, &flown.run);
+            if !without.is_empty() {
+                flown = pass(dataset, &config, keep)?;
+                left_out.extend(without);
+            }
+        }
+        if flown.run.solutions.is_empty() {
+            let reason = format!(
+                "no solution: alignment found no fix with {} s of inertial samples before it{}",
+                config.alignment.duration_s,
+                match config.alignment.heading {
+                    Some(HeadingSource::Course) => {
+                        let speed_mps = config.alignment.course_speed_mps;
+                        format!(", at {speed_mps} m/s or faster for its course")
+                    }
+                    _ => String::new(),
+                }
+            );
+            return Err(LogError::Unusable { path: path.to_path_buf(), reason }.into());
+        }
+        Ok(Estimated { config, pass: flown, left_out })
+    }
+
+    /// Scores and summarises the result for the log, read from `path`. `smooth` is whether smoothing was requested.
+    ///
+    /// # Errors
+    /// An unreadable reference, and a log file that changed since it was opened.
+    pub fn judge(
+        &self,
+        path: &Path,
+        changes: &Changes<'_>,
+        smooth: bool,
+        estimated: &Estimated,
+    ) -> Result<Judged, LogError> {
+        let (dataset, pass) = (&self.dataset, &estimated.pass);
+        let (run, solutions) = (&pass.run, pass.solutions());
+        let mut moments: Vec<Time> =
+            run.solutions.iter().chain(&pass.smoothed).map(|solution| solution.time).collect();
+        moments.sort_unstable();
+        let reference = match self.format {
+            // A directory with a mapping may contain a reference, too.
+            Format::Dataset | Format::Text if path.is_dir() => {
+                Reference::open_at(path, &dataset.manifest, &moments)?
+            }
+            _ => None,
+        };
+        let span = dataset.sample_span();
+        let first_imu = span.map_or(Time::ZERO, |(first, _)| first);
+        let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
+        let drifts = drifts(solutions, changes.outages, span, reference.as_ref());
+
+        let mut summary = RunSummary::new(path, dataset, run, !pass.smoothed.is_empty());
+        dataset.ensure_read()?;
+        if smooth && pass.smoothed.is_empty() {
+            let warning = "not smoothed, because the heading was not found: the solution uses past measurements only";
+            summary.warnings.push(warning.into());
+        }
+        summary.add_findings(pass.denied.clone());
+        if let Some((first, last)) = span {
+            let of_log =
+                |left_out: &SetupFinding| left_out.finding(first.seconds(), last.seconds());
+            summary.add_findings(estimated.left_out.iter().map(of_log).collect());
+        }
+        summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
+        #[cfg(feature = "record")]
+        if let Some(record) = &self.record
+            && !record.solutions.is_empty()
+            && !changes.any()
+        {
+            summary.reproduction = Some(record.reproduced_by(&run.solutions).into());
+        }
+        summary.set_scores(scored.as_ref(), drifts);
+        if let Some(onboard) = &self.onboard {
+            summary.onboard = onboard.difference(solutions);
+            summary.onboard_innovations = onboard.innovation_sizes(&innovations(run));
+        }
+        Ok(Judged { summary, reference, score: scored })
+    }
+}
+
+fn drifts(
+    solutions: &[Solution],
+    outages: &[Outage],
+    span: Option<(Time, Time)>,
+    reference: Option<&Reference>,
+) -> Vec<OutageDrift> {
+    outages
+        .iter()
+        .map(|outage| OutageDrift {
+            start_s: outage.start.seconds(),
+            duration_s: outage.duration_s,
+            is_outside: span.is_some_and(|(first, last)| {
+                outage.start > last || outage.start.offset_by(outage.duration_s) < first
+            }),
+            max_horizontal_m: reference.and_then(|reference| {
+                outage_drift(solutions, reference, outage.start, outage.duration_s)
+            }),
+        })
+        .collect()
+}
