@@ -30,7 +30,7 @@ pub struct Arguments {
     /// The record to write [default: a file named after the time, in the configured directory]
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// End after this many seconds; otherwise Ctrl-C or SIGTERM ends the flight
+    /// End after this many seconds; otherwise SIGTERM ends the flight, or Ctrl-C, with servos only twice within 2 s
     #[arg(long, value_name = "SECONDS", value_parser = crate::arguments::duration)]
     duration: Option<f64>,
 }

@@ -44,9 +44,9 @@ fn example(directory: &Path) -> String {
         .replace("\"out/records\"", &format!("\"{}\"", at("records")))
 }
 
-/// Sends SIGINT to a program.
-fn interrupt(program: &Child) {
-    let asked = Command::new("kill").args(["-INT", &program.id().to_string()]).status();
+/// Sends a signal to a program.
+fn send(signal: &str, program: &Child) {
+    let asked = Command::new("kill").args([signal, &program.id().to_string()]).status();
     assert!(asked.unwrap().success());
 }
 
@@ -72,14 +72,15 @@ fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
         .unwrap();
     let mut said = BufReader::new(simulated.stdout.take().unwrap()).lines().map(Result::unwrap);
     assert!(said.any(|line| line.contains("10 s  speed")), "it flies");
-    interrupt(&flown);
+    // A single Ctrl-C does not end a flight with servos.
+    send("-TERM", &flown);
     assert!(flown.wait().unwrap().success());
     let told = fs::read_to_string(at("told")).unwrap();
     assert!(
         told.contains("good fixes arrive") && told.contains("the pilot's signal is good"),
         "{told}"
     );
-    interrupt(&simulated);
+    send("-INT", &simulated);
     let said: Vec<String> = said.collect();
     assert!(simulated.wait().unwrap().success(), "{said:?}");
 
