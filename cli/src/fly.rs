@@ -13,8 +13,7 @@ use anyhow::Context as _;
 use hovernav_design::hover::{Cut, FlightMode, HoverDesign};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{Notification, fly};
-use hovernav_record::FlyConfig;
-use hovernav_record::Level;
+use hovernav_record::{FlyConfig, Level};
 use signal_hook::consts::{
     SIGALRM, SIGHUP, SIGINT, SIGIO, SIGPROF, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU, SIGUSR1,
     SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,

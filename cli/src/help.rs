@@ -1,4 +1,4 @@
-//! What `--help` and the manual pages say beyond the arguments: jobs, examples, exit status.
+//! Jobs, examples and exit status for `--help` and the manual pages.
 
 use std::fmt::Write as _;
 

@@ -153,8 +153,8 @@ impl Notice {
 /// Parameters
 /// ----------
 /// config : path or dict, optional
-///     Settings in the form of `dataset.toml`. With a magnetometer give `[imu] magnetic_declination_deg`, as there is no
-///     flight whose first fix would give the place.
+///     Settings in the form of `dataset.toml`. With a magnetometer give `[imu] magnetic_declination_deg`, because the
+///     estimator has no position from which to derive it.
 ///
 /// Raises
 /// ------
@@ -305,7 +305,7 @@ impl Estimator {
     /// Raises
     /// ------
     /// ArrayError
-    ///     For a place that is not on Earth.
+    ///     For a position that is not on Earth.
     #[pyo3(signature = (time_s, latitude_deg, longitude_deg, height_m, *, velocity_mps=None,
                         position_sigma_m=None, velocity_sigma_mps=None))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]

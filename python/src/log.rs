@@ -17,8 +17,8 @@ use crate::error::Result;
 /// body axes are forward, right, down.
 ///
 /// Made by `hovernav.read`, by `hovernav.inject`, or from arrays by `Log.from_arrays`. A log never changes: a function
-/// that alters one returns another, and the arrays of its tables are read-only. Each use of a property makes the table
-/// anew, so keep it in a variable.
+/// that alters one returns another, and the arrays of its tables are read-only. Each use of a property builds the table
+/// again, so keep it in a variable.
 #[pyclass(frozen, name = "Log", module = "hovernav")]
 pub struct PyLog {
     /// The log in memory.
@@ -67,7 +67,7 @@ pub fn read(
     py.detach(|| PyLog::open(path, &options))
 }
 
-/// The three numbers, or NaN where there are none.
+/// The values of a reading, or NaN without one.
 fn known<const N: usize>(values: Option<[f64; N]>) -> [f64; N] {
     values.unwrap_or([f64::NAN; N])
 }
@@ -190,7 +190,7 @@ impl PyLog {
     /// axes : str
     ///     Directions of the axes x, y, z of `imu`, such as "frd" (forward, right, down) or "flu".
     /// baro, magnetometer, controls : mapping, optional
-    ///     The magnetometer has the vehicle's axes forward, right, down, whatever `axes` is.
+    ///     The magnetometer has the vehicle's axes forward, right, down, for any `axes`.
     /// config : path or dict, optional
     ///     Settings in the form of `dataset.toml`, such as lever arms and the accuracy of the sensors.
     ///

@@ -156,7 +156,7 @@ pub struct Finding {
     severity: String,
     /// Number of samples or fixes concerned.
     count: usize,
-    /// What happened, to which sensor, when, how much and why.
+    /// The event in words: sensor, time, size and cause.
     words: String,
 }
 

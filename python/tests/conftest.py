@@ -14,6 +14,21 @@ import hovernav as hn
 ROOT = Path(__file__).resolve().parents[2]
 FLIGHT = ROOT / "datasets" / "heli-hover"
 
+# The settings of that flight.
+CONFIG = {
+    "imu": {
+        "lever_arm_m": [0.03, -0.02, 0.28],
+        "angle_random_walk_deg_per_sqrt_h": 2.25,
+        "velocity_random_walk_mps_per_sqrt_h": 0.45,
+        "gyro_bias_sigma_degps": 0.25,
+        "accel_bias_sigma_mps2": 0.09,
+        "magnetic_declination_deg": 0.42,
+        "gyro_range_degps": 200.0,
+        "accel_range_g": 4.0,
+    },
+    "gps": {"antenna_lever_arm_m": [-0.35, 0.0, 0.2]},
+}
+
 
 def sets() -> List[Path]:
     """The included flight, and two more where the shared sets are."""

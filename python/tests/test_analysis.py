@@ -1,4 +1,4 @@
-"""Scores, faults, the Allan deviation, and what is refused."""
+"""Scores, faults, the Allan deviation, and rejected input."""
 
 from __future__ import annotations
 

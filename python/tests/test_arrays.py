@@ -6,6 +6,7 @@ from typing import Any, Dict, List
 
 import numpy as np
 import pytest
+from conftest import CONFIG
 
 import hovernav as hn
 
@@ -14,26 +15,10 @@ def tables(log: hn.Log) -> Dict[str, Any]:
     return {"imu": log.imu, "gps": log.gps, "axes": "frd"}
 
 
-def config(log: hn.Log) -> Dict[str, Any]:
-    return {
-        "imu": {
-            "lever_arm_m": [0.03, -0.02, 0.28],
-            "angle_random_walk_deg_per_sqrt_h": 2.25,
-            "velocity_random_walk_mps_per_sqrt_h": 0.45,
-            "gyro_bias_sigma_degps": 0.25,
-            "accel_bias_sigma_mps2": 0.09,
-            "magnetic_declination_deg": 0.42,
-            "gyro_range_degps": 200.0,
-            "accel_range_g": 4.0,
-        },
-        "gps": {"antenna_lever_arm_m": [-0.35, 0.0, 0.2]},
-    }
-
-
 def test_a_logs_own_tables_make_the_same_solution(log: hn.Log, solution: hn.Solution) -> None:
     tables: List[Any] = [log.imu, log.imu.frame()]
     for imu in tables:
-        copy = hn.Log.from_arrays(imu, log.gps, axes="frd", config=config(log))
+        copy = hn.Log.from_arrays(imu, log.gps, axes="frd", config=CONFIG)
         again = hn.estimate(copy)
         assert len(again) == len(solution)
         # Attitudes in degrees and back have another last bit.

@@ -6,6 +6,7 @@ from typing import Any, Iterator, List, Optional, Set, Tuple
 
 import numpy as np
 import pytest
+from conftest import CONFIG
 
 import hovernav as hn
 
@@ -18,21 +19,6 @@ def events(log: hn.Log) -> Iterator[Tuple[float, int, int]]:
 
 def columns(table: hn.Table, *names: str) -> Any:
     return np.column_stack([table[name] for name in names])
-
-
-CONFIG = {
-    "imu": {
-        "lever_arm_m": [0.03, -0.02, 0.28],
-        "angle_random_walk_deg_per_sqrt_h": 2.25,
-        "velocity_random_walk_mps_per_sqrt_h": 0.45,
-        "gyro_bias_sigma_degps": 0.25,
-        "accel_bias_sigma_mps2": 0.09,
-        "magnetic_declination_deg": 0.42,
-        "gyro_range_degps": 200.0,
-        "accel_range_g": 4.0,
-    },
-    "gps": {"antenna_lever_arm_m": [-0.35, 0.0, 0.2]},
-}
 
 
 def test_a_flight_fed_one_by_one_is_the_whole_one(log: hn.Log, solution: hn.Solution) -> None:

@@ -10,8 +10,7 @@ use hovernav::event::Event;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
-use hovernav_record::{Entry, Header, Line, Recorder};
-use hovernav_record::{FlyConfig, ReceiverProtocol};
+use hovernav_record::{Entry, FlyConfig, Header, Line, ReceiverProtocol, Recorder};
 use hovernav_sim::{FlightPlan, Recording};
 
 use hovernav_fly::devices::encode::{Epoch, tsip_epoch, tsip_time};

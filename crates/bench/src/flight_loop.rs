@@ -21,8 +21,7 @@ use hovernav::servo::packet::{PacketCapture, ServoPacket};
 use hovernav::servo::{ChannelConfig, Limiter};
 use hovernav::telemetry::{Snapshot, frame};
 use hovernav::time::Time;
-use hovernav_record::FlyConfig;
-use hovernav_record::{Entry, Header, Line, Recorder};
+use hovernav_record::{Entry, FlyConfig, Header, Line, Recorder};
 
 use crate::PERIOD_S;
 use crate::distribution::{Distribution, Pace, Times};

@@ -15,8 +15,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
-use hovernav_record::Level;
-use hovernav_record::MavlinkConfig;
+use hovernav_record::{Level, MavlinkConfig};
 use pacing::{Recent, Schedule};
 use states::{current_mode, extended_state, heartbeat};
 

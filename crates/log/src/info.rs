@@ -222,7 +222,7 @@ fn arm([forward, right, down]: [f64; 3]) -> String {
 /// Writes `text` wrapped to 80 columns after `lead`; further lines are indented by its width.
 ///
 /// # Errors
-/// Those of the formatter.
+/// Errors of the formatter.
 pub fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Result {
     let indent = lead.chars().count();
     f.write_str(lead)?;

@@ -1,4 +1,4 @@
-"""Exceptions of hovernav. Each message is one line: what was found, where, and what was expected."""
+"""Exceptions of hovernav. Each message is one line with the place, the value found and the value expected."""
 
 
 class Error(Exception):

@@ -12,8 +12,7 @@ use crate::Mavlink;
 use crate::serial::{Clock, PortEvent, Task};
 use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
-use hovernav_record::FlyConfig;
-use hovernav_record::{Level, ShortText};
+use hovernav_record::{FlyConfig, Level, ShortText};
 
 /// Time that the thread waits for data from the ground before it checks for a snapshot, s.
 const LISTEN_S: f64 = 0.005;

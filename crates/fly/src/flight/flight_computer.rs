@@ -13,8 +13,7 @@ use super::report::FlightReport;
 use crate::serial::{Clock, Item, Parity, Port, PortConfig, PortEvent, Read, Reader};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
-use hovernav_record::{Entry, Level, Line};
-use hovernav_record::{FlyConfig, ReceiverProtocol};
+use hovernav_record::{Entry, FlyConfig, Level, Line, ReceiverProtocol};
 
 /// Timeout for writing a command to the IMU, s.
 const WRITE_S: f64 = 0.005;

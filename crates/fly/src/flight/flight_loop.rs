@@ -27,8 +27,7 @@ use hovernav::sensors::SensorOutput;
 use hovernav::servo::Signal;
 use hovernav::telemetry::{GpsSummary, Snapshot, Supplement, SystemMode};
 use hovernav::time::Time;
-use hovernav_record::FlyConfig;
-use hovernav_record::{Cycle, Entry, Happening, Header, Level, Recorder};
+use hovernav_record::{Cycle, Entry, FlyConfig, Happening, Header, Level, Recorder};
 
 /// Duration of a cycle if `[dmu] rate_hz` is not set, s: 33 Hz.
 const CYCLE_S: f64 = 1.0 / 33.0;

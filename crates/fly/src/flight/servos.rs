@@ -13,8 +13,7 @@ use hovernav::servo::{
     Swashplate,
 };
 use hovernav::time::Time;
-use hovernav_record::{CaptureSection, FlyConfig};
-use hovernav_record::{Level, Line, Part};
+use hovernav_record::{CaptureSection, FlyConfig, Level, Line, Part};
 
 /// Length of the queue of the pilot's stream: 5 s.
 const QUEUE: usize = 256;

@@ -220,7 +220,7 @@ impl Mavlink {
         self.reply(|own, out| own.send_extended(&answer, &[kind], out));
     }
 
-    /// Refuses a request for a file: there are none.
+    /// Refuses a request for a file. The vehicle offers no files.
     fn refuse_file(&mut self, request: &[u8; 251], (target_system, target_component): (u8, u8)) {
         const NAK: u8 = 129;
         const OPEN: u8 = 4;

@@ -19,8 +19,7 @@ use hovernav_fly::{DurationHistogram, FlightReport, Notification, fly};
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, LiveSample, LiveStatistics, Scene};
 use hovernav_log::Manifest;
 use hovernav_model::shipped;
-use hovernav_record::FlyConfig;
-use hovernav_record::Record;
+use hovernav_record::{FlyConfig, Record};
 use hovernav_sim::FlightConfig;
 use rustix::process::{Resource, Rlimit, setrlimit};
 
