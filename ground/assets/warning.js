@@ -37,7 +37,8 @@ export function warn(silence, alarm) {
   if (!silence || !alarm || !sounds || performance.now() - sounded < AGAIN) return;
   sounded = performance.now();
   document.documentElement.dataset.sounds = Number(document.documentElement.dataset.sounds ?? 0) + 1;
-  navigator.vibrate?.([200, 100, 200]);
+  // A browser reports vibration before a touch of the page as an error.
+  if (navigator.userActivation?.hasBeenActive) navigator.vibrate?.([200, 100, 200]);
   if (context?.state === "running") sound();
 }
 

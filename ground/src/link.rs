@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 
 use crate::decode::Protocol;
-use crate::station::{Station, now_s};
+use crate::station::Station;
 use crate::store::TextLevel;
 
 /// Longest wait for bytes before the thread checks for other work, s.
@@ -150,17 +150,22 @@ fn serial(path: &str, baud: u32, station: &SharedStation, stop: &AtomicBool) {
     let mut buffer = [0; 4096];
     while !stop.load(Ordering::Relaxed) {
         match port.read_until(&mut buffer, clock.now() + WAIT_S) {
-            Read::Bytes { count, .. } => lock(station).receive(&buffer[..count], now_s()),
+            Read::Bytes { count, .. } => {
+                let mut station = lock(station);
+                let now_s = station.now_s();
+                station.receive(&buffer[..count], now_s);
+            }
             Read::Silent => {}
             Read::Changed(event) => {
                 let level = if port.is_open() { TextLevel::Info } else { TextLevel::Warning };
-                lock(station).port_says(now_s(), level, &format!("port {event}"));
+                lock(station).port_says(level, &format!("port {event}"));
                 asking.said = None;
             }
         }
         let word = {
             let mut station = lock(station);
-            station.tick(now_s());
+            let now_s = station.now_s();
+            station.tick(now_s);
             port.is_open().then(|| asking.word(&station)).flatten()
         };
         if let Some(word) = word {
@@ -183,12 +188,12 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
             });
             match opened {
                 Ok(opened) => {
-                    lock(station).port_says(now_s(), TextLevel::Info, "address open");
+                    lock(station).port_says(TextLevel::Info, "address open");
                     socket = Some(opened);
                 }
                 Err(error) => {
                     let text = format!("cannot open the address: {error}");
-                    lock(station).port_says(now_s(), TextLevel::Warning, &text);
+                    lock(station).port_says(TextLevel::Warning, &text);
                     thread::sleep(RETRY);
                 }
             }
@@ -202,12 +207,14 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
                     asking.said = None;
                 }
                 vehicle = Some(from);
-                station.receive(&buffer[..count], now_s());
+                let now_s = station.now_s();
+                station.receive(&buffer[..count], now_s);
             }
         }
         let word = {
             let mut station = lock(station);
-            station.tick(now_s());
+            let now_s = station.now_s();
+            station.tick(now_s);
             vehicle.and_then(|vehicle| Some((asking.word(&station)?, vehicle)))
         };
         if let Some((word, vehicle)) = word {

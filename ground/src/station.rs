@@ -29,6 +29,16 @@ pub fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
 }
 
+/// The clock by which a station judges the age of its telemetry.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Clock {
+    /// The clock of this computer.
+    #[default]
+    System,
+    /// A clock that stands at this time, seconds since the start of 1970, until it is set again.
+    Stopped(f64),
+}
+
 /// A time in words: whole seconds, from two minutes on minutes.
 fn lasted(seconds: f64) -> String {
     if seconds < 120.0 {
@@ -75,8 +85,10 @@ pub struct Station {
     pub store: Store,
     /// The test points of the flight.
     pub test_points: TestPoints,
+    /// The station's own clock.
+    pub clock: Clock,
     decoder: Decoder,
-    clock: VehicleClock,
+    vehicle_clock: VehicleClock,
     recorder: Option<Recorder>,
     link: LinkState,
     last_frame_s: Option<f64>,
@@ -96,8 +108,9 @@ impl Station {
         Self {
             store: Store::new(ROOM),
             test_points: TestPoints::default(),
+            clock: Clock::System,
             decoder: Decoder::new(rigging, protocol),
-            clock: VehicleClock::default(),
+            vehicle_clock: VehicleClock::default(),
             recorder: None,
             link: LinkState { name: link.to_owned(), wanted: true, ..LinkState::default() },
             last_frame_s: None,
@@ -105,6 +118,15 @@ impl Station {
             behind_s: 0.0,
             silent: true,
             before: (0.0, Counts::default()),
+        }
+    }
+
+    /// The present time by the station's clock, seconds since the start of 1970.
+    #[must_use]
+    pub fn now_s(&self) -> f64 {
+        match self.clock {
+            Clock::System => now_s(),
+            Clock::Stopped(at_s) => at_s,
         }
     }
 
@@ -134,7 +156,7 @@ impl Station {
     fn values(&mut self, vehicle_s: Option<f64>, values: &[(Id, Option<f64>)], arrival_s: f64) {
         let time_s = match vehicle_s {
             Some(vehicle_s) => {
-                let placed = self.clock.place(vehicle_s, arrival_s);
+                let placed = self.vehicle_clock.place(vehicle_s, arrival_s);
                 self.behind_s = arrival_s - placed.time_s;
                 self.link.late += u64::from(placed.is_late);
                 self.link.delay_s = placed.delay_s;
@@ -258,10 +280,10 @@ impl Station {
     }
 
     /// Stores the state of the port or the socket.
-    pub fn port_says(&mut self, now_s: f64, level: TextLevel, text: &str) {
+    pub fn port_says(&mut self, level: TextLevel, text: &str) {
         if self.link.port != text {
             self.link.port = text.to_owned();
-            self.note(now_s, level, &format!("link: {text}"));
+            self.note(self.now_s(), level, &format!("link: {text}"));
         }
     }
 
@@ -293,7 +315,7 @@ impl Station {
             return Err(RecordError::Busy { name: recorder.recording().name });
         }
         self.recorder = Some(Recorder::create(file, name)?);
-        self.note(now_s(), TextLevel::Info, &format!("recording to {name}"));
+        self.note(self.now_s(), TextLevel::Info, &format!("recording to {name}"));
         Ok(())
     }
 
@@ -301,7 +323,7 @@ impl Station {
     pub fn stop_recording(&mut self) -> Option<Recording> {
         let recorder = self.recorder.take()?;
         let recording = recorder.finish();
-        self.note(now_s(), TextLevel::Info, &format!("recorded {}", recording.name));
+        self.note(self.now_s(), TextLevel::Info, &format!("recorded {}", recording.name));
         Some(recording)
     }
 

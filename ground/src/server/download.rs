@@ -23,7 +23,6 @@ use crate::channel::Id;
 use crate::csv::Table;
 use crate::link::lock;
 use crate::player::Loaded;
-use crate::station::now_s;
 use crate::store::TextLevel;
 
 /// Largest page that is served, bytes.
@@ -111,7 +110,11 @@ async fn write(
             Err(broken_off) => {
                 drop(place);
                 let note = format!("export: {broken_off}");
-                lock(&shared.station).note(now_s(), TextLevel::Warning, &note);
+                {
+                    let mut station = lock(&shared.station);
+                    let at_s = station.now_s();
+                    station.note(at_s, TextLevel::Warning, &note);
+                }
                 if send(Some(format!("# {broken_off}\n"))).await {
                     // An immediate error would discard the data that are still in transit.
                     let _ = timeout(STUCK, pieces.closed()).await;

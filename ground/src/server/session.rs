@@ -11,7 +11,6 @@ use crate::lamps::{control, lamps};
 use crate::link::lock;
 use crate::player::Player;
 use crate::series::Point;
-use crate::station::now_s;
 use crate::store::Store;
 use crate::test_points::TestPoints;
 
@@ -115,7 +114,11 @@ impl Session {
             }
             Request::Pause {} => self.player()?.pause(),
             Request::Mark { note } => match self.source {
-                Source::Live => lock(&shared.station).mark(now_s(), &note),
+                Source::Live => {
+                    let mut station = lock(&shared.station);
+                    let at_s = station.now_s();
+                    station.mark(at_s, &note);
+                }
                 Source::Record(_) => return Err(
                     "found an open record, expected the live vehicle: a finished record cannot be marked"
                         .into(),
@@ -153,7 +156,6 @@ impl Session {
         if let Source::Record(player) = &mut self.source {
             player.advance(elapsed_s);
         }
-        let now_s = now_s();
         let sent_s = self.sent_s;
         let mut turned = std::mem::take(&mut self.turned);
         let mut until_s = sent_s;
@@ -181,6 +183,7 @@ impl Session {
         let message = match &self.source {
             Source::Live => {
                 let station = lock(&self.shared.station);
+                let now_s = station.now_s();
                 let newest_s = station.store.span().map_or(f64::NEG_INFINITY, |(_, to_s)| to_s);
                 let at_s = station.present_s(now_s).max(newest_s);
                 message(&station.store, at_s, newest_s, &|id| station.latest(id, now_s))
@@ -196,10 +199,10 @@ impl Session {
 
     /// The state of link, record and vehicle, sent several times a second.
     pub fn state(&mut self) -> Value {
-        let now = now_s();
         let (mut texts, mut markers): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
         let mut numbers = (self.texts, self.markers);
         let mut station = lock(&self.shared.station);
+        let now = station.now_s();
         station.tick(now);
         let (link, recording) = (station.link(now), station.recording());
         let describe = |store: &Store,

@@ -8,6 +8,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use hovernav::autopilot::Mode;
 use hovernav::controls::{Channel, Channels};
@@ -21,9 +22,9 @@ use hovernav::time::Time;
 use hovernav_ground::channel::Id;
 use hovernav_ground::folder::Folder;
 use hovernav_ground::frames::Rigging;
-use hovernav_ground::link::SharedStation;
+use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
-use hovernav_ground::station::{Station, now_s};
+use hovernav_ground::station::{Clock, Station, now_s};
 use hovernav_log::Manifest;
 use serde_json::Value;
 use tungstenite::{Message, WebSocket};
@@ -154,6 +155,16 @@ pub fn serve(token: Option<&str>) -> Served {
     Served { address, station, place, start_s: now_s(), stop, thread }
 }
 
+impl Served {
+    /// Receives bytes at `at_s` and stops the station's clock there: values stay present while a busy machine looks at
+    /// them.
+    pub fn receive(&self, bytes: &[u8], at_s: f64) {
+        let mut station = lock(&self.station);
+        station.clock = Clock::Stopped(at_s);
+        station.receive(bytes, at_s);
+    }
+}
+
 impl Drop for Served {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -194,6 +205,15 @@ impl Client {
             }
         }
         panic!("no message with {key} among {MOST_MESSAGES}");
+    }
+}
+
+/// Waits until `is_so`, at most 20 s.
+pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let end = Instant::now() + Duration::from_secs(20);
+    while !is_so() {
+        assert!(Instant::now() < end, "{what}: not within 20 s");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 

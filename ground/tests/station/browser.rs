@@ -193,12 +193,8 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     thread::sleep(Duration::from_millis(400));
     page.keep("sun");
     page.size(390, 844, true);
-    thread::sleep(Duration::from_millis(600));
-    assert_eq!(
-        page.eval("document.documentElement.scrollWidth <= innerWidth"),
-        true,
-        "nothing is cut off"
-    );
+    // Nothing is cut off.
+    page.wait("innerWidth === 390 && document.documentElement.scrollWidth <= innerWidth");
     page.keep("phone");
 
     // The layout is kept over a reload, and no frame is lost.

@@ -5,7 +5,6 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use crate::common::{Client, Served, cycle, serve};
-use hovernav_ground::link::lock;
 use tungstenite::Message;
 
 /// Sends raw bytes and returns the answer.
@@ -34,7 +33,7 @@ fn get(served: &Served, path: &str) -> String {
 fn fly(served: &Served, cycles: std::ops::Range<u32>) {
     for number in cycles {
         let arrival_s = served.start_s + f64::from(number) / 33.0;
-        lock(&served.station).receive(&cycle(number), arrival_s);
+        served.receive(&cycle(number), arrival_s);
     }
 }
 
