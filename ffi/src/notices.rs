@@ -57,7 +57,7 @@ pub enum NoticeKind {
     /// The first samples or fixes show a likely mistake in units, signs or axes; the solution cannot be trusted.
     /// `value`: a HovernavSetupFault, whose text is hovernav_setup_fault_text(); `sigma`: the mean specific force,
     /// m/s^2, the turn reported by the gyros in half a second, rad, or the size of the velocity's unit, m/s; else 0.
-    SetupDoubted = 17,
+    SetupSuspect = 17,
 }
 
 /// Sources of measurements besides the inertial unit.
@@ -348,10 +348,10 @@ impl From<&CoreNotice> for Notice {
                 let sigma = start.attitude_sigma_rad.z();
                 Self { sigma, ..Self::at(NoticeKind::Aligned, start.state.time) }
             }
-            CoreNotice::SetupDoubted { time, ref fault } => {
+            CoreNotice::SetupSuspect { time, ref fault } => {
                 let (fault, sigma) = SetupFault::of(fault);
                 let value = f64::from(fault as u32);
-                Self { value, sigma, ..Self::at(NoticeKind::SetupDoubted, time) }
+                Self { value, sigma, ..Self::at(NoticeKind::SetupSuspect, time) }
             }
             CoreNotice::HeadingFound { time, sigma_rad, .. } => {
                 Self { sigma: sigma_rad, ..Self::at(NoticeKind::HeadingFound, time) }

@@ -54,8 +54,8 @@ impl From<CoreNotice> for Notice {
                 let words = format!("aligned, one-sigma of the heading {sigma}");
                 plain(alignment.start.state.time, "aligned", words)
             }
-            CoreNotice::SetupDoubted { time, fault } => {
-                plain(time, "set-up doubted", format!("set-up: {fault}"))
+            CoreNotice::SetupSuspect { time, fault } => {
+                plain(time, "set-up suspect", format!("set-up: {fault}"))
             }
             CoreNotice::HeadingFound { time, turn_rad, sigma_rad } => {
                 let (turn, sigma) = (degrees(turn_rad), degrees(sigma_rad));

@@ -115,8 +115,8 @@ def test_a_sample_with_nan_is_refused_with_a_notice() -> None:
 def test_accelerations_in_g_are_named() -> None:
     t, gyro, accel = at_rest(1200)
     _, notices = hn.Estimator().imu_batch(t, gyro, accel / 9.80665)
-    (doubt,) = (notice for notice in notices if notice.kind == "set-up doubted")
-    assert "accelerations in g" in doubt.words
+    (suspect,) = (notice for notice in notices if notice.kind == "set-up suspect")
+    assert "accelerations in g" in suspect.words
 
 
 def test_wrong_arguments_are_named() -> None:

@@ -204,7 +204,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify: &mut dyn FnMut(Notice),
     ) {
         if let Some(fault) = self.setup.push(event) {
-            notify(Notice::SetupDoubted { time: event.time(), fault });
+            notify(Notice::SetupSuspect { time: event.time(), fault });
         }
         if self.phase == Phase::Aligning {
             self.report_ignored(event, notify);

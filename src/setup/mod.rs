@@ -30,7 +30,7 @@ const MOST_PARTS: u16 = 1200;
 /// Check of units, signs and axes: a bounded amount of work for each event, no growing memory.
 ///
 /// The [`Estimator`](crate::ekf::Estimator) contains one and reports as
-/// [`Notice::SetupDoubted`](crate::ekf::Notice::SetupDoubted). On its own it checks sensors before a flight:
+/// [`Notice::SetupSuspect`](crate::ekf::Notice::SetupSuspect). On its own it checks sensors before a flight:
 ///
 /// ```
 /// use hovernav::event::Event;

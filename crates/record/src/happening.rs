@@ -65,7 +65,7 @@ impl Happening {
                 );
                 (None, Level::Info, "aligned", ShortText::new(text))
             }
-            Notice::SetupDoubted { time, fault } => {
+            Notice::SetupSuspect { time, fault } => {
                 let kind = if fault.is_of_receiver() { "gps_setup" } else { "imu_setup" };
                 (Some(*time), Level::Error, kind, ShortText::new(format_args!("set-up: {fault}")))
             }

@@ -26,7 +26,7 @@ pub enum Notice {
     },
     /// The first samples or fixes show a likely mistake in units, signs or axes. The estimator continues; its solution
     /// cannot be trusted.
-    SetupDoubted {
+    SetupSuspect {
         /// Time of the event.
         time: Time,
         /// The likely mistake.

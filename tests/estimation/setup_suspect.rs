@@ -1,4 +1,4 @@
-//! Sensors of a wrong unit, sign or axis: the estimator names the mistake, and has no doubt about right ones.
+//! Sensors of a wrong unit, sign or axis: the estimator names the mistake, and reports none of right ones.
 
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
@@ -32,17 +32,17 @@ fn recording(seed: u64) -> Recording {
 }
 
 /// Faults that the estimator reports, with times, s.
-fn doubts(events: impl Iterator<Item = Event>) -> Vec<(f64, SetupFault)> {
+fn suspects(events: impl Iterator<Item = Event>) -> Vec<(f64, SetupFault)> {
     let mut estimator = Box::new(Estimator::new(EstimatorConfig::default()));
-    let mut doubts = Vec::new();
+    let mut suspects = Vec::new();
     for event in events {
         estimator.push(&event, |notice| {
-            if let Notice::SetupDoubted { time, fault } = notice {
-                doubts.push((time.seconds(), fault));
+            if let Notice::SetupSuspect { time, fault } = notice {
+                suspects.push((time.seconds(), fault));
             }
         });
     }
-    doubts
+    suspects
 }
 
 /// Faults in a flight whose samples and fixes are changed.
@@ -68,11 +68,11 @@ fn changed(
     });
     let mut events: Vec<Event> = samples.chain(fixes).collect();
     events.sort_by_key(Event::time);
-    doubts(events.into_iter())
+    suspects(events.into_iter())
 }
 
 #[test]
-fn sensors_as_they_should_be_are_not_doubted() {
+fn right_sensors_are_not_suspect() {
     for seed in 1..=5 {
         let found = changed(&recording(seed), |rate, force| (rate, force), |_| ());
         assert!(found.is_empty(), "seed {seed}: {found:?}");
@@ -81,7 +81,7 @@ fn sensors_as_they_should_be_are_not_doubted() {
     let shared = FLIGHTS.into_iter().filter_map(|name| shared(format!("datasets/{name}")));
     for directory in shared.chain([included]) {
         let dataset = Dataset::open(&directory).unwrap();
-        let found = doubts(dataset.events());
+        let found = suspects(dataset.events());
         assert!(found.is_empty(), "{}: {found:?}", directory.display());
     }
 }
