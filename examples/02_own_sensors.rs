@@ -57,6 +57,7 @@ fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> 
         now = Time::from_seconds(seconds);
         let Some(event) = event(now, &reading) else { continue };
         estimator.push(&event, |notice| match notice {
+            Notice::SetupSuspect { fault, .. } => println!("units or axes: {fault}"),
             Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
                 println!("{time}: {aid} not used: {reason}");
             }

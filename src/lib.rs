@@ -33,6 +33,7 @@
 //! | [`imu`], [`controls`] | a sample of an inertial unit; the names of sticks and channels |
 //! | [`dmu`], [`gps`], [`event`] | the Crossbow unit, GPS receivers, and one stream of sensor measurements |
 //! | [`sensors`] | both sensor links together: from the bytes of two lines to events |
+//! | [`setup`] | likely mistakes in units, signs and axes of the sensors |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the complete filter behind one call |
 //! | [`health`] | quantities of a solution that are good enough to use, and why the others are not |
@@ -80,5 +81,6 @@ pub mod scalar;
 #[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]
 pub mod sensors;
 pub mod servo;
+pub mod setup;
 pub mod telemetry;
 pub mod time;

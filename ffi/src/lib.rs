@@ -39,6 +39,8 @@ mod solution;
 
 mod health;
 
+mod setup;
+
 mod notices;
 
 mod own;
@@ -56,6 +58,7 @@ pub use measurements::*;
 pub use notices::*;
 pub use object::*;
 pub use own::*;
+pub use setup::*;
 pub use solution::*;
 pub use status::*;
 

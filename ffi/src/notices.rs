@@ -8,6 +8,7 @@ use hovernav::time::Time;
 
 use crate::access::{object, output};
 use crate::object::Hovernav;
+use crate::setup::SetupFault;
 use crate::status::Status;
 
 /// Kind of a notice.
@@ -53,6 +54,10 @@ pub enum NoticeKind {
     OnWheels = 15,
     /// The vehicle is off its wheels: the constraint has ended.
     OffWheels = 16,
+    /// The first samples or fixes show a likely mistake in units, signs or axes; the solution cannot be trusted.
+    /// `value`: a HovernavSetupFault, whose text is hovernav_setup_fault_text(); `sigma`: the mean specific force,
+    /// m/s^2, the turn reported by the gyros in half a second, rad, or the size of the velocity's unit, m/s; else 0.
+    SetupSuspect = 17,
 }
 
 /// Sources of measurements besides the inertial unit.
@@ -342,6 +347,11 @@ impl From<&CoreNotice> for Notice {
                 let start = &alignment.start;
                 let sigma = start.attitude_sigma_rad.z();
                 Self { sigma, ..Self::at(NoticeKind::Aligned, start.state.time) }
+            }
+            CoreNotice::SetupSuspect { time, ref fault } => {
+                let (fault, sigma) = SetupFault::of(fault);
+                let value = f64::from(fault as u32);
+                Self { value, sigma, ..Self::at(NoticeKind::SetupSuspect, time) }
             }
             CoreNotice::HeadingFound { time, sigma_rad, .. } => {
                 Self { sigma: sigma_rad, ..Self::at(NoticeKind::HeadingFound, time) }

@@ -54,6 +54,9 @@ impl From<CoreNotice> for Notice {
                 let words = format!("aligned, one-sigma of the heading {sigma}");
                 plain(alignment.start.state.time, "aligned", words)
             }
+            CoreNotice::SetupSuspect { time, fault } => {
+                plain(time, "set-up suspect", format!("set-up: {fault}"))
+            }
             CoreNotice::HeadingFound { time, turn_rad, sigma_rad } => {
                 let (turn, sigma) = (degrees(turn_rad), degrees(sigma_rad));
                 plain(

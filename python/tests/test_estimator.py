@@ -112,6 +112,13 @@ def test_a_sample_with_nan_is_refused_with_a_notice() -> None:
     assert notice.accepted is False and "not finite" in notice.words
 
 
+def test_accelerations_in_g_are_named() -> None:
+    t, gyro, accel = at_rest(1200)
+    _, notices = hn.Estimator().imu_batch(t, gyro, accel / 9.80665)
+    (suspect,) = (notice for notice in notices if notice.kind == "set-up suspect")
+    assert "accelerations in g" in suspect.words
+
+
 def test_wrong_arguments_are_named() -> None:
     estimator = hn.Estimator()
     with pytest.raises(hn.ArrayError, match="gyro_radps: found .*, expected three numbers"):

@@ -1,6 +1,7 @@
 //! Error models of the sensors in the filter, with a unit for every number.
 
 use super::mechanisms::Mechanisms;
+use super::setting::settings;
 
 /// Settings of the filter. [`EkfConfig::default`] suits a consumer or tactical-grade MEMS unit on a vibrating vehicle
 /// and a stand-alone GPS. Set better known values by name.
@@ -72,106 +73,55 @@ impl EkfConfig {
     }
 }
 
-/// Limit of every setting, in any unit; its square is finite in single precision too.
-const MOST_SETTING: f64 = 1e9;
-
-/// The largest value of a setting, and its range in words.
-macro_rules! most {
-    () => {
-        (MOST_SETTING, "0 to 1e9")
-    };
-    ($most:literal) => {
-        (f64::from($most), concat!("0 to ", stringify!($most)))
-    };
-}
-
-/// Declares a group of settings: each with its doc, its default and, if less than [`MOST_SETTING`], its largest value.
-/// All are `f64`, and readable by name from a configuration file.
-macro_rules! settings {
-    ($(#[$group:meta])* $name:ident {
-        $($(#[$field:meta])* $key:ident = $default:literal $(to $most:literal)?,)*
-    }) => {
-        $(#[$group])*
-        ///
-        /// To change some, write them before `..Default::default()`, or take the default and assign to its fields.
-        /// Both ways stay valid when a setting is added.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        #[cfg_attr(
-            feature = "serde",
-            derive(serde::Deserialize, serde::Serialize),
-            serde(default, deny_unknown_fields)
-        )]
-        pub struct $name { $($(#[$field])* pub $key: f64,)* }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($key: $default,)* }
-            }
-        }
-
-        impl $name {
-            /// The first setting out of its range, with the value found and the range expected. The range is 0 to 1 if
-            /// the setting's doc states that, otherwise 0 to 1e9.
-            #[must_use]
-            pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
-                [$((stringify!($key), self.$key, most!($($most)?))),*]
-                    .into_iter()
-                    .find(|(_, value, (most, _))| !(0.0..=*most).contains(value))
-                    .map(|(key, value, (_, expected))| (key, value, expected))
-            }
-        }
-    };
-}
-
 settings! {
     /// Errors of the inertial sensors.
     ImuModel {
         /// Angle random walk, rad/√s.
-        angle_random_walk_rad = 5e-4,
+        angle_random_walk_rad = 5e-4, 1e-8..=0.1 "rad/√s";
         /// Velocity random walk, m/s/√s.
-        velocity_random_walk_mps = 0.05,
+        velocity_random_walk_mps = 0.05, 1e-6..=5.0 "m/s/√s";
         /// Share of the gyros' measured vibration that counts as white noise.
-        gyro_vibration_share = 0.3,
+        gyro_vibration_share = 0.3, 0.0..=5.0 "";
         /// Share of the accelerometers' measured vibration that counts as white noise.
-        accel_vibration_share = 0.1,
+        accel_vibration_share = 0.1, 0.0..=5.0 "";
         /// Time, s, within which accelerometer samples share one vibration error: faster sampling does not reduce
         /// rectification and aliasing.
-        accel_vibration_time_s = 0.05,
+        accel_vibration_time_s = 0.05, 0.0..=1.0 "s";
         /// One-sigma of the gyro bias, rad/s.
-        gyro_bias_sigma_radps = 0.005,
+        gyro_bias_sigma_radps = 0.005, 1e-8..=0.35 "rad/s";
         /// Correlation time of the gyro bias, s.
-        gyro_bias_time_s = 8e3,
+        gyro_bias_time_s = 8e3, 1.0..=1e7 "s";
         /// One-sigma of the accelerometer bias, m/s².
-        accel_bias_sigma_mps2 = 0.05,
+        accel_bias_sigma_mps2 = 0.05, 1e-6..=5.0 "m/s²";
         /// Correlation time of the accelerometer bias, s.
-        accel_bias_time_s = 1e4,
+        accel_bias_time_s = 1e4, 1.0..=1e7 "s";
         /// One-sigma of each gyro's scale factor error, if the layout has states for it.
-        gyro_scale_sigma = 0.005,
+        gyro_scale_sigma = 0.005, 0.0..=0.3 "";
         /// One-sigma of each accelerometer's scale factor error, if the layout has states for it.
-        accel_scale_sigma = 0.005,
+        accel_scale_sigma = 0.005, 0.0..=0.3 "";
         /// Gyro error about the axis of a turn, as a share of the turn, if the layout has no states for it. It contains
         /// scale and lag. Across the axis, by misalignment, it is 2.5 times as large.
-        turn_error_share = 0.0012,
+        turn_error_share = 0.0012, 0.0..=0.3 "";
         /// Time, s, for which the error of a turn keeps its sign.
-        turn_error_time_s = 2.0,
+        turn_error_time_s = 2.0, 0.05..=1e3 "s";
         /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, if the layout has no
         /// states for it.
-        net_turn_error_share = 0.003,
+        net_turn_error_share = 0.003, 0.0..=0.3 "";
         /// Time constant with which a net turn is forgotten, s.
-        net_turn_memory_s = 30.0,
+        net_turn_memory_s = 30.0, 0.5..=1e5 "s";
         /// Full scale of the gyros, rad/s; 0 if unknown: then it is learned.
-        gyro_range_radps = 0.0,
+        gyro_range_radps = 0.0, 0.17..=175.0 or 0 "rad/s";
         /// Full scale of the accelerometers, m/s²; 0 if unknown.
-        accel_range_mps2 = 0.0,
+        accel_range_mps2 = 0.0, 4.9..=2e3 or 0 "m/s²";
         /// Intervals longer than this, s, are gaps: they are bridged with a larger uncertainty.
-        gap_s = 0.25,
+        gap_s = 0.25, 0.05..=5.0 "s";
         /// One-sigma of the acceleration that a gap may have hidden, m/s².
-        gap_acceleration_mps2 = 3.0,
+        gap_acceleration_mps2 = 3.0, 0.1..=100.0 "m/s²";
         /// One-sigma of the angular rate that a gap may have hidden, rad/s.
-        gap_rate_radps = 0.5,
+        gap_rate_radps = 0.5, 0.01..=20.0 "rad/s";
         /// Interval of covariance propagation, s; the covariance is also propagated before each measurement. 0 for
         /// every sample, like the state.
-        covariance_interval_s = 0.0075,
+        covariance_interval_s = 0.0075, 0.0..=0.1 "s";
     }
 }
 
@@ -179,35 +129,35 @@ settings! {
     /// Errors of the GPS.
     GpsModel {
         /// One-sigma of horizontal position, each axis, for fixes without one, m.
-        horizontal_sigma_m = 1.5,
+        horizontal_sigma_m = 1.5, 0.005..=100.0 "m";
         /// One-sigma of height for fixes without one, m.
-        vertical_sigma_m = 3.0,
+        vertical_sigma_m = 3.0, 0.005..=200.0 "m";
         /// One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
-        horizontal_velocity_sigma_mps = 0.2,
+        horizontal_velocity_sigma_mps = 0.2, 0.002..=20.0 "m/s";
         /// One-sigma of vertical velocity for fixes without one, m/s.
-        vertical_velocity_sigma_mps = 0.4,
+        vertical_velocity_sigma_mps = 0.4, 0.002..=20.0 "m/s";
         /// Least one-sigma of the white part of position, m: residual errors of clocks and lever arms.
-        position_floor_m = 0.05,
+        position_floor_m = 0.05, 1e-3..=50.0 "m";
         /// Least one-sigma of the white part of velocity, m/s.
-        velocity_floor_mps = 0.03,
+        velocity_floor_mps = 0.03, 1e-3..=10.0 "m/s";
         /// Share of the position's one-sigma that varies slowly, 0 to 1; the rest, in squares, is white.
-        position_wander_share = 0.97 to 1,
+        position_wander_share = 0.97 to 1, 0.0..=1.0 "";
         /// Correlation time of the position's slow error, s.
-        position_wander_time_s = 200.0,
+        position_wander_time_s = 200.0, 1.0..=1e5 "s";
         /// Share of the velocity's one-sigma that varies slowly, 0 to 1.
-        velocity_wander_share = 0.45 to 1,
+        velocity_wander_share = 0.45 to 1, 0.0..=1.0 "";
         /// Correlation time of the velocity's slow error, s.
-        velocity_wander_time_s = 15.0,
+        velocity_wander_time_s = 15.0, 0.1..=1e5 "s";
         /// Time over which a receiver may have averaged its velocity, one-sigma, s: the resulting error under
         /// acceleration counts as noise.
-        velocity_smoothing_s = 0.03,
+        velocity_smoothing_s = 0.03, 0.0..=2.0 "s";
         /// Learning rate, 0 to 1, of one-sigmas that fixes do not state, or state too small: the share by which one
         /// innovation changes the learned size.
-        learning_rate = 0.01 to 1,
+        learning_rate = 0.01 to 1, 0.0..=0.5 "";
         /// One-sigma of the time between a fix's position and its velocity, s.
-        position_latency_sigma_s = 0.1,
+        position_latency_sigma_s = 0.1, 0.0..=2.0 "s";
         /// One-sigma of the time by which a fix is valid earlier than declared, s.
-        delay_sigma_s = 0.1,
+        delay_sigma_s = 0.1, 0.0..=2.0 "s";
     }
 }
 
@@ -215,15 +165,15 @@ settings! {
     /// Errors of an attitude reference.
     AttitudeModel {
         /// Shortest time between two updates, s: closer samples repeat the same information.
-        interval_s = 0.1,
+        interval_s = 0.1, 0.0..=10.0 "s";
         /// One-sigma of its slow error in roll and pitch, rad.
-        tilt_wander_rad = 0.025,
+        tilt_wander_rad = 0.025, 1e-4..=1.0 "rad";
         /// One-sigma of its slow error in heading, rad.
-        heading_wander_rad = 0.021,
+        heading_wander_rad = 0.021, 1e-4..=3.0 "rad";
         /// Correlation time of its slow error, s.
-        wander_time_s = 40.0,
+        wander_time_s = 40.0, 0.1..=1e5 "s";
         /// One-sigma of its white error, rad.
-        noise_rad = 0.009,
+        noise_rad = 0.009, 1e-4..=1.0 "rad";
     }
 }
 
@@ -231,13 +181,13 @@ settings! {
     /// Errors of a heading from a magnetometer.
     MagnetometerModel {
         /// Shortest time between two updates, s.
-        interval_s = 0.1,
+        interval_s = 0.1, 0.0..=10.0 "s";
         /// One-sigma of its slow error, rad: residual hard and soft iron after calibration, currents.
-        heading_wander_rad = 0.06,
+        heading_wander_rad = 0.06, 1e-4..=3.0 "rad";
         /// Correlation time of its slow error, s.
-        wander_time_s = 100.0,
+        wander_time_s = 100.0, 0.1..=1e5 "s";
         /// One-sigma of its white error, rad.
-        noise_rad = 0.03,
+        noise_rad = 0.03, 1e-4..=1.5 "rad";
     }
 }
 
@@ -245,11 +195,11 @@ settings! {
     /// Errors of a barometric height.
     BaroModel {
         /// One-sigma of its white error, m.
-        noise_m = 0.5,
+        noise_m = 0.5, 0.01..=100.0 "m";
         /// One-sigma of its slow error, m, relative to a level that is estimated from the other sensors.
-        wander_m = 3.0,
+        wander_m = 3.0, 0.01..=500.0 "m";
         /// Correlation time of its slow error, s: within half of it the error changes by 0.9 wander_m.
-        wander_time_s = 300.0,
+        wander_time_s = 300.0, 1.0..=1e6 "s";
     }
 }
 
@@ -257,18 +207,18 @@ settings! {
     /// Errors of a distance to the ground, and of the ground.
     RangeModel {
         /// Shortest distance that the sensor measures, m.
-        least_m = 0.1,
+        least_m = 0.1, 0.0..=50.0 "m";
         /// Longest distance that the sensor measures, m.
-        most_m = 100.0,
+        most_m = 100.0, 0.5..=1e4 "m";
         /// Readings below this quality, 0 to 1, are not used.
-        least_quality = 0.1 to 1,
+        least_quality = 0.1 to 1, 0.0..=1.0 "";
         /// One-sigma of its white error for readings without one, m.
-        noise_m = 0.05,
+        noise_m = 0.05, 1e-3..=50.0 "m";
         /// Additional error, as a share of the distance.
-        noise_share = 0.01,
+        noise_share = 0.01, 0.0..=0.5 "";
         /// One-sigma of the change in height of the ground over a metre, m; it grows with the square root of the
         /// distance.
-        ground_walk_m = 0.1,
+        ground_walk_m = 0.1, 1e-4..=20.0 "m";
     }
 }
 
@@ -276,17 +226,17 @@ settings! {
     /// Errors of the heading of two antennas.
     AntennaHeadingModel {
         /// Shortest time between two updates, s.
-        interval_s = 0.1,
+        interval_s = 0.1, 0.0..=10.0 "s";
         /// One-sigma for readings without one, rad.
-        sigma_rad = 0.01,
+        sigma_rad = 0.01, 1e-4..=1.0 "rad";
         /// Least one-sigma, rad: residual error of the mounting of the antennas.
-        floor_rad = 0.003,
+        floor_rad = 0.003, 1e-5..=1.0 "rad";
         /// Share of the one-sigma that varies slowly, 0 to 1; the rest, in squares, is white.
-        wander_share = 0.7 to 1,
+        wander_share = 0.7 to 1, 0.0..=1.0 "";
         /// Correlation time of the slow part, s.
-        wander_time_s = 10.0,
+        wander_time_s = 10.0, 0.1..=1e5 "s";
         /// Readings whose baseline length differs from the mounted one by more than this, m, are rejected.
-        length_tolerance_m = 0.1,
+        length_tolerance_m = 0.1, 1e-3..=10.0 "m";
     }
 }
 
@@ -294,15 +244,15 @@ settings! {
     /// Limits for the rejection of measurements, and for the reset of a filter that rejects everything.
     GateConfig {
         /// Innovations beyond this number of one-sigmas are rejected.
-        sigmas = 5.0,
+        sigmas = 5.0, 2.0..=50.0 "one-sigmas";
         /// Time of rejections, s, before the filter is reset to the measurement if the filter is suspect. It is suspect
         /// after an absence, after trouble with the inertial samples, or if it was already diverging.
-        recovery_s = 1.0,
+        recovery_s = 1.0, 0.1..=120.0 "s";
         /// Time of rejections, s, before a position is accepted that jumped while the velocity still agrees. Shorter if
         /// the previous position was reported for less time.
-        fault_s = 30.0,
+        fault_s = 30.0, 1.0..=600.0 "s";
         /// Time of uninterrupted rejections, s, before the filter is reset to the measurement in all other cases.
-        lockout_s = 8.0,
+        lockout_s = 8.0, 0.5..=600.0 "s";
     }
 }
 

@@ -29,6 +29,7 @@ use crate::frames::Vector;
 use crate::gps::Fix;
 use crate::imu::ImuSample;
 use crate::ins::Aligner;
+use crate::setup::SetupCheck;
 use crate::time::Time;
 use lost_level::Level;
 
@@ -98,6 +99,7 @@ use lost_level::Level;
 #[derive(Clone, Debug)]
 pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T>> {
     phase: Phase,
+    setup: SetupCheck,
     aligner: Aligner,
     search: H,
     filter: Ekf<L, N, T>,
@@ -161,6 +163,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     pub fn with_layout(config: EstimatorConfig) -> Self {
         Self {
             phase: Phase::Aligning,
+            setup: SetupCheck::NEW,
             aligner: Aligner::new(config.alignment, config.mounting),
             search: H::new(),
             filter: Ekf::unstarted(config.ekf, config.mounting),
@@ -200,6 +203,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
+        if let Some(fault) = self.setup.push(event) {
+            notify(Notice::SetupSuspect { time: event.time(), fault });
+        }
         if self.phase == Phase::Aligning {
             self.report_ignored(event, notify);
             let alignment = if H::SEARCHES {

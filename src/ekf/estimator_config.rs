@@ -1,6 +1,10 @@
 //! Settings of the whole estimator: mounting, alignment, filter, aids.
 
-use super::config::{AntennaHeadingModel, EkfConfig, GpsModel, ImuModel, RangeModel};
+use super::config::{
+    AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
+    MagnetometerModel, RangeModel,
+};
+use super::setting::{OutOfRange, Setting};
 use super::vehicle_kind::VehicleKind;
 use crate::frames::{Body, Vector};
 use crate::ins::{AlignmentConfig, Mounting};
@@ -35,6 +39,40 @@ pub struct EstimatorConfig {
 }
 
 impl EstimatorConfig {
+    /// Numbers of the models of sensors and gates, by group. The groups are the sections below `[filter]` in
+    /// configuration files, except for `rangefinder.model` and `second_antenna.model`.
+    pub const SETTINGS: &[(&str, &[Setting])] = &[
+        ("imu", ImuModel::SETTINGS),
+        ("gps", GpsModel::SETTINGS),
+        ("attitude", AttitudeModel::SETTINGS),
+        ("magnetometer", MagnetometerModel::SETTINGS),
+        ("baro", BaroModel::SETTINGS),
+        ("gate", GateConfig::SETTINGS),
+        ("rangefinder.model", RangeModel::SETTINGS),
+        ("second_antenna.model", AntennaHeadingModel::SETTINGS),
+    ];
+
+    /// The first number of [`SETTINGS`](Self::SETTINGS) out of its range.
+    #[must_use]
+    pub fn out_of_range(&self) -> Option<OutOfRange> {
+        let EkfConfig { imu, gps, attitude, magnetometer, baro, gate, mechanisms: _ } = &self.ekf;
+        [
+            ("imu", imu.out_of_range()),
+            ("gps", gps.out_of_range()),
+            ("attitude", attitude.out_of_range()),
+            ("magnetometer", magnetometer.out_of_range()),
+            ("baro", baro.out_of_range()),
+            ("gate", gate.out_of_range()),
+            ("rangefinder.model", self.rangefinder.model.out_of_range()),
+            ("second_antenna.model", self.antenna_heading.out_of_range()),
+        ]
+        .into_iter()
+        .find_map(|(group, wrong)| {
+            let (name, found, expected) = wrong?;
+            Some(OutOfRange { group, name, found, expected })
+        })
+    }
+
     /// Sets the kind of the vehicle.
     #[must_use]
     pub const fn with_vehicle_kind(mut self, kind: VehicleKind) -> Self {

@@ -30,6 +30,7 @@ mod prediction;
 mod process;
 mod rectification;
 mod self_contradiction;
+mod setting;
 #[cfg(feature = "alloc")]
 mod smoother;
 mod solution;
@@ -57,6 +58,7 @@ pub use measurement::{
 };
 pub use mechanisms::Mechanisms;
 pub use prediction::{ImuFault, Prediction, ResetCause};
+pub use setting::{OutOfRange, Setting};
 #[cfg(feature = "alloc")]
 pub use smoother::{Adjoint, Smoother};
 pub use solution::Solution;

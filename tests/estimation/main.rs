@@ -29,6 +29,7 @@ mod notch;
 mod own_sensor;
 mod places;
 mod recovery;
+mod setup_suspect;
 mod single_precision;
 mod slow_increments;
 mod small_numbers;

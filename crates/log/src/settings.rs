@@ -12,7 +12,7 @@ use crate::error::LogError;
 use crate::magnetic_field::{MagneticField, decimal_year};
 use crate::manifest::{HeadingReference, MANIFEST_FILE, Manifest, Point};
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
-use hovernav::ekf::{EstimatorConfig, Rangefinder};
+use hovernav::ekf::{EstimatorConfig, OutOfRange};
 use hovernav::ins::{AlignmentConfig, Mounting};
 use hovernav::scalar::Readable;
 use hovernav_toml::{TomlError, ValueError};
@@ -133,12 +133,8 @@ impl Manifest {
             .with_imu_lever_arm_m(self.lever_arm_m(Point::Imu) - cg)
             .with_antenna_lever_arm_m(self.lever_arm_m(Point::Antenna) - cg);
 
-        config.rangefinder = Rangefinder {
-            lever_arm_m: self.rangefinder.lever_arm_m - cg,
-            beam: self.rangefinder.beam,
-            model: self.rangefinder.model,
-        };
-        config.antenna_heading = self.second_antenna.model;
+        config.rangefinder.lever_arm_m = self.rangefinder.lever_arm_m - cg;
+        config.rangefinder.beam = self.rangefinder.beam;
         config.alignment.baseline_m =
             self.second_antenna.baseline_m(self.lever_arm_m(Point::Antenna));
 
@@ -194,23 +190,13 @@ impl Manifest {
             };
             of_section().map_err(|error: ValueError| error.below(key).below("filter"))?;
         }
-        let of_models = [
-            (&["filter", "imu"], ekf.imu.out_of_range()),
-            (&["filter", "gps"], ekf.gps.out_of_range()),
-            (&["filter", "attitude"], ekf.attitude.out_of_range()),
-            (&["filter", "magnetometer"], ekf.magnetometer.out_of_range()),
-            (&["filter", "baro"], ekf.baro.out_of_range()),
-            (&["filter", "gate"], ekf.gate.out_of_range()),
-            (&["rangefinder", "model"], self.rangefinder.model.out_of_range()),
-            (&["second_antenna", "model"], self.second_antenna.model.out_of_range()),
-        ];
-        for ([outer, inner], wrong) in of_models {
-            if let Some((key, value, expected)) = wrong {
-                let reason = format!("found {}, expected {expected}", Readable(value));
-                return Err(ValueError::of_key(key, &reason).below(inner).below(outer));
-            }
-        }
-        Ok(())
+        config.rangefinder.model = self.rangefinder.model;
+        config.antenna_heading = self.second_antenna.model;
+        config.out_of_range().map_or(Ok(()), |OutOfRange { group, name, found, expected }| {
+            let (outer, inner) = group.split_once('.').unwrap_or(("filter", group));
+            let reason = format!("found {}, expected {expected}", Readable(found));
+            Err(ValueError::of_key(name, &reason).below(inner).below(outer))
+        })
     }
 }
 

@@ -121,12 +121,11 @@ impl Part {
     pub fn of_kind(kind: &str) -> Self {
         match kind {
             "dmu_lost" | "dmu_implausible" | "dmu_clock" | "dmu_port" | "dmu_command"
-            | "imu_fault" | "imu_suspect" | "samples lost" | "vibration" | "set-up" => {
-                Self::InertialUnit
-            }
+            | "imu_fault" | "imu_setup" | "imu_suspect" | "samples lost" | "vibration"
+            | "set-up" => Self::InertialUnit,
             "gps_port" | "gps_command" | "gps_fixes" | "fix_refused" | "fix_without_height"
-            | "fix_unusable" | "antenna_elsewhere" | "contradicts_itself" | "place_walks"
-            | "utc" => Self::Receiver,
+            | "fix_unusable" | "gps_setup" | "antenna_elsewhere" | "contradicts_itself"
+            | "place_walks" | "utc" => Self::Receiver,
             "pilot_signal" | "servo_port" => Self::Pilot,
             "servos" => Self::Servos,
             "deadline_missed" | "priority" | "ground_port" | "clock rate" => Self::Computer,

@@ -65,6 +65,10 @@ impl Happening {
                 );
                 (None, Level::Info, "aligned", ShortText::new(text))
             }
+            Notice::SetupSuspect { time, fault } => {
+                let kind = if fault.is_of_receiver() { "gps_setup" } else { "imu_setup" };
+                (Some(*time), Level::Error, kind, ShortText::new(format_args!("set-up: {fault}")))
+            }
             Notice::HeadingFound { time, sigma_rad, .. } => {
                 let sigma_deg = sigma_rad.to_degrees();
                 let text = format_args!("heading found, one-sigma {sigma_deg:.1}°");

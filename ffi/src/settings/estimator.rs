@@ -402,20 +402,9 @@ impl Config {
         self.baro.put(&mut ekf.baro);
         self.gate.put(&mut ekf.gate);
         ekf.mechanisms = self.mechanisms.core()?;
-        let wrong = [
-            ("imu.", ekf.imu.out_of_range()),
-            ("gps.", ekf.gps.out_of_range()),
-            ("attitude.", ekf.attitude.out_of_range()),
-            ("magnetometer.", ekf.magnetometer.out_of_range()),
-            ("baro.", ekf.baro.out_of_range()),
-            ("gate.", ekf.gate.out_of_range()),
-            ("rangefinder.model.", estimator.rangefinder.model.out_of_range()),
-            ("second_antenna.model.", estimator.antenna_heading.out_of_range()),
-        ];
-        for (group, wrong) in wrong {
-            if let Some((key, found, expected)) = wrong {
-                return Err(Fault::new(&[group, key], found, expected));
-            }
+        if let Some(wrong) = estimator.out_of_range() {
+            let what = [wrong.group, ".", wrong.name];
+            return Err(Fault::new(&what, wrong.found, wrong.expected));
         }
         let notch = self.notch.core()?;
         let mut health = CoreHealthLimits::default();

@@ -317,3 +317,38 @@ fn notices_that_nobody_reads_give_way_and_are_counted() {
     }
     assert!(lost > 20, "{lost}");
 }
+
+#[test]
+fn accelerations_in_g_are_named() {
+    let mut memory = Memory::new();
+    let nav = create(&mut memory);
+    let mut suspects = Vec::new();
+    for step in 0..600_i64 {
+        let sample = ImuSample {
+            time_ns: step * 20_000_000,
+            accel: [0.0, 0.0, -1.0],
+            ..ImuSample::default()
+        };
+        let mut notice = MaybeUninit::<Notice>::uninit();
+        // SAFETY: an object, a sample, and room for a notice, which is read where one was written.
+        unsafe {
+            assert_eq!(hovernav_push_imu(nav, &sample), Status::Ok);
+            while hovernav_next_notice(nav, notice.as_mut_ptr()) == Status::Ok {
+                suspects.push(notice.assume_init());
+            }
+        }
+    }
+    suspects.retain(|notice| notice.kind == NoticeKind::SetupSuspect);
+    let [suspect] = suspects[..] else { panic!("{suspects:?}") };
+    assert_eq!((suspect.value, suspect.sigma), (f64::from(SetupFault::ForceInG as u32), 1.0));
+    let text = |fault: u32| {
+        // SAFETY: the text is static and ends with a zero byte.
+        unsafe { CStr::from_ptr(hovernav_setup_fault_text(fault)) }.to_str().unwrap()
+    };
+    assert_eq!(text(suspect.value as u32), "accelerations in g, expected m/s^2");
+    assert_eq!(text(99), "a mistake unknown to this version");
+    let mut texts: Vec<&str> = (0..14).map(text).collect();
+    texts.sort_unstable();
+    texts.dedup();
+    assert_eq!(texts.len(), 14);
+}

@@ -5,6 +5,7 @@ use super::super::prediction::{ImuFault, ResetCause};
 use crate::frames::{Body, Vector};
 use crate::imu::Suspicion;
 use crate::ins::Alignment;
+use crate::setup::SetupFault;
 use crate::time::Time;
 
 /// An event that the estimator reports.
@@ -22,6 +23,14 @@ pub enum Notice {
         turn_rad: f64,
         /// One-sigma of the heading, rad.
         sigma_rad: f64,
+    },
+    /// The first samples or fixes show a likely mistake in units, signs or axes. The estimator continues; its solution
+    /// cannot be trusted.
+    SetupSuspect {
+        /// Time of the event.
+        time: Time,
+        /// The likely mistake.
+        fault: SetupFault,
     },
     /// The heading was inconsistent with the fixes, and was replaced. The sensor that caused it, the inertial unit's
     /// own heading or the magnetometer, is not used until it agrees again.

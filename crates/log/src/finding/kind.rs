@@ -154,6 +154,7 @@ impl FindingKind {
             Notice::Updated(report) if report.contradicts_itself() => Self::ContradictsItself,
             Notice::Updated(report) if report.any_rejected() => Self::Refused,
             Notice::Updated(report) if report.position_drift_m().is_some() => Self::PlaceWalks,
+            Notice::SetupSuspect { .. } => Self::SetUp,
             Notice::HeadingFound { .. } => Self::HeadingFound,
             Notice::HeadingReset { .. } => Self::HeadingReset,
             Notice::HeadingDoubted { .. } => Self::HeadingInDoubt,

@@ -1,11 +1,10 @@
-//! The gyros against the unit's own attitude, or against gravity without one.
+//! The gyros against the unit's own attitude.
 
 use std::f64::consts::TAU;
 
 use hovernav::frames::{EulerAngles, Rotation};
 
 use super::regression::Regression;
-use super::{Means, Second, norm};
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 
@@ -187,81 +186,4 @@ fn with_attitude(
         });
     }
     true
-}
-
-/// Gravity against the gyros: in body axes gravity turns opposite to the gyro rates. If it hardly turns while the gyros
-/// report full circles, the gyros are in °/s. The thrust of a rotor turns with the body in a flip. But no flip lasts a
-/// quarter of a flight at constant thrust.
-pub(super) struct Tilting {
-    means: Means,
-    before: Option<Second>,
-    count: f64,
-    /// Sums over the parts with fast turns: number of parts, squared turn by the gyros and by gravity, rad², specific
-    /// force and its square, in the unit of the log.
-    fast: [f64; 5],
-}
-
-/// Angle of a fast turn over a part, rad.
-const FAST_RAD: f64 = 0.5;
-/// Share of fast parts that no flight reaches while the specific force varies by less than [`FELT_SHARE`].
-const FAST_SHARE: f64 = 0.25;
-/// Relative variation of the specific force.
-const FELT_SHARE: f64 = 0.3;
-
-impl Default for Tilting {
-    fn default() -> Self {
-        Self { means: Means::over(OVER_S), before: None, count: 0.0, fast: [0.0; 5] }
-    }
-}
-
-impl Tilting {
-    pub fn push(&mut self, at: &Rates) {
-        let mean = self.means.push(at);
-        self.add(mean);
-    }
-
-    fn add(&mut self, mean: Option<Second>) {
-        let Some(after) = mean else { return };
-        if let Some(before) = &self.before {
-            let force = before.force_mps2;
-            let size = norm(force).max(1e-9);
-            let [x, y, z] = force.map(|component| component / size);
-            let mid =
-                [0, 1, 2].map(|axis| 0.5 * (before.turn_radps[axis] + after.turn_radps[axis]));
-            let [p, q, r] = mid;
-            let turned = norm([q * z - r * y, r * x - p * z, p * y - q * x]) * OVER_S;
-            let change = [0, 1, 2].map(|axis| (after.force_mps2[axis] - force[axis]) / size);
-            self.count += 1.0;
-            if turned > FAST_RAD {
-                let part = [1.0, turned * turned, norm(change).powi(2), size, size * size];
-                for (sum, value) in self.fast.iter_mut().zip(part) {
-                    *sum += value;
-                }
-            }
-        }
-        self.before = Some(after);
-    }
-
-    pub fn check(mut self, found: &mut Vec<SetupFinding>) {
-        let last = self.means.finish();
-        self.add(last);
-        let [fast, ..] = self.fast;
-        let [_, predicted, seen, felt, felt_squared] = self.fast.map(|sum| sum / fast);
-        let (predicted, seen) = (predicted.sqrt(), seen.sqrt());
-        // Without a fast part these are NaN, and the comparison is false.
-        if fast >= FAST_SHARE * self.count
-            && felt_squared - felt * felt < (FELT_SHARE * felt).powi(2)
-            && seen < 0.3 * predicted.min(2.0)
-        {
-            found.push(SetupFinding {
-                sensor: Sensor::InertialUnit,
-                is_certain: true,
-                found: format!(
-                    "the gyros report tilts of {predicted:.1} rad each {OVER_S} s, while gravity turns by {seen:.2} rad"
-                ),
-                cause: "angular rates in °/s, expected rad/s".into(),
-                mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),
-            });
-        }
-    }
 }

@@ -1,8 +1,10 @@
 //! Gravity: size and direction of the mean specific force.
 
 use hovernav::gps::Fix;
+use hovernav::setup::ForceScale;
+use hovernav::time::Time;
 
-use super::{G, Means, Second, norm};
+use super::{G, norm};
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 use crate::statistics::quantile;
@@ -32,6 +34,43 @@ const ASKEW: f64 = 0.94;
 /// Length of the mean direction that this needs, 0 to 1: no vehicle is tilted that far all the time.
 const ASKEW_STEADY: f64 = 0.97;
 
+/// Mean specific force over a second.
+struct Second {
+    middle_s: f64,
+    force_mps2: [f64; 3],
+}
+
+/// Means over seconds; those with fewer than three samples are skipped.
+#[derive(Default)]
+struct Means {
+    first: Option<Time>,
+    second: u64,
+    /// Sum over the samples of the current second, and their number.
+    force_mps2: [f64; 3],
+    count: usize,
+}
+
+impl Means {
+    /// Adds a sample; returns the mean of the previous second if the sample begins a new one.
+    fn push(&mut self, at: &Rates) -> Option<Second> {
+        let second = ((at.time - *self.first.get_or_insert(at.time)) / MEAN_S) as u64;
+        let done = if second == self.second { None } else { self.finish() };
+        self.second = second;
+        self.force_mps2 = [0, 1, 2].map(|axis| self.force_mps2[axis] + at.force_mps2[axis]);
+        self.count += 1;
+        done
+    }
+
+    /// Mean of the current second, which it ends.
+    fn finish(&mut self) -> Option<Second> {
+        let emptied = Self { first: self.first, ..Self::default() };
+        let Self { second, force_mps2, count, .. } = std::mem::replace(self, emptied);
+        let middle_s = self.first?.seconds() + (second as f64 + 0.5) * MEAN_S;
+        let force_mps2 = force_mps2.map(|sum| sum / count as f64);
+        (count >= 3).then_some(Second { middle_s, force_mps2 })
+    }
+}
+
 /// Mean specific force, second by second.
 pub(super) struct Gravity {
     means: Means,
@@ -45,12 +84,7 @@ pub(super) struct Gravity {
 
 impl Default for Gravity {
     fn default() -> Self {
-        Self {
-            means: Means::over(MEAN_S),
-            seconds: Vec::new(),
-            directions: [0.0; 3],
-            sum: [0.0; 3],
-        }
+        Self { means: Means::default(), seconds: Vec::new(), directions: [0.0; 3], sum: [0.0; 3] }
     }
 }
 
@@ -148,38 +182,29 @@ fn size(size: f64, found: &mut Vec<SetupFinding>) {
 
 /// Likely cause of a mean specific force of `in_g` times gravity, and its remedy.
 fn size_error(in_g: f64) -> (String, String) {
-    let near = |expected: f64| (0.85..1.2).contains(&(in_g / expected));
     let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
-    if near(1.0 / G) {
-        return ("accelerations in g".into(), key("accel_unit = \"g\""));
-    }
-    if near(1000.0 / G) {
-        return ("accelerations in thousandths of g".into(), key("accel_unit = \"mg\""));
-    }
-    if near(G) {
-        return ("accelerations multiplied by g once too often".into(), key("accel_unit = \"g\""));
-    }
-    for factor in [0.25, 0.5, 2.0, 4.0] {
-        if near(factor) {
-            return (
-                format!(
-                    "accelerometer scale {factor} times the right one, as with another range setting (2 g for 4 g)"
-                ),
-                "correct the range with which the counts were converted".into(),
-            );
+    match ForceScale::of(in_g * G) {
+        ForceScale::InG => ("accelerations in g".into(), key("accel_unit = \"g\"")),
+        ForceScale::InThousandthsOfG => {
+            ("accelerations in thousandths of g".into(), key("accel_unit = \"mg\""))
         }
-    }
-    if in_g < 0.2 {
-        return (
+        ForceScale::TimesG => {
+            ("accelerations multiplied by g once too often".into(), key("accel_unit = \"g\""))
+        }
+        ForceScale::OtherRange { factor } => (
+            format!("accelerometer scale {factor} times the right one, as with another range setting (2 g for 4 g)"),
+            "correct the range with which the counts were converted".into(),
+        ),
+        ForceScale::WithoutGravity => (
             "accelerations without gravity, which are not specific force, or a unit other than m/s²"
                 .into(),
             "write the accelerometers' own readings in m/s²".into(),
-        );
+        ),
+        _ => (
+            "accelerometers with a wrong unit, scale or range, or increments read as rates".into(),
+            "write specific force in m/s²".into(),
+        ),
     }
-    (
-        "accelerometers with a wrong unit, scale or range, or increments read as rates".into(),
-        "write specific force in m/s²".into(),
-    )
 }
 
 /// Checks that the mean specific force points up, along minus z.

@@ -21,13 +21,14 @@ use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use crate::finding::SetupFinding;
+use crate::finding::{Sensor, SetupFinding};
 use crate::rates::{Rates, with_rates};
-use attitude::{Tilting, Turning};
+use attitude::Turning;
 use field_turning::FieldTurning;
 use gravity::Gravity;
+use hovernav::event::Event;
 use hovernav::imu::ImuSample;
-use hovernav::time::Time;
+use hovernav::setup::{SetupCheck, SetupFault};
 use magnetic::Field;
 
 pub use alternatives::{alternative, denied_aid};
@@ -51,20 +52,22 @@ impl Dataset {
 pub(crate) struct SetupLook {
     gravity: Gravity,
     turning: Turning,
-    tilting: Tilting,
+    check: SetupCheck,
+    in_degrees: Option<SetupFinding>,
     field: Field,
     field_turning: FieldTurning,
 }
 
 impl SetupLook {
     pub fn push(&mut self, sample: &ImuSample, rates: Option<&Rates>) {
+        let fault = self.check.push(&Event::Imu(*sample));
+        self.in_degrees = self.in_degrees.take().or_else(|| in_degrees(&fault?));
         if let Some(field_gauss) = sample.magnetic_field_gauss {
             self.field.push(field_gauss.to_array());
         }
         if let Some(rates) = rates {
             self.gravity.push(rates);
             self.turning.push(rates, sample.attitude);
-            self.tilting.push(rates);
             self.field_turning.push(rates, sample.magnetic_field_gauss);
         }
     }
@@ -83,7 +86,7 @@ impl SetupLook {
         clocks::check(dataset, &mut found);
         self.gravity.check(&fixes, &mut found);
         if !self.turning.check(&mut found) {
-            self.tilting.check(&mut found);
+            found.extend(self.in_degrees);
         }
         if found.is_empty() {
             self.field_turning.check(&dataset.magnetometer, &mut found);
@@ -113,54 +116,18 @@ impl Dataset {
     }
 }
 
-/// Means over about a second: vibration averages out, motion remains.
-struct Second {
-    middle_s: f64,
-    turn_radps: [f64; 3],
-    force_mps2: [f64; 3],
-}
-
-/// Means over parts of one length; parts with fewer than three samples are skipped.
-struct Means {
-    length_s: f64,
-    first: Option<Time>,
-    part: u64,
-    /// Sums of turn rates and specific forces, and the number of samples.
-    turn_radps: [f64; 3],
-    force_mps2: [f64; 3],
-    count: usize,
-}
-
-impl Means {
-    const fn over(length_s: f64) -> Self {
-        let [turn_radps, force_mps2] = [[0.0; 3]; 2];
-        Self { length_s, first: None, part: 0, turn_radps, force_mps2, count: 0 }
-    }
-
-    /// Adds a sample; returns the mean of the previous part if the sample begins a new one.
-    fn push(&mut self, at: &Rates) -> Option<Second> {
-        let part = ((at.time - *self.first.get_or_insert(at.time)) / self.length_s) as u64;
-        let done = if part == self.part { None } else { self.finish() };
-        self.part = part;
-        let add = |sum: &mut [f64; 3], value: [f64; 3]| *sum = [0, 1, 2].map(|i| sum[i] + value[i]);
-        add(&mut self.turn_radps, at.turn_radps);
-        add(&mut self.force_mps2, at.force_mps2);
-        self.count += 1;
-        done
-    }
-
-    /// Mean of the current part, which it ends.
-    fn finish(&mut self) -> Option<Second> {
-        let emptied = Self { first: self.first, ..Self::over(self.length_s) };
-        let Self { part, turn_radps, force_mps2, count, .. } = std::mem::replace(self, emptied);
-        let mean = |sum: [f64; 3]| sum.map(|sum| sum / count as f64);
-        let middle_s = self.first?.seconds() + (part as f64 + 0.5) * self.length_s;
-        (count >= 3).then(|| Second {
-            middle_s,
-            turn_radps: mean(turn_radps),
-            force_mps2: mean(force_mps2),
-        })
-    }
+/// Finding for gyros that turn while gravity hardly does.
+fn in_degrees(fault: &SetupFault) -> Option<SetupFinding> {
+    let SetupFault::RatesInDegrees { reported_rad, seen_rad } = fault else { return None };
+    Some(SetupFinding {
+        sensor: Sensor::InertialUnit,
+        is_certain: true,
+        found: format!(
+            "the gyros report tilts of {reported_rad:.1} rad each 0.5 s, while gravity turns by {seen_rad:.2} rad"
+        ),
+        cause: "angular rates in °/s, expected rad/s".into(),
+        mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),
+    })
 }
 
 fn norm<const D: usize>(vector: [f64; D]) -> f64 {

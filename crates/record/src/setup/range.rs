@@ -3,9 +3,10 @@
 use toml::Value;
 
 use super::error::FlyConfigError;
-use super::filter_ranges::NAVIGATION;
 use super::fly_config::FlyConfig;
+use super::navigation_ranges::NAVIGATION;
 use super::ranges::{AUTOPILOT, DEVICES};
+use hovernav::ekf::{EstimatorConfig, Setting};
 use hovernav::scalar::Readable;
 
 /// Permitted range of a number.
@@ -31,6 +32,12 @@ impl Range {
     /// The same range, or 0.
     pub const fn or_zero(self) -> Self {
         Self { or_zero: true, ..self }
+    }
+
+    /// The range in flight of a setting of the estimator.
+    const fn of(setting: &Setting) -> Self {
+        let Setting { name: key, unit, in_flight: [from, to], or_zero, .. } = *setting;
+        Self { key, from, to, unit, or_zero }
     }
 
     /// Whether the range contains `found`; false for NaN.
@@ -119,7 +126,10 @@ fn numbers<'a>(
 }
 
 /// Range of the number `key` of `section`.
-fn range_of(section: &[&str], key: &str) -> Option<&'static Range> {
+fn range_of(section: &[&str], key: &str) -> Option<Range> {
+    if let Some(settings) = settings_of(section) {
+        return settings.iter().find(|setting| setting.name == key).map(Range::of);
+    }
     let is = |pattern: &str, key: &str| pattern == "*" || pattern == key;
     let tables = [DEVICES, AUTOPILOT, NAVIGATION];
     let (_, ranges) = tables.into_iter().flatten().find(|(name, _)| {
@@ -129,7 +139,18 @@ fn range_of(section: &[&str], key: &str) -> Option<&'static Range> {
             .all(|name| keys.next().is_some_and(|key| is(name, key)))
             && keys.next().is_none()
     })?;
-    ranges.iter().find(|range| is(range.key, key))
+    ranges.iter().find(|range| is(range.key, key)).copied()
+}
+
+/// Settings of the estimator in `section`.
+fn settings_of(section: &[&str]) -> Option<&'static [Setting]> {
+    let group = match section {
+        ["navigation", "filter", group] => (*group).to_owned(),
+        ["navigation", aid, "model"] => format!("{aid}.model"),
+        _ => return None,
+    };
+    let mut groups = EstimatorConfig::SETTINGS.iter();
+    groups.find(|(name, _)| *name == group).map(|(_, settings)| *settings)
 }
 
 #[cfg(test)]

@@ -1,0 +1,152 @@
+//! Mistakes in the set-up of sensors, in words.
+
+use core::fmt;
+
+use crate::earth::STANDARD_GRAVITY_MPS2;
+
+/// A likely mistake in units, signs or axes of a sensor: see [`SetupCheck`](super::SetupCheck).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SetupFault {
+    /// The mean specific force is far from gravity.
+    ForceSize {
+        /// Mean size, in the unit of the samples; m/s² expected.
+        mean_mps2: f32,
+        /// Likely cause.
+        scale: ForceScale,
+    },
+    /// The mean specific force does not point up, along −z of axes forward, right, down.
+    ForceDirection {
+        /// Unit vector of the mean specific force in the axes of the samples.
+        up: [f32; 3],
+    },
+    /// The gyros report fast tilts while gravity hardly turns: angular rates in °/s.
+    RatesInDegrees {
+        /// Tilt in half a second according to the gyros, rms, rad.
+        reported_rad: f32,
+        /// Turn of gravity in half a second, rms, rad.
+        seen_rad: f32,
+    },
+    /// Heights fall at the down velocity: the vertical velocity is positive up.
+    VelocityUp,
+    /// Positions move north at the east velocity, and east at the north velocity.
+    VelocitySwapped,
+    /// Positions move against the velocity on one horizontal axis: west for east, or south for north.
+    VelocityReversed {
+        /// Whether it is the north velocity; otherwise the east velocity.
+        north: bool,
+    },
+    /// Positions move faster or slower than the velocity: the velocity is not in m/s.
+    VelocityScale {
+        /// Size of the velocity's unit, m/s: 0.514 of knots, 0.278 of km/h, 0.01 of cm/s.
+        unit_mps: f32,
+    },
+}
+
+/// Likely cause of a mean specific force far from gravity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ForceScale {
+    /// Accelerations in g.
+    InG,
+    /// Accelerations in thousandths of g.
+    InThousandthsOfG,
+    /// Accelerations in m/s², multiplied by g.
+    TimesG,
+    /// Half or double, a quarter or four times the right size: another range of the accelerometers.
+    OtherRange {
+        /// Factor on the right size.
+        factor: f32,
+    },
+    /// Accelerations without gravity, which are not specific force.
+    WithoutGravity,
+    /// Another unit or range.
+    Unknown,
+}
+
+impl ForceScale {
+    /// Likely cause of a mean specific force of the size `mean_mps2`.
+    #[must_use]
+    pub fn of(mean_mps2: f64) -> Self {
+        const G: f64 = STANDARD_GRAVITY_MPS2;
+        let near = |expected_mps2: f64| (0.85..1.2).contains(&(mean_mps2 / expected_mps2));
+        let is_factor = |factor: &f32| near(f64::from(*factor) * G);
+        if near(1.0) {
+            Self::InG
+        } else if near(1000.0) {
+            Self::InThousandthsOfG
+        } else if near(G * G) {
+            Self::TimesG
+        } else if let Some(factor) = [0.25, 0.5, 2.0, 4.0].into_iter().find(is_factor) {
+            Self::OtherRange { factor }
+        } else if mean_mps2 < 0.2 * G {
+            Self::WithoutGravity
+        } else {
+            Self::Unknown
+        }
+    }
+}
+
+impl fmt::Display for ForceScale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::InG => "accelerations in g",
+            Self::InThousandthsOfG => "accelerations in thousandths of g",
+            Self::TimesG => "accelerations multiplied by g once too often",
+            Self::OtherRange { .. } => "accelerometers with another range than assumed",
+            Self::WithoutGravity => "accelerations without gravity, or in another unit",
+            Self::Unknown => "accelerations in another unit",
+        })
+    }
+}
+
+impl SetupFault {
+    /// Whether it concerns the receiver's velocity; otherwise it concerns the inertial unit.
+    #[must_use]
+    pub const fn is_of_receiver(&self) -> bool {
+        matches!(
+            self,
+            Self::VelocityUp
+                | Self::VelocitySwapped
+                | Self::VelocityReversed { .. }
+                | Self::VelocityScale { .. }
+        )
+    }
+}
+
+impl fmt::Display for SetupFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ForceSize { mean_mps2, scale } => write!(
+                f,
+                "mean specific force {mean_mps2:.2} m/s², expected about {STANDARD_GRAVITY_MPS2:.2}: {scale}"
+            ),
+            Self::ForceDirection { up: [x, y, z] } => write!(
+                f,
+                "mean specific force along ({x:.2}, {y:.2}, {z:.2}), expected −z: axes other than forward, right, down, \
+                 or a unit mounted on its side or back"
+            ),
+            Self::RatesInDegrees { reported_rad, seen_rad } => write!(
+                f,
+                "the gyros report tilts of {reported_rad:.1} rad in 0.5 s while gravity turns by {seen_rad:.2} rad: rates in \
+                 °/s, expected rad/s"
+            ),
+            Self::VelocityUp => f.write_str(
+                "heights fall at the vertical velocity: positive up, expected positive down",
+            ),
+            Self::VelocitySwapped => {
+                f.write_str("positions move north at the east velocity: north and east swapped")
+            }
+            Self::VelocityReversed { north } => write!(
+                f,
+                "positions move against the {} velocity: wrong sign",
+                if *north { "north" } else { "east" }
+            ),
+            Self::VelocityScale { unit_mps } => write!(
+                f,
+                "positions move {unit_mps:.3} times as fast as the velocity: velocity in a unit of {unit_mps:.3} m/s, \
+                 expected m/s"
+            ),
+        }
+    }
+}

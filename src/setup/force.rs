@@ -1,0 +1,52 @@
+//! Size and direction of the mean specific force.
+
+use super::{ForceScale, SetupFault, norm, plus};
+use crate::earth::STANDARD_GRAVITY_MPS2;
+
+/// Number of parts of the judgement: 10 s.
+const PARTS: u8 = 20;
+/// Sizes of the mean over 10 s in any flight, g.
+const POSSIBLE_G: core::ops::RangeInclusive<f32> = 0.6..=1.75;
+/// Length of the mean direction, 0 to 1, from which on the force has a direction.
+const STEADY: f32 = 0.85;
+/// Cosine of the angle from the vertical within which a vehicle starts its flight, 60°.
+const UPRIGHT: f32 = 0.5;
+
+/// Sums over the parts until the judgement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct MeanForce {
+    parts: u8,
+    size_mps2: f32,
+    direction: [f32; 3],
+}
+
+impl MeanForce {
+    pub const NONE: Self = Self { parts: 0, size_mps2: 0.0, direction: [0.0; 3] };
+
+    /// Adds the mean of a part; judges once.
+    pub fn push(&mut self, force_mps2: [f32; 3]) -> Option<SetupFault> {
+        if self.parts >= PARTS {
+            return None;
+        }
+        self.parts += 1;
+        let size_mps2 = norm(force_mps2);
+        self.size_mps2 += size_mps2;
+        if size_mps2 > 0.0 {
+            self.direction =
+                plus(self.direction, force_mps2.map(|component| component / size_mps2));
+        }
+        if self.parts < PARTS {
+            return None;
+        }
+        let share = 1.0 / f32::from(PARTS);
+        let mean_mps2 = share * self.size_mps2;
+        if !POSSIBLE_G.contains(&(mean_mps2 / STANDARD_GRAVITY_MPS2 as f32)) {
+            let scale = ForceScale::of(f64::from(mean_mps2));
+            return Some(SetupFault::ForceSize { mean_mps2, scale });
+        }
+        let length = norm(self.direction);
+        let up = self.direction.map(|component| component / length);
+        let [.., z] = up;
+        (share * length >= STEADY && -z < UPRIGHT).then_some(SetupFault::ForceDirection { up })
+    }
+}

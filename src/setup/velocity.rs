@@ -1,0 +1,243 @@
+//! The fixes' positions against their own velocity.
+
+use super::SetupFault;
+use crate::earth::Geodetic;
+use crate::gps::Fix;
+use crate::time::Time;
+
+/// Time over which displacements are compared, s.
+const PART_S: f64 = 4.0;
+/// Least number of parts for a judgement: 80 s.
+const LEAST_PARTS: f32 = 20.0;
+/// Number of parts after which the sums start again, so that one jump does not hide what follows: 4 min.
+const MOST_PARTS: f32 = 60.0;
+/// Least independent velocity on an axis, m/s rms; downwards half of it.
+const LEAST_MPS: f32 = 0.5;
+/// Least share of the displacements that the velocity has to explain.
+const EXPLAINED: f32 = 0.8;
+/// Scales of a sound receiver.
+const SOUND: core::ops::Range<f32> = 0.6..1.6;
+/// Ratios of the scales of both axes in one unit.
+const ALIKE: core::ops::Range<f32> = 0.75..1.33;
+/// Largest part of a scale that is a rotation: a late velocity in a circle.
+const TURNED: f32 = 0.25;
+
+/// Sums of products of velocity and displacement rate, north and east, (m/s)².
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Level {
+    count: f32,
+    told: [f32; 3],
+    /// Velocity times displacement rate: north north, north east, east north, east east.
+    both: [f32; 4],
+    moved: [f32; 2],
+}
+
+/// The same downwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Down {
+    count: f32,
+    told: f32,
+    both: f32,
+    moved: f32,
+}
+
+/// The current part: its first fix, and the integral of the velocity since.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Part {
+    start: (Time, Geodetic),
+    last: Time,
+    velocity: [f32; 2],
+    down: Option<f32>,
+    /// North, east, down, m; the last is `None` after a fix without a down velocity or height.
+    along_m: [f32; 2],
+    down_m: Option<f32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FixMotion {
+    part: Option<Part>,
+    /// `None` once judged.
+    level: Option<Level>,
+    down: Option<Down>,
+}
+
+impl FixMotion {
+    pub const NONE: Self = Self { part: None, level: Some(Level::NONE), down: Some(Down::NONE) };
+
+    /// Adds a fix; returns a fault once.
+    pub fn push(&mut self, fix: &Fix) -> Option<SetupFault> {
+        if self.level.is_none() && self.down.is_none() {
+            return None;
+        }
+        let Some(velocity) = fix.horizontal_velocity_mps else {
+            self.part = None;
+            return None;
+        };
+        let velocity = velocity.map(|component| component as f32);
+        let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).map(|down| down as f32);
+        let first = Part {
+            start: (fix.time, fix.position),
+            last: fix.time,
+            velocity,
+            down,
+            along_m: [0.0; 2],
+            down_m: Some(0.0),
+        };
+        let Some(part) = &mut self.part else {
+            self.part = Some(first);
+            return None;
+        };
+        let interval_s = fix.time - part.last;
+        if !(interval_s > 0.0 && interval_s <= PART_S) {
+            self.part = Some(first);
+            return None;
+        }
+        part.add(fix.time, velocity, down);
+        let over_s = fix.time - part.start.0;
+        if over_s < PART_S {
+            return None;
+        }
+        let ended = *part;
+        self.part = Some(first);
+        let share = (1.0 / over_s) as f32;
+        let [north, east, fallen] = fix.position.displacement_from(&ended.start.1).to_array();
+        let [north, east, fallen] = [north, east, fallen].map(|moved| share * moved as f32);
+        let told = ended.along_m.map(|along| share * along);
+        let level = Level::judge(&mut self.level, told, [north, east]);
+        let down = ended.down_m.map(|along| share * along);
+        level.or_else(|| Down::judge(&mut self.down, down?, fallen))
+    }
+}
+
+impl Part {
+    fn add(&mut self, time: Time, velocity: [f32; 2], down: Option<f32>) {
+        let half_s = 0.5 * (time - self.last) as f32;
+        let ([north, east], [to_north, to_east]) = (self.velocity, velocity);
+        let [along_north, along_east] = self.along_m;
+        self.along_m =
+            [along_north + half_s * (north + to_north), along_east + half_s * (east + to_east)];
+        self.down_m = match (self.down_m, self.down, down) {
+            (Some(along), Some(from), Some(to)) => Some(along + half_s * (from + to)),
+            _ => None,
+        };
+        (self.last, self.velocity, self.down) = (time, velocity, down);
+    }
+}
+
+impl Level {
+    const NONE: Self = Self { count: 0.0, told: [0.0; 3], both: [0.0; 4], moved: [0.0; 2] };
+
+    /// Adds a part to `sums`; ends them with the judgement, which is a fault or `None` for a sound velocity.
+    fn judge(sums: &mut Option<Self>, told: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
+        let level = sums.as_mut()?;
+        level.add(told, moved);
+        if level.count < LEAST_PARTS {
+            return None;
+        }
+        match level.fit().map_or(Verdict::Unclear, Verdict::of) {
+            Verdict::Wrong(fault) => {
+                *sums = None;
+                return Some(fault);
+            }
+            Verdict::Sound => *sums = None,
+            Verdict::Unclear if level.count >= MOST_PARTS => *sums = Some(Self::NONE),
+            Verdict::Unclear => {}
+        }
+        None
+    }
+
+    fn add(&mut self, [vn, ve]: [f32; 2], [mn, me]: [f32; 2]) {
+        self.count += 1.0;
+        let ([nn, ne, ee], [a, b, c, d], [n, e]) = (self.told, self.both, self.moved);
+        self.told = [nn + vn * vn, ne + vn * ve, ee + ve * ve];
+        self.both = [a + vn * mn, b + vn * me, c + ve * mn, d + ve * me];
+        self.moved = [n + mn * mn, e + me * me];
+    }
+
+    /// Rows of the least-squares matrix from velocity to displacement rate; `None` without independent motion on both
+    /// axes, or if it explains too little.
+    fn fit(&self) -> Option<[[f32; 2]; 2]> {
+        let [nn, ne, ee] = self.told;
+        let least = LEAST_MPS * LEAST_MPS * self.count;
+        let determinant = nn * ee - ne * ne;
+        if determinant <= least * nn || determinant <= least * ee {
+            return None;
+        }
+        let solve = |north: f32, east: f32| {
+            [(ee * north - ne * east) / determinant, (nn * east - ne * north) / determinant]
+        };
+        let [north_north, north_east, east_north, east_east] = self.both;
+        let [of_north, of_east] = [solve(north_north, east_north), solve(north_east, east_east)];
+        let [moved_north, moved_east] = self.moved;
+        let explains = |[north, east]: [f32; 2], by_north: f32, by_east: f32, moved: f32| {
+            north * by_north + east * by_east > EXPLAINED * moved
+        };
+        (explains(of_north, north_north, east_north, moved_north)
+            && explains(of_east, north_east, east_east, moved_east))
+        .then_some([of_north, of_east])
+    }
+}
+
+/// Judgement of a velocity by its scales.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Verdict {
+    Sound,
+    Wrong(SetupFault),
+    Unclear,
+}
+
+impl Verdict {
+    /// Judges the matrix from velocity to displacement rate, row by row.
+    fn of([[nn, ne], [en, ee]]: [[f32; 2]; 2]) -> Self {
+        let sizes = [nn, ne, en, ee].map(libm::fabsf);
+        let largest = sizes.into_iter().fold(0.0, f32::max);
+        let is_small = |scale: f32| libm::fabsf(scale) < 0.4 * largest;
+        if 0.5 * libm::fabsf(ne - en) > TURNED * largest {
+            return Self::Unclear;
+        }
+        if is_small(nn) && is_small(ee) && SOUND.contains(&ne) && SOUND.contains(&en) {
+            return Self::Wrong(SetupFault::VelocitySwapped);
+        }
+        // A velocity that is half a circle late has both signs wrong.
+        if !(is_small(ne) && is_small(en)) || nn < 0.0 && ee < 0.0 {
+            return Self::Unclear;
+        }
+        if nn * ee < 0.0 {
+            return Self::Wrong(SetupFault::VelocityReversed { north: nn < 0.0 });
+        }
+        if SOUND.contains(&nn) && SOUND.contains(&ee) {
+            return Self::Sound;
+        }
+        let unit_mps = libm::sqrtf(nn * ee);
+        if ALIKE.contains(&(nn / ee)) && !SOUND.contains(&unit_mps) {
+            return Self::Wrong(SetupFault::VelocityScale { unit_mps });
+        }
+        Self::Unclear
+    }
+}
+
+impl Down {
+    const NONE: Self = Self { count: 0.0, told: 0.0, both: 0.0, moved: 0.0 };
+
+    fn judge(sums: &mut Option<Self>, told: f32, moved: f32) -> Option<SetupFault> {
+        let Self { count, told: xx, both, moved: yy } = sums.as_mut()?;
+        *count += 1.0;
+        *xx += told * told;
+        *both += told * moved;
+        *yy += moved * moved;
+        if *count < LEAST_PARTS {
+            return None;
+        }
+        let moves = *xx > 0.25 * LEAST_MPS * LEAST_MPS * *count;
+        let explains = *both * *both > EXPLAINED * *xx * *yy;
+        if moves && explains {
+            let fault = (*both < 0.0).then_some(SetupFault::VelocityUp);
+            *sums = None;
+            return fault;
+        }
+        if *count >= MOST_PARTS {
+            *sums = Some(Self::NONE);
+        }
+        None
+    }
+}
