@@ -43,7 +43,7 @@ const SAMPLES_A_STEP: usize = 4096;
 /// SetupError
 ///     If its readings are impossible with its units, axes or clocks: the message names the likely mistake.
 /// ConfigError
-///     If a setting is unknown or out of range.
+///     If a setting is of the wrong kind or out of range. An unknown key is a warning of the solution.
 #[pyfunction]
 #[pyo3(signature = (log, *, smooth=false, config=None, outages=Vec::new(), gps_rate_hz=None, progress=None))]
 pub fn estimate(

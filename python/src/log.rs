@@ -7,7 +7,7 @@ use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
 use hovernav_formats::{Log, Options};
 use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME};
-use hovernav_log::{Info, StatedFix};
+use hovernav_log::{Info, LogError, StatedFix, write_whole};
 use pyo3::prelude::*;
 use tempfile::TempDir;
 
@@ -178,14 +178,27 @@ impl PyLog {
         from_json(py, &Info(&self.log.dataset).to_json().to_string())
     }
 
-    /// Write the log as a dataset directory, which is created if necessary.
+    /// Write the log as a dataset directory, which is created if necessary, with its reference if it has one.
     ///
     /// Raises
     /// ------
     /// LogError
     ///     If it cannot be written.
     fn write(&self, py: Python<'_>, directory: PathBuf) -> Result<()> {
-        Ok(py.detach(|| self.log.dataset.write(&directory, &[]))?)
+        py.detach(|| {
+            // Read before: the directory may be the log's own.
+            let from = self.path.join("reference.csv");
+            let reference = match self.path.is_dir() && from.exists() {
+                true => Some(std::fs::read(&from).map_err(LogError::io(&from))?),
+                false => None,
+            };
+            self.log.dataset.write(&directory, &[])?;
+            if let Some(reference) = reference {
+                let to = directory.join("reference.csv");
+                write_whole(&to, reference).map_err(LogError::io(&to))?;
+            }
+            Ok(())
+        })
     }
 
     /// A log from arrays of your own. Every table is a dictionary of arrays, or a data frame, with the columns that the

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 import time
 from abc import ABC, abstractmethod
@@ -149,14 +150,11 @@ def _continue(out: Path, settings: Dict[str, Any]) -> None:
 def _is_on_ray(engine: str) -> bool:
     if engine not in {"auto", "ray", "local"}:
         raise ConfigError(f'engine: found "{engine}", expected auto, ray or local')
-    if engine == "local":
+    # A program that has not imported Ray has no cluster, and its import takes seconds.
+    if engine == "local" or (engine == "auto" and "ray" not in sys.modules):
         return False
-    try:
-        import ray
-    except ImportError:
-        if engine == "ray":
-            raise
-        return False
+    import ray
+
     if engine == "ray" and not ray.is_initialized():
         ray.init()
     return bool(ray.is_initialized())
