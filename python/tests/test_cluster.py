@@ -155,6 +155,12 @@ def test_logs_are_named_by_a_pattern_or_a_table(tmp_path: Path) -> None:
     hn.cluster.estimate(tmp_path / "p.parquet", out=tmp_path / "c", engine="local")
     assert partitions(tmp_path / "a") == partitions(tmp_path / "b") == partitions(tmp_path / "c")
     assert by_list.counts["none"] == 0
+    parquet.write_table(pa.table({"file": ["a.ulg"]}), tmp_path / "q.parquet")
+    with pytest.raises(hn.ConfigError, match="found no column path"):
+        hn.cluster.estimate(tmp_path / "q.parquet", out=tmp_path / "d")
+    (tmp_path / "r.parquet").write_bytes(b"not a table")
+    with pytest.raises(hn.ConfigError, match="r.parquet"):
+        hn.cluster.estimate(tmp_path / "r.parquet", out=tmp_path / "d")
     with pytest.raises(hn.ConfigError, match="found none"):
         hn.cluster.estimate(str(tmp_path / "nothing-*"), out=tmp_path / "d")
     with pytest.raises(hn.ConfigError, match="expected a list of paths"):
@@ -172,6 +178,9 @@ def test_settings_of_a_fleet_are_those_of_estimate(tmp_path: Path) -> None:
     )
     own = hn.estimate(FLIGHT, smooth=True, config=config)
     row = run.frame().iloc[0]
+    with pytest.raises(hn.ConfigError, match="antenna_lever_arm_m"):
+        wrong = {"gps": {"antenna_lever_arm_m": [1.0]}}
+        hn.cluster.estimate([FLIGHT], out=tmp_path / "wrong", config=wrong, engine="local")
     assert row["smoothed"] and row["rmse_vn_mps"] == own.summary["error"]["vn_mps"]["rmse"]
 
 

@@ -63,6 +63,9 @@ class _Estimate:
             log = core.read(path)
             solution = core.estimate(log, smooth=self.smooth, config=config)
         except Error as error:
+            # Settings that are wrong for every log end the run; those of one log are its reason.
+            if isinstance(error, ConfigError) and str(error).startswith("config:"):
+                raise
             return {"path": path, "error": f"{type(error).__name__}: {error}"}
         summary = solution.summary
         # The time of the run is no result: it differs with the machine.
@@ -170,7 +173,7 @@ def estimate(
     Raises
     ------
     ConfigError
-        If there are no logs, a value is out of range, or `out` holds a run with other settings.
+        If there are no logs, a value or a setting is out of range, or `out` holds a run with other settings.
     """
     if shard_logs < 1:
         raise ConfigError(f"shard_logs: found {shard_logs}, expected 1 or more")
@@ -198,7 +201,13 @@ def _paths(logs: Union[_Path, Sequence[_Path]]) -> List[str]:
         if name.endswith(".parquet"):
             import pyarrow.parquet as parquet
 
-            paths = parquet.read_table(name, columns=["path"]).column(0).to_pylist()
+            try:
+                table = parquet.read_table(name)
+            except (OSError, ValueError) as error:
+                raise ConfigError(f"logs: {name}: {error}") from None
+            if "path" not in table.column_names:
+                raise ConfigError(f"logs: {name}: found no column path")
+            paths = [path for path in table.column("path").to_pylist() if path]
         elif glob.has_magic(name):
             paths = sorted(glob.glob(name, recursive=True))
         else:
