@@ -163,7 +163,7 @@ impl<'a> FleetPage<'a> {
     fn worst(&self) -> Section {
         let row = |log: &FleetLog| TableRow {
             name: log.path.clone(),
-            numbers: vec![log.vehicle.clone(), log.kinds.join(", "), log.reason.clone()],
+            numbers: vec![log.kinds.join(", "), log.reason.clone()],
             judged: log.level,
         };
         let shown = format!("{} of {} logs", self.fleet.worst.len(), {
@@ -177,7 +177,7 @@ impl<'a> FleetPage<'a> {
         )
         .with(Table {
             caption: shown,
-            heads: ["", "Vehicle", "Warnings", "Main reason"].map(Into::into).into(),
+            heads: ["", "Warnings", "Main reason"].map(Into::into).into(),
             rows: self.fleet.worst.iter().map(row).collect(),
         })
     }
