@@ -3,19 +3,13 @@
 //!
 //! A subcommand ("verb" in the code) is a module with `Arguments` and `run`, and a line in [`Verb`] and [`Verb::run`].
 //! A verb that needs a cargo feature also has a line in [`LEFT_OUT`]. Verbs do not use each other. Shared code is in
-//! [`arguments`], [`emit`], [`memory`], [`output`], [`summary`], [`flight_page`] and, for every page, [`page`].
+//! [`arguments`], [`emit`], [`memory`], [`output`] and [`summary`]; the crate `hovernav-pages` draws the pages.
 
 mod arguments;
 mod emit;
-mod flight_page;
 mod help;
 mod memory;
 mod output;
-#[cfg_attr(
-    not(feature = "lab"),
-    allow(dead_code, unused_imports, reason = "only the lab uses every part")
-)]
-mod page;
 #[cfg(any(feature = "fly", feature = "ground"))]
 mod stop;
 mod summary;

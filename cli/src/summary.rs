@@ -1,22 +1,16 @@
-//! The summary of a run in words, for the page and the terminal.
+//! The summary of a run in words, for the terminal.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use hovernav_formats::{AlignmentSummary, InnovationSizes, RunSummary};
+use hovernav_formats::{InnovationSizes, RunSummary};
 use hovernav_log::{Axis, Statistics};
 
-use crate::page::Fact;
+use hovernav_pages::flight::facts;
 
 /// The summary of a filter run in words.
 pub trait InWords {
-    /// The facts of the run for the table of the page.
-    fn facts(&self) -> Vec<Fact>;
-
-    /// The headline numbers.
-    fn headlines(&self) -> Vec<Fact>;
-
     /// Root mean square of the horizontal error, m, and of the velocity error, m/s; `None` without a reference.
     fn row_errors(&self) -> [Option<f64>; 2];
 
@@ -25,57 +19,6 @@ pub trait InWords {
 }
 
 impl InWords for RunSummary {
-    fn facts(&self) -> Vec<Fact> {
-        let mut facts = vec![
-            Fact::new("input", &self.input),
-            Fact::new("duration", format!("{:.1} s", self.duration_s)),
-            Fact::new("inertial samples", self.imu_samples),
-            Fact::new(
-                "fixes used / rejected / unusable",
-                format!(
-                    "{} / {} / {}",
-                    self.gps_fixes_used, self.gps_fixes_rejected, self.gps_fixes_unusable
-                ),
-            ),
-        ];
-        if let Some(alignment) = &self.alignment {
-            facts.push(Fact::new("alignment", alignment_in_words(alignment)));
-        }
-        for outage in &self.outages {
-            let span = format!("outage {} s for {} s", outage.start_s, outage.duration_s);
-            let drift = match outage.max_horizontal_m {
-                Some(drift) => format!("drifted {drift:.2} m"),
-                None if outage.is_outside => "outside the log: no fix was ignored".into(),
-                None => "not covered by a reference".into(),
-            };
-            facts.push(Fact { label: span, value: drift });
-        }
-        if let Some(Statistics { median, max, .. }) = self.outage_drift_m {
-            let words = format!("{median:.2} m median, {max:.2} m worst");
-            facts.push(Fact { label: "drift in outages".into(), value: words });
-        }
-        facts.extend(self.notes.iter().map(|note| Fact::new("note", note.clone())));
-        facts
-    }
-
-    fn headlines(&self) -> Vec<Fact> {
-        let Some(error) = &self.error else { return Vec::new() };
-        let mut headlines = Vec::new();
-        for (label, axes, unit) in [
-            ("velocity RMSE n / e / d", ["vn_mps", "ve_mps", "vd_mps"], "m/s"),
-            ("attitude RMSE roll / pitch / yaw", ["roll_deg", "pitch_deg", "yaw_deg"], "°"),
-        ] {
-            let numbers: Vec<String> = axes
-                .iter()
-                .filter_map(|axis| Some(format!("{:.3}", error.get(axis)?.rmse)))
-                .collect();
-            if !numbers.is_empty() {
-                headlines.push(Fact::new(label, format!("{} {unit}", numbers.join(" / "))));
-            }
-        }
-        headlines
-    }
-
     fn row_errors(&self) -> [Option<f64>; 2] {
         let rmse = |axis: &str| Some(self.error.as_ref()?.get(axis)?.rmse);
         let velocity = ["vn_mps", "ve_mps", "vd_mps"].map(rmse);
@@ -85,7 +28,7 @@ impl InWords for RunSummary {
 
     fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();
-        for fact in self.facts() {
+        for fact in facts(self) {
             let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
         }
         if let Some(error) = &self.error {
@@ -147,17 +90,4 @@ fn write_innovations(text: &mut String, sizes: &BTreeMap<&'static str, Innovatio
             number(ours.and_then(|ours| ours.mean_square)),
         );
     }
-}
-
-fn alignment_in_words(alignment: &AlignmentSummary) -> String {
-    let source = match (alignment.heading, alignment.heading_found_s) {
-        ("unknown", Some(found_s)) => format!("heading found in motion at {found_s:.1} s"),
-        ("unknown", None) => "heading not found".to_owned(),
-        (source, _) => format!("heading from {source}"),
-    };
-    let rest = if alignment.at_rest { "at rest" } else { "in motion" };
-    format!(
-        "at {:.2} s, {rest}, roll and pitch {}, {source}, one sigma {:.1}°",
-        alignment.end_s, alignment.attitude, alignment.heading_sigma_deg
-    )
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use hovernav_formats::{Options, Scoring, open_trajectory};
+use hovernav_log::columns::RATES;
 use hovernav_log::{LocalAxes, Trajectory, allan_deviation, median_interval_s};
 use hovernav_sim::faults::{self, Fault};
 use pyo3::exceptions::PyTypeError;
@@ -12,7 +13,7 @@ use pyo3::prelude::*;
 use crate::columns::{split, table, vector};
 use crate::error::{self, Error, Result};
 use crate::estimate::log_of;
-use crate::log::{PyLog, RATES, from_json};
+use crate::log::{PyLog, from_json};
 use crate::solution::Solution;
 
 /// Errors of a trajectory against a reference, as `hovernav score --json` prints them: `error`, for each axis the
@@ -45,11 +46,7 @@ pub fn score<'py>(
     axes: &str,
     skip_s: Option<f64>,
 ) -> Result<Bound<'py, PyAny>> {
-    let axes = match axes {
-        "enu" => LocalAxes::EnuFlu,
-        "ned" => LocalAxes::NedFrd,
-        _ => return Err(Error::Config(format!("axes: found \"{axes}\", expected enu or ned"))),
-    };
+    let axes = axes_of(axes)?;
     if let Some(skip_s) = skip_s.filter(|&skip_s| !(skip_s >= 0.0 && skip_s.is_finite())) {
         return Err(Error::Config(format!("skip_s: found {skip_s}, expected seconds from 0 on")));
     }
@@ -98,12 +95,24 @@ fn side(side: &Bound<'_, PyAny>, name: &str) -> Result<Side> {
     if let Ok(solution) = side.cast::<Solution>() {
         return Ok(Side::Solution(solution.clone().unbind()));
     }
-    let path: Option<PathBuf> = side.extract().ok();
-    let path = path.ok_or_else(|| {
+    Ok(Side::Path(path_of(side, name)?))
+}
+
+/// The path of a trajectory in the place of a solution.
+pub fn path_of(side: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
+    side.extract().map_err(|_| {
         let kind = side.get_type();
         PyTypeError::new_err(format!("{name}: found {kind}, expected a Solution or a path"))
-    })?;
-    Ok(Side::Path(path))
+    })
+}
+
+/// Axes of trajectories in local metres.
+pub fn axes_of(axes: &str) -> Result<LocalAxes> {
+    match axes {
+        "enu" => Ok(LocalAxes::EnuFlu),
+        "ned" => Ok(LocalAxes::NedFrd),
+        _ => Err(Error::Config(format!("axes: found \"{axes}\", expected enu or ned"))),
+    }
 }
 
 /// A copy of a log with faults, as `hovernav inject` makes it. A reference of the log stays the truth of the copy.

@@ -2,12 +2,12 @@
 
 use hovernav::frames::EulerAngles;
 use hovernav::imu::{ImuSample, Motion};
+use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS};
 use hovernav_log::{ClockSteps, Dataset, FixGate, Remarks, StatedFix, field_fault, motion_fault};
 use pyo3::prelude::*;
 
 use crate::columns::Columns;
 use crate::error::{Error, Result};
-use crate::log::{ATTITUDE, FIELD, GPS, INCREMENTS, RATES, STICKS};
 use crate::settings::Settings;
 
 /// The tables of `Log.from_arrays`.
@@ -33,16 +33,16 @@ pub fn dataset(
     dataset.normalise_imu();
     fixes(tables.gps, &mut dataset)?;
     if let Some(baro) = tables.baro {
-        let columns = Columns::of("baro", baro, &["altitude_m"])?;
-        let heights = columns.one("altitude_m")?.ok_or_else(|| columns.missing("altitude_m"))?;
+        let columns = Columns::of("baro", baro, &[ALTITUDE])?;
+        let heights = columns.one(ALTITUDE)?.ok_or_else(|| columns.missing(ALTITUDE))?;
         for (row, height_m) in heights.iter().enumerate() {
             ensure_finite("baro", row, &[*height_m])?;
         }
         dataset.baro = columns.times.into_iter().zip(heights).collect();
     }
     if let Some(magnetometer) = tables.magnetometer {
-        let columns = Columns::of("magnetometer", magnetometer, &with("mag_gauss", &FIELD))?;
-        let fields = columns.three("mag_gauss", FIELD)?;
+        let columns = Columns::of("magnetometer", magnetometer, &with("mag_gauss", &MAGNETIC))?;
+        let fields = columns.three("mag_gauss", MAGNETIC)?;
         let fields = fields.ok_or_else(|| columns.missing("mag_gauss"))?;
         for (row, field) in fields.iter().enumerate() {
             refuse("magnetometer", row, field_fault(*field))?;
@@ -80,7 +80,7 @@ fn ensure_finite(table: &str, row: usize, values: &[f64]) -> Result<()> {
 fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
     let groups =
         ["gyro_radps", "accel_mps2", "dtheta_rad", "dvel_mps", "attitude_deg", "mag_gauss"];
-    let known = [&groups[..], &RATES, &INCREMENTS, &ATTITUDE, &FIELD].concat();
+    let known = [&groups[..], &RATES, &INCREMENTS, &ATTITUDE, &MAGNETIC].concat();
     let columns = Columns::of("imu", table, &known)?;
     let [gx, gy, gz, ax, ay, az] = RATES;
     let [dx, dy, dz, vx, vy, vz] = INCREMENTS;
@@ -101,7 +101,7 @@ fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
         return Err(columns.missing(missing));
     };
     let attitudes = columns.three("attitude_deg", ATTITUDE)?;
-    let fields = columns.three("mag_gauss", FIELD)?;
+    let fields = columns.three("mag_gauss", MAGNETIC)?;
     let mut samples = Vec::with_capacity(columns.times.len());
     for (row, time) in columns.times.iter().enumerate() {
         let (turn, push) = (turns[row].into(), pushes[row].into());

@@ -19,7 +19,12 @@ pub fn table<'py>(
     for (name, values) in columns {
         all.set_item(name, PyArray1::from_vec(py, values))?;
     }
-    py.import("hovernav._table")?.getattr("Table")?.call1((all,))
+    table_of(&all)
+}
+
+/// A `Table` of the arrays in `columns`.
+pub fn table_of<'py>(columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>> {
+    columns.py().import("hovernav._table")?.getattr("Table")?.call1((columns,))
 }
 
 /// A [`table`] whose arrays cannot be written to.

@@ -25,9 +25,10 @@ use crate::settings::Settings;
 /// A linear model of a helicopter near its hover: x' = A x + B u, in SI units and per full stick. Made by
 /// `hovernav.identify`, or from a file by `Model.open`.
 #[pyclass(frozen, module = "hovernav")]
-pub struct Model(StateSpace);
+pub struct Model(pub StateSpace);
 
-fn model_error(error: impl Display) -> Error {
+/// An error of a model or an autopilot.
+pub fn model_error(error: impl Display) -> Error {
     Error::Model(error.to_string())
 }
 
@@ -186,7 +187,8 @@ pub fn identify(
 /// The gains of a hover autopilot. Made by `hovernav.design`, or from a file by `Autopilot.open`.
 #[pyclass(frozen, module = "hovernav")]
 pub struct Autopilot {
-    config: HoverConfig,
+    /// The gains and limits.
+    pub config: HoverConfig,
     remark: String,
 }
 

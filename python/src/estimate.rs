@@ -1,6 +1,5 @@
 //! `estimate`: the estimator over a log.
 
-use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -13,7 +12,7 @@ use pyo3::prelude::*;
 use crate::error::{Error, Result};
 use crate::log::PyLog;
 use crate::settings::Settings;
-use crate::solution::Solution;
+use crate::solution::{Flown, Solution};
 
 /// Samples between two calls of `progress` and two checks for Ctrl-C.
 const SAMPLES_A_STEP: usize = 4096;
@@ -34,7 +33,8 @@ const SAMPLES_A_STEP: usize = 4096;
 /// gps_rate_hz : float, optional
 ///     Reduce the GPS to at most this rate.
 /// progress : callable, optional
-///     Called now and then with the number of samples done and their total, from this thread.
+///     Called now and then with the number of samples done in the current pass, forward or backward, and their total,
+///     from this thread.
 ///
 /// Raises
 /// ------
@@ -43,7 +43,7 @@ const SAMPLES_A_STEP: usize = 4096;
 /// SetupError
 ///     If its readings are impossible with its units, axes or clocks: the message names the likely mistake.
 /// ConfigError
-///     If a setting is unknown or out of range.
+///     If a setting is of the wrong kind or out of range. An unknown key is a warning of the solution.
 #[pyfunction]
 #[pyo3(signature = (log, *, smooth=false, config=None, outages=Vec::new(), gps_rate_hz=None, progress=None))]
 pub fn estimate(
@@ -72,18 +72,14 @@ pub fn estimate(
         let mut states = Vec::new();
         let estimated = read.estimate(&path, &changes, false, |dataset, config, keep| {
             states.clear();
-            let stopped = RefCell::new(None);
             let total = dataset.sample_count();
-            let step = |done: usize| {
-                if done.is_multiple_of(SAMPLES_A_STEP) {
-                    let error = call(progress.as_ref(), done, total).err();
-                    let mut stopped = stopped.borrow_mut();
-                    *stopped = stopped.take().or(error);
-                }
+            let step = |done: usize| match done.is_multiple_of(SAMPLES_A_STEP) {
+                true => call(progress.as_ref(), done, total).map_err(Error::Python),
+                false => Ok(()),
             };
             Pass::over(dataset, config, keep, smooth, step, |solution| {
                 states.push(*solution);
-                stopped.borrow_mut().take().map_or(Ok(()), |error| Err(Error::Python(error)))
+                Ok(())
             })
         })?;
         let mut judged = read.judge(&path, &changes, smooth, &estimated)?;
@@ -92,12 +88,15 @@ pub fn estimate(
             let total = read.dataset.sample_count();
             call(progress.as_ref(), total, total)?;
         }
-        Ok(Solution::new(states, &judged.summary, read, estimated.config))
+        Ok(Solution::new(
+            states,
+            Flown { log: read, path, estimated, judged, outages: outages.clone() },
+        ))
     })
 }
 
 /// Reports the progress and looks for Ctrl-C.
-fn call(progress: Option<&Py<PyAny>>, done: usize, total: usize) -> PyResult<()> {
+pub fn call(progress: Option<&Py<PyAny>>, done: usize, total: usize) -> PyResult<()> {
     Python::attach(|py| {
         py.check_signals()?;
         match progress {

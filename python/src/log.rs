@@ -6,7 +6,8 @@ use std::sync::Arc;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Info, StatedFix};
+use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME};
+use hovernav_log::{Info, LogError, StatedFix, write_whole};
 use pyo3::prelude::*;
 use tempfile::TempDir;
 
@@ -83,7 +84,7 @@ impl PyLog {
         let are_rates =
             samples.first().is_none_or(|sample| matches!(sample.motion, Motion::Rates { .. }));
         let motion = if are_rates { RATES } else { INCREMENTS };
-        let mut columns = vec![("t_s", samples.iter().map(|s| s.time.seconds()).collect())];
+        let mut columns = vec![(TIME, samples.iter().map(|s| s.time.seconds()).collect())];
         columns.extend(split(
             motion,
             samples.iter().map(|sample| {
@@ -99,7 +100,7 @@ impl PyLog {
         }
         if samples.iter().any(|sample| sample.magnetic_field_gauss.is_some()) {
             let field = |field: Option<Vector<_>>| known(field.map(Vector::to_array));
-            columns.extend(split(FIELD, samples.iter().map(|s| field(s.magnetic_field_gauss))));
+            columns.extend(split(MAGNETIC, samples.iter().map(|s| field(s.magnetic_field_gauss))));
         }
         read_only(py, columns)
     }
@@ -124,7 +125,7 @@ impl PyLog {
     #[getter]
     fn baro<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = self.log.dataset.baro.iter().map(|(time, height_m)| [time.seconds(), *height_m]);
-        read_only(py, split(["t_s", "altitude_m"], rows))
+        read_only(py, split([TIME, ALTITUDE], rows))
     }
 
     /// A magnetometer outside the inertial unit: `t_s, mag_{x,y,z}_gauss`, body axes.
@@ -134,7 +135,7 @@ impl PyLog {
             let [x, y, z] = field.to_array();
             [time.seconds(), x, y, z]
         });
-        read_only(py, split(["t_s", FIELD[0], FIELD[1], FIELD[2]], rows))
+        read_only(py, split([TIME, MAGNETIC[0], MAGNETIC[1], MAGNETIC[2]], rows))
     }
 
     /// The sticks: `t_s, lateral, longitudinal, collective, pedal`, each -1 to 1 about trim.
@@ -144,7 +145,19 @@ impl PyLog {
             let [lateral, longitudinal, collective, pedal] = *sticks;
             [time.seconds(), lateral, longitudinal, collective, pedal]
         });
-        read_only(py, split(["t_s", STICKS[0], STICKS[1], STICKS[2], STICKS[3]], rows))
+        read_only(py, split([TIME, STICKS[0], STICKS[1], STICKS[2], STICKS[3]], rows))
+    }
+
+    /// Name of the log.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.log.dataset.manifest.name
+    }
+
+    /// Description of the vehicle; empty if unknown.
+    #[getter]
+    fn vehicle(&self) -> &str {
+        &self.log.dataset.manifest.vehicle
     }
 
     /// Repairs and skipped rows while reading, one sentence each.
@@ -165,14 +178,27 @@ impl PyLog {
         from_json(py, &Info(&self.log.dataset).to_json().to_string())
     }
 
-    /// Write the log as a dataset directory, which is created if necessary.
+    /// Write the log as a dataset directory, which is created if necessary, with its reference if it has one.
     ///
     /// Raises
     /// ------
     /// LogError
     ///     If it cannot be written.
     fn write(&self, py: Python<'_>, directory: PathBuf) -> Result<()> {
-        Ok(py.detach(|| self.log.dataset.write(&directory, &[]))?)
+        py.detach(|| {
+            // Read before: the directory may be the log's own.
+            let from = self.path.join("reference.csv");
+            let reference = match self.path.is_dir() && from.exists() {
+                true => Some(std::fs::read(&from).map_err(LogError::io(&from))?),
+                false => None,
+            };
+            self.log.dataset.write(&directory, &[])?;
+            if let Some(reference) = reference {
+                let to = directory.join("reference.csv");
+                write_whole(&to, reference).map_err(LogError::io(&to))?;
+            }
+            Ok(())
+        })
     }
 
     /// A log from arrays of your own. Every table is a dictionary of arrays, or a data frame, with the columns that the
@@ -234,39 +260,3 @@ impl PyLog {
 pub fn from_json<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     py.import("json")?.call_method1("loads", (json,))
 }
-
-/// Columns of the inertial unit and the other sensors, as in a dataset directory.
-pub const RATES: [&str; 6] = [
-    "gyro_x_radps",
-    "gyro_y_radps",
-    "gyro_z_radps",
-    "accel_x_mps2",
-    "accel_y_mps2",
-    "accel_z_mps2",
-];
-/// Increments since the sample before.
-pub const INCREMENTS: [&str; 6] =
-    ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
-/// The unit's own attitude.
-pub const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
-/// Magnetic field.
-pub const FIELD: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
-/// Stick positions.
-pub const STICKS: [&str; 4] = ["lateral", "longitudinal", "collective", "pedal"];
-/// Fixes.
-pub const GPS: [&str; 14] = [
-    "t_s",
-    "lat_deg",
-    "lon_deg",
-    "height_m",
-    "vn_mps",
-    "ve_mps",
-    "vd_mps",
-    "sigma_n_m",
-    "sigma_e_m",
-    "sigma_d_m",
-    "sigma_vn_mps",
-    "sigma_ve_mps",
-    "sigma_vd_mps",
-    "satellites",
-];

@@ -46,3 +46,12 @@ impl Settings {
         &self.name
     }
 }
+
+/// The settings in `config` as JSON, for another process.
+#[pyfunction]
+pub fn _settings_json(config: &Bound<'_, PyAny>) -> Result<String> {
+    let Settings { text, name } = Settings::of(config)?;
+    let refused = |why: String| Error::Config(format!("{}: {why}", name.display()));
+    let value: toml::Value = toml::from_str(&text).map_err(|error| refused(error.to_string()))?;
+    serde_json::to_string(&value).map_err(|error| refused(error.to_string()))
+}

@@ -1,8 +1,12 @@
 //! `Solution` and `State`: what the estimator found.
 
-use hovernav::ekf::{Estimator, EstimatorConfig, Solution as CoreState};
-use hovernav_formats::{Log, RunSummary};
-use hovernav_log::{Finding as CoreFinding, SOLUTION_COLUMNS, solution_row};
+use std::path::PathBuf;
+
+use hovernav::ekf::{Estimator, Solution as CoreState};
+use hovernav_formats::{Estimated, Judged, Log};
+use hovernav_log::{Finding as CoreFinding, Outage, SOLUTION_COLUMNS, solution_row};
+use hovernav_pages::Verdict;
+use hovernav_pages::flight::{self, LogPage};
 use numpy::{PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
@@ -12,6 +16,7 @@ use pyo3::types::PySlice;
 use crate::columns::{table, time};
 use crate::error::{Error, Result};
 use crate::log::from_json;
+use crate::pages;
 
 /// First columns of the quantities in a row of `solution.csv`.
 mod place {
@@ -190,30 +195,47 @@ pub struct Solution {
     states: Vec<CoreState>,
     /// All rows of `solution.csv`, shape (n, 31), made at the first use.
     rows: PyOnceLock<Py<PyArray2<f64>>>,
-    findings: Vec<CoreFinding>,
-    summary: String,
-    log: Log,
-    config: EstimatorConfig,
-    is_smoothed: bool,
+    flown: Flown,
+    verdict: Verdict,
+}
+
+/// The log of a solution, and all that was found.
+pub struct Flown {
+    /// The log, with the settings and without the measurements that the solution lacks.
+    pub log: Log,
+    /// Its file or directory.
+    pub path: PathBuf,
+    /// The passes over it.
+    pub estimated: Estimated,
+    /// The summary and the score.
+    pub judged: Judged,
+    /// Spans in which the GPS was ignored.
+    pub outages: Vec<Outage>,
 }
 
 impl Solution {
-    /// The `states` found over `log` with the settings `config`.
-    pub fn new(
-        states: Vec<CoreState>,
-        summary: &RunSummary,
-        log: Log,
-        config: EstimatorConfig,
-    ) -> Self {
-        Self {
-            states,
-            rows: PyOnceLock::new(),
-            findings: summary.findings.clone(),
-            summary: serde_json::to_string(summary).unwrap_or_default(),
-            log,
-            config,
-            is_smoothed: summary.smoothed,
-        }
+    /// The `states` of a flight.
+    pub fn new(states: Vec<CoreState>, flown: Flown) -> Self {
+        let verdict = flight::verdict(&flown.judged.summary, &flown.estimated.pass.run);
+        Self { states, rows: PyOnceLock::new(), flown, verdict }
+    }
+
+    /// The log and all that was found.
+    pub fn flown(&self) -> &Flown {
+        &self.flown
+    }
+
+    fn findings(&self) -> &[CoreFinding] {
+        &self.flown.judged.summary.findings
+    }
+
+    fn smoothed(&self) -> bool {
+        self.flown.judged.summary.smoothed
+    }
+
+    fn page(&self) -> Result<LogPage<'_>> {
+        let Flown { log, estimated, judged, outages, .. } = &self.flown;
+        Ok(LogPage::new(log, estimated, judged, outages)?)
     }
 
     /// The states, in order of time.
@@ -332,19 +354,49 @@ impl Solution {
     /// Whether later measurements were used too.
     #[getter]
     fn is_smoothed(&self) -> bool {
-        self.is_smoothed
+        self.smoothed()
+    }
+
+    /// "good", "care" or "bad": the worst of the findings and of the consistency of the filter, as on the page.
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.verdict.level.name()
+    }
+
+    /// The main reasons against a better verdict, one sentence each.
+    #[getter]
+    fn reasons(&self) -> Vec<String> {
+        self.verdict.points.clone()
     }
 
     /// Events in the log and in the estimation, in order of time; the warnings are among them.
     #[getter]
-    fn findings(&self) -> Vec<Finding> {
-        self.findings.iter().map(Finding::from).collect()
+    #[pyo3(name = "findings")]
+    fn all_findings(&self) -> Vec<Finding> {
+        self.findings().iter().map(Finding::from).collect()
     }
 
     /// Counts, alignment, warnings and, if the log has a reference, errors: the content of `summary.json`.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        from_json(py, &self.summary)
+        let json = serde_json::to_string(&self.flown.judged.summary);
+        from_json(py, &json.map_err(|error| Error::Array(error.to_string()))?)
+    }
+
+    /// Write the page of the flight, the `report.html` of `hovernav estimate`: map, motion, biases, innovations, raw
+    /// samples, vibration and, if the log has a reference, errors.
+    ///
+    /// Raises
+    /// ------
+    /// LogError
+    ///     If the file cannot be written.
+    fn report(&self, py: Python<'_>, path: PathBuf) -> Result<()> {
+        py.detach(|| pages::write(&self.page()?.page(), &path))
+    }
+
+    /// The page in a frame, for a notebook.
+    fn _repr_html_(&self, py: Python<'_>) -> Result<String> {
+        py.detach(|| pages::framed(&self.page()?.page()))
     }
 
     /// The columns of `solution.csv`, unrounded.
@@ -367,15 +419,15 @@ impl Solution {
     /// ArrayError
     ///     Before the first solution, and for a smoothed solution, which has one-sigmas only.
     fn covariance<'py>(&self, py: Python<'py>, time_s: f64) -> Result<Bound<'py, PyArray2<f64>>> {
-        if self.is_smoothed {
+        if self.smoothed() {
             let words =
                 "covariance: a smoothed solution has one-sigmas only; estimate with smooth=False";
             return Err(Error::Array(words.into()));
         }
         let until = time(time_s)?;
         let found = py.detach(|| {
-            let mut estimator = Box::new(Estimator::new(self.config));
-            let mut events = self.log.dataset.events().peekable();
+            let mut estimator = Box::new(Estimator::new(self.flown.estimated.config));
+            let mut events = self.flown.log.dataset.events().peekable();
             let last = self.states.iter().rev().find(|state| state.time <= until)?.time;
             while estimator.solution().is_none_or(|solution| solution.time < last) {
                 estimator.push(&events.next()?, |_| ());
@@ -430,8 +482,8 @@ impl Solution {
             ),
             _ => "empty".into(),
         };
-        let kind = if self.is_smoothed { "smoothed, " } else { "" };
-        let warnings = self.findings.iter().filter(|finding| finding.is_warning()).count();
+        let kind = if self.smoothed() { "smoothed, " } else { "" };
+        let warnings = self.findings().iter().filter(|finding| finding.is_warning()).count();
         format!("<Solution: {kind}{span}, {warnings} warnings>")
     }
 }

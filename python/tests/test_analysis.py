@@ -111,3 +111,13 @@ def test_an_estimator_may_be_shared_by_threads() -> None:
         assert estimator.solution is None
         estimator.baro(0.0, 1.0)
     batch.join()
+
+
+def test_a_written_copy_keeps_its_reference(log: hn.Log, tmp_path: Path) -> None:
+    faulty = hn.inject(log, "gyro-bias=0.5", seed=2)
+    faulty.write(tmp_path / "copy")
+    own, copied = hn.estimate(faulty).summary, hn.estimate(tmp_path / "copy").summary
+    assert own["error"] == copied["error"]
+    again = hn.read(tmp_path / "copy")
+    again.write(tmp_path / "copy")
+    assert hn.estimate(tmp_path / "copy").summary["error"] == own["error"]

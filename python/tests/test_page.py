@@ -1,4 +1,4 @@
-"""Every snippet of docs/python.md runs, in order."""
+"""Every snippet of docs/python.md and docs/cluster.md runs, in order."""
 
 from __future__ import annotations
 
@@ -11,17 +11,34 @@ import pytest
 from conftest import ROOT
 
 
-def test_the_page_runs(
+def run(page: str, names: Dict[str, Any]) -> int:
+    """Runs the snippets of a page; returns their number."""
+    text = (ROOT / "docs" / page).read_text()
+    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    for snippet in snippets:
+        exec(compile(snippet, page, "exec"), names)
+    return len(snippets)
+
+
+def test_the_page_of_clusters_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = (ROOT / "docs" / "python.md").read_text()
-    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(snippets) >= 7
+    pytest.importorskip("pyarrow")
     (tmp_path / "datasets").symlink_to(ROOT / "datasets")
     monkeypatch.chdir(tmp_path)
     names: Dict[str, Any] = {}
-    for snippet in snippets:
-        exec(compile(snippet, "docs/python.md", "exec"), names)
+    assert run("cluster.md", names) >= 1
+    assert "{'good': 1, 'care': 0, 'bad': 0, 'none': 1}" in capsys.readouterr().out
+    assert sum(names["flights"].outcomes.values()) == 100
+
+
+def test_the_page_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "datasets").symlink_to(ROOT / "datasets")
+    monkeypatch.chdir(tmp_path)
+    names: Dict[str, Any] = {}
+    assert run("python.md", names) >= 7
     assert names["smoothed"].is_smoothed
     assert np.abs(names["still"].velocity_ned_mps[-1]).max() < 0.1
     assert "axes forward, left, up" in capsys.readouterr().out

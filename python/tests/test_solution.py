@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import List
 
 import numpy as np
 import pytest
@@ -127,3 +128,17 @@ def test_a_log_is_written_and_read_back(log: hn.Log, tmp_path: Path) -> None:
     copy = hn.read(tmp_path / "copy")
     assert np.array_equal(copy.imu["gyro_x_radps"], log.imu["gyro_x_radps"])
     assert list(copy.gps) == list(log.gps)
+
+
+def test_a_smoothing_can_be_ended_in_its_backward_part(log: hn.Log) -> None:
+    calls: List[int] = []
+
+    def progress(done: int, total: int) -> None:
+        calls.append(done)
+        if len(calls) > 1 and done < calls[-2]:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        hn.estimate(log, smooth=True, progress=progress)
+    # Forward over all samples, then the first step backward.
+    assert calls == [4096, 8192, 4096]

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use hovernav_bench::{Report, Timed};
 
-use crate::page::{Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, digits};
+use hovernav_pages::{
+    Axis, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, digits,
+};
 
 /// Writes the page.
 pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
@@ -73,7 +75,8 @@ pub fn write(report: &Report, path: &Path) -> anyhow::Result<()> {
         ],
         time: None,
     }
-    .write(path)
+    .write(path)?;
+    Ok(())
 }
 
 /// A high percentile of the time, µs, if there were enough calls.

@@ -3,7 +3,7 @@
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{FlightMode, GustResponse, Gusts};
 
-use crate::page::{Section, Table, TableRow};
+use hovernav_pages::{Section, Table, TableRow};
 
 /// Standard deviations in gusts, for each mode that holds velocity.
 pub fn in_gusts(checked: &CheckedDesign) -> Section {

@@ -2,7 +2,7 @@
 
 use hovernav_design::{CheckedDesign, HandlingQualities};
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// Level 1 limits for large helicopters in hover: rejection bandwidth of phi, theta, psi, rad/s, and rejection peak,
 /// dB.

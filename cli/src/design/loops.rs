@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use hovernav_design::{CheckedDesign, Nichols, ZONE, bode, logarithmic_frequencies};
 use hovernav_model::StateSpace;
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series};
 
 /// One figure per loop: margins of four loops in one chart are unreadable.
 pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {

@@ -15,7 +15,7 @@ use super::loops::{frequency_responses, nichols};
 use super::robustness::robustness;
 use super::wanted::wanted;
 use super::words::{findings, of_lag, of_notch};
-use crate::page::{
+use hovernav_pages::{
     Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, Verdict,
 };
 
@@ -112,7 +112,7 @@ pub fn write(
             marks: Vec::new(),
         }),
     };
-    page.write(path)
+    Ok(page.write(path)?)
 }
 
 /// The smallest gain margin and phase margin of all loops of `modes`.

@@ -4,7 +4,7 @@ use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{SampledMode, SampledRobustness};
 
 use super::words;
-use crate::page::{Section, Table, TableRow};
+use hovernav_pages::{Section, Table, TableRow};
 
 /// Sampled and proven robustness to the uncertainty of the identified parameters; `None` if the model has no
 /// covariance.

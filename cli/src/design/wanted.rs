@@ -3,7 +3,7 @@
 use hovernav_design::hover::{Search, Wanted};
 use hovernav_design::{ChannelMargins, CheckedDesign};
 
-use crate::page::{Section, Table, TableRow};
+use hovernav_pages::{Section, Table, TableRow};
 
 /// The requirements of the search next to the results. An unmet requirement was traded for the others.
 pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Section {

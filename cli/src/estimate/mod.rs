@@ -10,15 +10,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
-use hovernav_formats::{Changes, Estimated, Judged, Log, Pass, RunSummary, innovations};
+use hovernav_formats::{Changes, Pass, RunSummary};
 use hovernav_log::{Dataset, Keep, Outage};
+use hovernav_pages::flight::LogPage;
 
 use self::columns::ColumnsArgument;
 use self::export::ExportArgument;
 use self::files::Files;
 use crate::arguments::{OutageWindow, Sensors};
 use crate::emit::{self, Form};
-use crate::flight_page::{self, FlightData};
 use crate::memory;
 use crate::output::{self, Working};
 use crate::summary::InWords as _;
@@ -128,37 +128,18 @@ fn estimate(arguments: &Arguments, log: &Path, out: &Path) -> anyhow::Result<Run
     })?;
 
     let judging = Working::on("scoring");
-    let Judged { mut summary, reference, score } =
-        read.judge(log, &changes, arguments.smooth, &estimated)?;
-    let Estimated { config, pass, .. } = &estimated;
-    let Log { dataset, onboard, .. } = &read;
+    let judged = read.judge(log, &changes, arguments.smooth, &estimated)?;
+    let (config, notch) = (&estimated.config, read.dataset.manifest.imu.notch);
     let remark = format!("From {} by hovernav {}.", log.display(), env!("CARGO_PKG_VERSION"));
-    emit::estimator(config, dataset.manifest.imu.notch, &remark, &arguments.emit, out)?;
+    emit::estimator(config, notch, &remark, &arguments.emit, out)?;
     if !arguments.no_report {
-        let page = FlightData {
-            title: &dataset.manifest.name,
-            headlines: &summary.headlines(),
-            facts: &summary.facts(),
-            warnings: &summary.warnings,
-            outages: &outages,
-            solutions: &pass.run.solutions,
-            smoothed: &pass.smoothed,
-            fixes: &dataset.fixes,
-            innovations: &innovations(&pass.run),
-            reference: &flight_page::reference_moments(&pass.run.solutions, reference.as_ref()),
-            score: score.as_ref(),
-            onboard: onboard.as_ref(),
-            log: Some(dataset),
-            baro: &dataset.baro,
-            sticks: &flight_page::sticks(dataset)?,
-            notices: &pass.run.notices,
-            findings: &summary.findings,
-        };
-        flight_page::page(&page).write(&out.join(output::REPORT))?;
+        let page = LogPage::new(&read, &estimated, &judged, &outages)?;
+        page.page().write(&out.join(output::REPORT))?;
     }
     let page = arguments.no_report.then_some(output::REPORT);
     output::remove_stale(out, export::not_asked(&arguments.export).into_iter().chain(page));
     drop(judging);
+    let mut summary = judged.summary;
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
     Ok(summary)
@@ -178,6 +159,7 @@ fn fly(
         if done.is_multiple_of(SAMPLES_A_STEP) {
             bar.set_position(done as u64);
         }
+        anyhow::Ok(())
     };
     if arguments.smooth {
         memory::check_smoothing(log, dataset)?;

@@ -9,14 +9,13 @@ use hovernav_sysid::methods::frequency::FrequencyError;
 use hovernav_sysid::methods::prediction_error::Status;
 
 use super::summary::Summary;
-use crate::page::{Fact, Level, Verdict};
-use crate::summary::InWords as _;
+use hovernav_pages::{Fact, Level, Verdict, flight};
 
 impl Summary {
     /// The facts of the run, for the page and the terminal.
     pub fn facts(&self) -> Vec<Fact> {
         let count = |purpose| self.test_points.iter().filter(|p| p.used_for == purpose).count();
-        let mut facts = self.estimate.facts();
+        let mut facts = flight::facts(&self.estimate);
         facts.push(Fact::new("model", format!("{}, continuous in time", self.model)));
         facts.push(Fact::new(
             "test points found / fitted / for validation",

@@ -10,7 +10,7 @@ use hovernav_record::{Cycle, Level, Record, RecordedCycle};
 
 use super::summary::RecordSummary;
 use super::verdict;
-use crate::page::{
+use hovernav_pages::{
     Abscissa, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis,
 };
 
@@ -57,7 +57,7 @@ impl RecordPage<'_> {
                 marks: Vec::new(),
             }),
         };
-        page.write(path)
+        Ok(page.write(path)?)
     }
 
     fn cycles(&self, role: Role, value: impl Fn(&Cycle) -> f64) -> Series {

@@ -9,7 +9,7 @@ use hovernav_record::{Cycle, Record, Reproduction, StickReproduction};
 use serde::Serialize;
 
 use super::verdict::{self, Grounds, RecordVerdict};
-use crate::page::Fact;
+use hovernav_pages::Fact;
 
 /// A span of time in one mode.
 #[derive(Clone, Debug, Serialize)]

@@ -7,7 +7,7 @@ use hovernav::time::Time;
 use hovernav_record::{Call, Level as EventLevel, Record, RecordedEvent};
 use serde::Serialize;
 
-use crate::page::{Level, Verdict};
+use hovernav_pages::{Level, Verdict};
 
 /// Number of reasons that are listed.
 const NAMED: usize = 5;

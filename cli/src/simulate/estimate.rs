@@ -5,10 +5,9 @@ use std::path::Path;
 use hovernav::time::Time;
 use hovernav_formats::{RunSummary, innovations};
 use hovernav_log::{Dataset, Reference, Run, Score, score};
+use hovernav_pages::flight::{self, FlightData};
 
-use crate::flight_page::{self, FlightData};
 use crate::output;
-use crate::summary::InWords as _;
 
 /// The estimate of a simulated flight, scored against the truth.
 pub struct Estimate {
@@ -45,21 +44,21 @@ impl Estimate {
         }
         let page = FlightData {
             title,
-            headlines: &summary.headlines(),
-            facts: &summary.facts(),
+            headlines: &flight::headlines(summary),
+            facts: &flight::facts(summary),
             warnings: &summary.warnings,
             solutions: &run.solutions,
             fixes: &dataset.fixes,
             innovations: &innovations(run),
-            reference: &flight_page::reference_moments(&run.solutions, reference.as_ref()),
+            reference: &flight::reference_moments(&run.solutions, reference.as_ref()),
             score: score.as_ref(),
             log: Some(dataset),
             baro: &dataset.baro,
-            sticks: &flight_page::sticks(dataset)?,
+            sticks: &flight::sticks(dataset)?,
             notices: &run.notices,
             findings: &summary.findings,
             ..FlightData::default()
         };
-        flight_page::page(&page).write(&out.join(output::REPORT))
+        Ok(flight::page(&page).write(&out.join(output::REPORT))?)
     }
 }

@@ -8,9 +8,8 @@ use hovernav_log::{Dataset, Outage, Reference, Run, Score};
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::summary::{ClosedLoopSummary, Summary};
-use crate::flight_page::{self, FlightData};
-use crate::page::{Fact, Figure, Role, Row, Section, Series, Table, TableRow};
-use crate::summary::InWords as _;
+use hovernav_pages::flight::{self, FlightData};
+use hovernav_pages::{Fact, Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// The contents of the page of a simulated flight.
 pub struct SimulationPage<'a> {
@@ -34,8 +33,8 @@ impl SimulationPage<'_> {
             })
             .collect();
         let mut headlines = vec![Fact::new("hover", self.summary.flight.in_words())];
-        headlines.extend(self.summary.run.headlines());
-        let (facts, warnings) = (self.summary.run.facts(), &self.summary.run.warnings);
+        headlines.extend(flight::headlines(&self.summary.run));
+        let (facts, warnings) = (flight::facts(&self.summary.run), &self.summary.run.warnings);
         let data = FlightData {
             title: "Simulated hover in closed loop",
             headlines: &headlines,
@@ -45,7 +44,7 @@ impl SimulationPage<'_> {
             solutions,
             fixes: &self.dataset.fixes,
             innovations: &innovations(self.run),
-            reference: &flight_page::reference_moments(solutions, self.reference),
+            reference: &flight::reference_moments(solutions, self.reference),
             score: self.score,
             log: Some(self.dataset),
             baro: &self.dataset.baro,
@@ -53,7 +52,7 @@ impl SimulationPage<'_> {
             findings: &self.summary.run.findings,
             ..FlightData::default()
         };
-        let mut page = flight_page::page(&data);
+        let mut page = flight::page(&data);
         let own = [
             rates(self.flight),
             controls(self.flight),
@@ -62,7 +61,7 @@ impl SimulationPage<'_> {
         ];
         // Insert after map, position, velocity, body velocity and attitude.
         page.sections.splice(5..5, own);
-        page.write(path)
+        Ok(page.write(path)?)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The estimator over a log of any format: what the log can do without is left out, the solution is scored.
 
+use std::cell::RefCell;
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use crate::format::Format;
@@ -45,27 +47,49 @@ pub struct Pass {
 
 impl Pass {
     /// Runs the estimator over `dataset`, and the smoother if `smooth`. `progress` receives the number of inertial
-    /// samples done, `each` every solution: the smoothed ones, or if nothing could be smoothed, those of the filter.
+    /// samples done in the current run, forward or backward, `each` every solution: the smoothed ones, or if nothing
+    /// could be smoothed, those of the filter.
     ///
     /// # Errors
-    /// The first error of `each`, which ends the pass.
+    /// The first error of `progress` or `each`, which ends the pass.
     pub fn over<E>(
         dataset: &Dataset,
         config: &EstimatorConfig,
         keep: Keep,
         smooth: bool,
-        progress: impl Fn(usize),
+        progress: impl Fn(usize) -> Result<(), E>,
         mut each: impl FnMut(&Solution) -> Result<(), E>,
     ) -> Result<Self, E> {
+        let failure = RefCell::new(None);
+        let step = |done: usize| {
+            let mut failure = failure.borrow_mut();
+            if failure.is_none() {
+                *failure = progress(done).err();
+            }
+            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
         if smooth {
-            let run = dataset.smooth_keeping(config, keep, &progress);
+            let run = dataset.smooth_keeping(config, keep, &step);
+            if let Some(error) = failure.take() {
+                return Err(error);
+            }
+            let run = run.unwrap_or_default();
             if !run.solutions.is_empty() {
                 run.solutions.iter().try_for_each(each)?;
                 let smoothed = thin(run.solutions);
                 return Ok(Self { run: run.forward, smoothed, denied: run.denied });
             }
         }
-        let run = dataset.estimate_each(config, keep, &progress, &mut each)?;
+        // The next solution ends the run.
+        let forward = |done| {
+            let _ = step(done);
+        };
+        let run = dataset.estimate_each(config, keep, forward, |solution| {
+            failure.take().map_or_else(|| each(solution), Err)
+        })?;
+        if let Some(error) = failure.take() {
+            return Err(error);
+        }
         Ok(Self { run, smoothed: Vec::new(), denied: Vec::new() })
     }
 

@@ -13,6 +13,7 @@ mod assembly;
 mod axes;
 mod bag;
 mod choice;
+mod comparison;
 #[cfg(any(feature = "dataflash", feature = "ros2", feature = "ulog"))]
 mod damages;
 #[cfg(feature = "dataflash")]
@@ -45,6 +46,7 @@ mod ulog;
 mod utc;
 mod window;
 
+pub use comparison::{Comparison, Difference, NamedTrajectory};
 pub use difference::OnboardDifference;
 pub use estimation::{Changes, Estimated, Judged, Pass, innovations};
 pub use format::Format;

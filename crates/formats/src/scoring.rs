@@ -50,7 +50,7 @@ impl Scoring {
         name: &Path,
         path: &Path,
     ) -> Result<Scored, LogError> {
-        self.compare(solution, name, Comparison::open(path, self.axes)?, path)
+        self.compare(solution, name, Against::open(path, self.axes)?, path)
     }
 
     /// Scores `solution` against the trajectory `reference`, named `name` and `path` in messages.
@@ -64,14 +64,14 @@ impl Scoring {
         reference: Trajectory,
         path: &Path,
     ) -> Result<Scored, LogError> {
-        self.compare(solution, name, Comparison::Trajectory(reference), path)
+        self.compare(solution, name, Against::Trajectory(reference), path)
     }
 
     fn compare(
         &self,
         mut solution: Trajectory,
         name: &Path,
-        mut reference: Comparison,
+        mut reference: Against,
         path: &Path,
     ) -> Result<Scored, LogError> {
         let refused = |reason: String| LogError::Unusable { path: name.to_path_buf(), reason };
@@ -89,13 +89,13 @@ impl Scoring {
             reference.place(origin);
         } else if solution.is_placed() && reference.is_placed() {
             solution.place_as_named();
-            if let Comparison::Trajectory(trajectory) = &mut reference {
+            if let Against::Trajectory(trajectory) = &mut reference {
                 trajectory.place_as_named();
             }
         } else {
             let is_local = match &reference {
-                Comparison::Trajectory(trajectory) => trajectory.is_local(),
-                Comparison::Dataset(..) => false,
+                Against::Trajectory(trajectory) => trajectory.is_local(),
+                Against::Dataset(..) => false,
             };
             if solution.is_local() != is_local {
                 let found = if is_local {
@@ -111,8 +111,8 @@ impl Scoring {
             reference.place(&NOWHERE);
         }
         let (mut reference, mut begin) = match reference {
-            Comparison::Dataset(reference, begin) => (reference, begin),
-            Comparison::Trajectory(trajectory) => (Reference::of_trajectory(&trajectory), None),
+            Against::Dataset(reference, begin) => (reference, begin),
+            Against::Trajectory(trajectory) => (Reference::of_trajectory(&trajectory), None),
         };
         if self.align {
             aligned = Some(solution.align(&reference).ok_or_else(no_overlap)?);
@@ -204,13 +204,13 @@ fn mapped_trajectory(path: &Path) -> Result<Trajectory, LogError> {
 
 /// The reference side of a comparison.
 #[allow(clippy::large_enum_variant, reason = "a run has only one")]
-enum Comparison {
+enum Against {
     /// A reference, and the start of its dataset, from which `skip_s` is counted.
     Dataset(Reference, Option<Time>),
     Trajectory(Trajectory),
 }
 
-impl Comparison {
+impl Against {
     fn open(path: &Path, axes: LocalAxes) -> Result<Self, LogError> {
         let file = path.join("reference.csv");
         if !path.is_dir() || !file.exists() {

@@ -14,7 +14,8 @@ use hovernav::time::Time;
 
 pub(crate) const BARO_FILE: &str = "baro.csv";
 pub(crate) const MAG_FILE: &str = "mag.csv";
-pub(crate) const ALTITUDE: &str = "altitude_m";
+/// Barometric height above any fixed level, m.
+pub const ALTITUDE: &str = "altitude_m";
 
 /// Altitude in the International Standard Atmosphere at `pressure_pa`, m above the 1013.25 hPa level; `None` above the
 /// troposphere (22 632 Pa, 11 km) and below −2 km (127 774 Pa).

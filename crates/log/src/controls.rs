@@ -12,7 +12,8 @@ use hovernav::controls::Sticks;
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "controls.csv";
-pub(crate) const STICKS: [&str; 4] = Sticks::NAMES;
+/// Positions of the sticks about trim, -1 to 1.
+pub const STICKS: [&str; 4] = Sticks::NAMES;
 pub(crate) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 

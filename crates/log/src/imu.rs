@@ -15,7 +15,8 @@ use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "imu.csv";
-pub(crate) const RATES: [&str; 6] = [
+/// Angular rates, rad/s, and specific forces, m/s², of `imu.csv`.
+pub const RATES: [&str; 6] = [
     "gyro_x_radps",
     "gyro_y_radps",
     "gyro_z_radps",
@@ -23,15 +24,18 @@ pub(crate) const RATES: [&str; 6] = [
     "accel_y_mps2",
     "accel_z_mps2",
 ];
-pub(crate) const INCREMENTS: [&str; 6] =
+/// Rotation, rad, and change of velocity, m/s, since the previous sample, of `imu.csv`.
+pub const INCREMENTS: [&str; 6] =
     ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
-pub(crate) const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
+/// Attitude from the inertial unit itself, °.
+pub const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
 /// Number of raw readings at full scale of each gyro and accelerometer since the previous sample.
 pub(crate) const CLIPPED: [[&str; 3]; 2] = [
     ["gyro_x_clipped", "gyro_y_clipped", "gyro_z_clipped"],
     ["accel_x_clipped", "accel_y_clipped", "accel_z_clipped"],
 ];
-pub(crate) const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
+/// Magnetic field, gauss.
+pub const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
 /// Largest plausible turn rate, rad/s.
 const FASTEST_TURN_RADPS: f64 = 100.0;

@@ -8,6 +8,7 @@ mod axes;
 mod batch;
 mod clock;
 mod clock_steps;
+pub mod columns;
 mod comparisons;
 pub mod consistency;
 mod controls;

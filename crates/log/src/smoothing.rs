@@ -4,6 +4,7 @@
 //! first run stores only the filter at the start of every block of samples. Then, from the last block to the first,
 //! the filter runs over each block again, and the smoother goes back over it at once.
 
+use std::cell::Cell;
 use std::mem::size_of;
 use std::ops::ControlFlow;
 
@@ -51,8 +52,9 @@ impl Dataset {
     ///
     /// If the heading is found only in motion, the log is run again from a start turned to that heading. So all
     /// of it is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
-    /// would be a guess. `progress` receives the number of inertial samples done in the current forward run. `keep`
-    /// selects the solutions of the forward run that stay in memory.
+    /// would be a guess. `progress` receives the number of inertial samples done in the current run, forward or backward,
+    /// and can end the smoothing: the result is then `None`. `keep` selects the solutions of the forward run that stay in
+    /// memory.
     ///
     /// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
     /// The step at either end is the size of the inconsistency.
@@ -62,14 +64,18 @@ impl Dataset {
         &self,
         config: &EstimatorConfig,
         keep: Keep,
-        mut progress: impl FnMut(usize),
-    ) -> SmoothedRun {
+        mut progress: impl FnMut(usize) -> ControlFlow<()>,
+    ) -> Option<SmoothedRun> {
         self.smoothed(config, keep, &mut progress)
     }
 
     /// [`smooth_keeping`](Self::smooth_keeping) with every solution of the forward run.
     pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
-        self.smoothed(config, Keep::All, &mut progress)
+        let endless = &mut |done| {
+            progress(done);
+            ControlFlow::Continue(())
+        };
+        self.smoothed(config, Keep::All, endless).unwrap_or_default()
     }
 
     /// Memory for smoothing in addition to the log itself, bytes: a solution of every sample, the checkpoints, and the
@@ -94,10 +100,10 @@ impl Dataset {
         &self,
         config: &EstimatorConfig,
         keep: Keep,
-        progress: &mut dyn FnMut(usize),
-    ) -> SmoothedRun {
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Option<SmoothedRun> {
         let mut checkpoints = Vec::new();
-        let forward = self.checkpointed(config, keep, None, progress, &mut checkpoints);
+        let forward = self.checkpointed(config, keep, None, progress, &mut checkpoints)?;
         let aligned = forward.notices.iter().find_map(|notice| match notice {
             Notice::Aligned(alignment) => Some(*alignment),
             _ => None,
@@ -109,24 +115,29 @@ impl Dataset {
                 _ => None,
             });
             let Some(turn_rad) = found else {
-                return SmoothedRun { forward, ..SmoothedRun::default() };
+                return Some(SmoothedRun { forward, ..SmoothedRun::default() });
             };
             let Alignment { start: aligned, axis, .. } = alignment;
             start = Some(HeadingSearch::turned_start(aligned, axis, turn_rad, START_SIGMA_RAD));
             checkpoints.clear();
-            second =
-                Some(self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints));
+            let again = self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints);
+            second = Some(again?);
         }
         let mut solutions = Vec::with_capacity(self.sample_count());
         let mut after = Adjoint::default();
-        let block = self.block();
+        let (block, mut done) = (self.block(), 0);
         while let Some(Checkpoint { mut estimator, events }) = checkpoints.pop() {
             let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(self.sample_count()));
             let mut samples = 0;
             for event in events {
-                samples += usize::from(matches!(event, Event::Imu(_)));
-                if samples > block {
-                    break;
+                if matches!(event, Event::Imu(_)) {
+                    if samples == block {
+                        break;
+                    }
+                    (samples, done) = (samples + 1, done + 1);
+                    if progress(done).is_break() {
+                        return None;
+                    }
                 }
                 push(&mut estimator, &event, start, &mut smoother, |_| ());
                 if let Some(filter) = estimator.filter()
@@ -142,7 +153,8 @@ impl Dataset {
         if !denied.is_empty() {
             self.put_forward(config, &denied, &mut solutions);
         }
-        SmoothedRun { forward, solutions, denied: denied.iter().map(Denied::finding).collect() }
+        let denied = denied.iter().map(Denied::finding).collect();
+        Some(SmoothedRun { forward, solutions, denied })
     }
 
     /// Replaces the solutions in these spans by those of a forward run.
@@ -161,20 +173,25 @@ impl Dataset {
     }
 
     /// Forward run with a checkpoint before the first sample of every block; from `start` if given, else from the
-    /// alignment's own start.
+    /// alignment's own start. `None` if `progress` ended it.
     fn checkpointed<'a>(
         &'a self,
         config: &EstimatorConfig,
         keep: Keep,
         start: Option<Start>,
-        progress: &mut dyn FnMut(usize),
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
         checkpoints: &mut Vec<Checkpoint<'a>>,
-    ) -> Run {
+    ) -> Option<Run> {
+        let is_ended = Cell::new(false);
+        let step = &mut |done| is_ended.set(is_ended.get() || progress(done).is_break());
         let mut estimator = Estimator::<Full, 28>::new(*config);
         let (mut events, block) = (self.events(), self.block());
         checkpoints.push(Checkpoint { estimator: estimator.clone(), events: events.clone() });
         let mut samples = 0;
-        self.run(config, keep, progress, |event, run| {
+        let run = self.run(config, keep, step, |event, run| {
+            if is_ended.get() {
+                return ControlFlow::Break(());
+            }
             let is_sample = matches!(event, Event::Imu(_));
             if is_sample && samples == block {
                 let (estimator, events) = (estimator.clone(), events.clone());
@@ -190,7 +207,8 @@ impl Dataset {
             ControlFlow::Continue(
                 estimator.solution().filter(|solution| is_of(event, solution.time)),
             )
-        })
+        });
+        (!is_ended.get()).then_some(run)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Runs of the estimator on every set, as by `hovernav estimate`: causal, smoothed, and without GPS in windows.
 
 use std::convert::Infallible;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
@@ -103,7 +104,9 @@ impl Flight<'_> {
     }
 
     fn smoothed(&self) -> Row {
-        let smoothed = self.dataset.smooth_keeping(&self.config, Keep::Thinned, |_| {});
+        let endless = |_| ControlFlow::Continue(());
+        let smoothed = self.dataset.smooth_keeping(&self.config, Keep::Thinned, endless);
+        let smoothed = smoothed.unwrap_or_default();
         if smoothed.solutions.is_empty() {
             let refused = "nothing smoothed: the heading was not found".to_owned();
             return Row { refused, ..Row::new(&self.set.name, "smoothed") };

@@ -10,9 +10,16 @@ force of a level vehicle at rest is -9.81 m/s² along z. Times are seconds on th
     >>> solution.velocity_ned_mps[-1]
 """
 
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from . import _pickle as _pickle
 from ._errors import ArrayError, ConfigError, Error, FaultError, LogError, ModelError, SetupError
 from ._hovernav import (
     Autopilot,
+    Campaign,
+    Comparison,
     Estimator,
     Finding,
     Log,
@@ -22,6 +29,8 @@ from ._hovernav import (
     State,
     __version__,
     allan,
+    campaign,
+    compare,
     design,
     estimate,
     identify,
@@ -32,9 +41,22 @@ from ._hovernav import (
 )
 from ._table import Table
 
+if TYPE_CHECKING:
+    from . import cluster as cluster
+
+
+def __getattr__(name: str) -> ModuleType:
+    # Loaded at its first use: most programs need no cluster.
+    if name == "cluster":
+        return import_module(".cluster", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 __all__ = [
     "ArrayError",
     "Autopilot",
+    "Campaign",
+    "Comparison",
     "ConfigError",
     "Error",
     "Estimator",
@@ -51,6 +73,9 @@ __all__ = [
     "Table",
     "__version__",
     "allan",
+    "campaign",
+    "cluster",
+    "compare",
     "design",
     "estimate",
     "identify",

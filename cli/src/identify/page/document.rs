@@ -10,7 +10,7 @@ use super::histories::{histories, residuals, runs_of};
 use super::parameters::{fits, parameters};
 use super::poles::poles;
 use super::responses::{responses, second_opinion};
-use crate::page::{Fact, Page, Section, Verdict};
+use hovernav_pages::{Fact, Page, Section, Verdict};
 
 /// The contents of the page of an identification.
 pub struct IdentificationPage<'a> {

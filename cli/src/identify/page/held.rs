@@ -5,7 +5,7 @@ use hovernav_sysid::helicopter::{Identification, IdentifyError};
 
 use super::super::words::bounds_in_words;
 use super::histories::{histories, runs_of};
-use crate::page::{Section, Table, TableRow};
+use hovernav_pages::{Section, Table, TableRow};
 
 /// The identification from held GPS velocity.
 pub fn compared(

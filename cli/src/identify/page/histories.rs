@@ -5,7 +5,7 @@ use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Run;
 use hovernav_sysid::record::{STICKS, TestPoint};
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series};
 
 /// The runs over one test point.
 pub struct PointRuns<'a> {

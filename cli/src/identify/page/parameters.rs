@@ -4,7 +4,7 @@ use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Estimate;
 
 use super::super::words::{bounds_in_words, early_sticks, level, meaning};
-use crate::page::{Level, Section, Table, TableRow, digits};
+use hovernav_pages::{Level, Section, Table, TableRow, digits};
 
 /// The fits next to the noise floors, with the parameter bounds in the caption.
 pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {

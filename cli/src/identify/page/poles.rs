@@ -4,7 +4,7 @@ use hovernav_model::ModelError;
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::helicopter::Pole;
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 
 /// The poles of `found`, and the poles from held GPS velocity.
 pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Section, ModelError> {

@@ -3,7 +3,7 @@
 use hovernav_sysid::helicopter::{Basis, FrequencyDomain, PairCost, StickResponse};
 use hovernav_sysid::methods::frequency::FrequencyError;
 
-use crate::page::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow, digits};
 
 /// Minimum coherence of a response that is worth fitting: Tischler and Remple, section 7.5.1.
 const GOOD_COHERENCE: f64 = 0.6;

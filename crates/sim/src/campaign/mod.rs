@@ -20,10 +20,14 @@
 //! ```
 
 mod airframe;
+mod flights;
 mod grade;
+mod table;
 
 pub use airframe::{AirframeUncertainty, UNCERTAIN};
+pub use flights::CampaignError;
 pub use grade::SensorGrade;
+pub use table::{Cell, Column, Measure, PERCENTILES, count, percentiles_csv, results_csv};
 
 use std::ops::Range;
 

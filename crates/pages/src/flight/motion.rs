@@ -1,0 +1,219 @@
+//! Solutions, reference and fixes as columns of numbers, in the page's units and time.
+
+use std::collections::HashSet;
+
+use hovernav::earth::{Geodetic, Local};
+use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
+use hovernav::gps::Fix;
+use hovernav::time::Time;
+use hovernav_formats::Onboard;
+use hovernav_log::{Finding, ReferenceMoment};
+
+use super::data::FlightData;
+use crate::{Mark, TimeAxis};
+
+/// The time axis of the page, s. A log with large clock values, such as GPS or Unix time, is shown relative to its
+/// first whole second; the axis label states that second.
+#[derive(Clone, Copy)]
+pub struct Clock {
+    zero: Time,
+}
+
+impl Clock {
+    const FAR_S: f64 = 1e6;
+
+    pub fn of(flight: &FlightData<'_>) -> Self {
+        const SECOND_NS: i64 = 1_000_000_000;
+        let start = flight.span().map_or(Time::ZERO, |(start, _)| start);
+        let is_far = start.seconds().abs() >= Self::FAR_S;
+        let whole_s = if is_far { start.nanoseconds().div_euclid(SECOND_NS) } else { 0 };
+        Self { zero: Time::from_nanoseconds(whole_s.saturating_mul(SECOND_NS)) }
+    }
+
+    /// The page's time of `time`, s.
+    pub fn seconds(self, time: Time) -> f64 {
+        time - self.zero
+    }
+
+    /// The warnings as spans on the page: the longest ones, up to a readable number.
+    fn marks(self, flight: &FlightData<'_>) -> Vec<Mark> {
+        const MOST: usize = 60;
+        let mut warnings: Vec<&Finding> =
+            flight.findings.iter().filter(|finding| finding.is_warning()).collect();
+        let length = |finding: &Finding| finding.end_s - finding.start_s;
+        warnings.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        warnings.truncate(MOST);
+        warnings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        let zero_s = self.zero.seconds();
+        warnings
+            .iter()
+            .map(|finding| Mark {
+                span: [finding.start_s - zero_s, finding.end_s - zero_s],
+                words: finding.words.clone(),
+            })
+            .collect()
+    }
+
+    pub fn axis(self, flight: &FlightData<'_>) -> TimeAxis {
+        let label = if self.zero == Time::ZERO {
+            "Time, s".into()
+        } else {
+            format!("Time after {:.0} s, s", self.zero.seconds())
+        };
+        let (start, end) = flight.span().unwrap_or((self.zero, self.zero));
+        let outages = flight.outages.iter().filter(|outage| outage.duration_s.is_finite());
+        TimeAxis {
+            label,
+            span: [self.seconds(start), self.seconds(end)],
+            outages: outages
+                .map(|outage| [outage.start, outage.start + outage.duration_s])
+                .map(|ends| ends.map(|end| self.seconds(end)))
+                .collect(),
+            marks: self.marks(flight),
+        }
+    }
+}
+
+/// Three components of a quantity, one series each.
+pub type Columns = [Vec<f64>; 3];
+
+pub fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
+    let mut columns = [(); 3].map(|()| Vec::with_capacity(items.len()));
+    for item in items {
+        for (column, value) in columns.iter_mut().zip(components(item)) {
+            column.push(value);
+        }
+    }
+    columns
+}
+
+/// The motion from an estimate or a reference, in the page's units; unknown values are NaN.
+pub struct Motion {
+    pub time: Vec<f64>,
+    pub position_m: Columns,
+    pub velocity_mps: Columns,
+    pub body_velocity_mps: Columns,
+    pub attitude_deg: Columns,
+}
+
+impl Motion {
+    pub fn of_solutions(solutions: &[Solution], clock: Clock, origin: &Geodetic) -> Self {
+        let local = Local::at(origin);
+        Self {
+            time: solutions.iter().map(|s| clock.seconds(s.time)).collect(),
+            position_m: columns(solutions, |s| local.displacement(origin, &s.position).to_array()),
+            velocity_mps: columns(solutions, |s| s.velocity_mps.to_array()),
+            body_velocity_mps: columns(solutions, |s| s.velocity_body_mps().to_array()),
+            attitude_deg: columns(solutions, |s| s.body_to_ned.euler().to_degrees()),
+        }
+    }
+
+    /// The motion from the onboard estimator. Its body velocity needs both attitude and velocity.
+    pub fn of_onboard(onboard: Option<&Onboard>, clock: Clock, origin: &Geodetic) -> Self {
+        const UNKNOWN: [f64; 3] = [f64::NAN; 3];
+        let moments = onboard.map_or(&[][..], |onboard| &onboard.moments);
+        let local = Local::at(origin);
+        Self {
+            time: moments.iter().map(|moment| clock.seconds(moment.time)).collect(),
+            position_m: columns(moments, |moment| {
+                moment.position.map_or(UNKNOWN, |at| local.displacement(origin, &at).to_array())
+            }),
+            velocity_mps: columns(moments, |moment| {
+                moment.velocity_mps.map_or(UNKNOWN, |velocity| velocity.to_array())
+            }),
+            body_velocity_mps: columns(moments, |moment| {
+                let both = moment.body_to_ned.zip(moment.velocity_mps);
+                both.map_or(UNKNOWN, |(attitude, velocity)| {
+                    (attitude.inverse() * velocity).to_array()
+                })
+            }),
+            attitude_deg: columns(moments, |moment| {
+                moment.body_to_ned.map_or(UNKNOWN, |attitude| attitude.euler().to_degrees())
+            }),
+        }
+    }
+
+    pub fn of_reference(
+        reference: &[(Time, ReferenceMoment)],
+        clock: Clock,
+        origin: &Geodetic,
+    ) -> Self {
+        let local = Local::at(origin);
+        Self {
+            time: reference.iter().map(|(time, _)| clock.seconds(*time)).collect(),
+            position_m: columns(reference, |(_, moment)| {
+                let [latitude_rad, longitude_rad, height_m] = moment.position;
+                let place = Geodetic { latitude_rad, longitude_rad, height_m };
+                local.displacement(origin, &place).to_array()
+            }),
+            velocity_mps: columns(reference, |(_, moment)| moment.velocity_mps),
+            body_velocity_mps: columns(reference, |(_, moment)| moment.body_velocity_mps),
+            attitude_deg: columns(reference, |(_, moment)| {
+                moment.attitude_rad.map(f64::to_degrees)
+            }),
+        }
+    }
+}
+
+/// The fixes in the page's units, with the filter's rejections.
+pub struct Fixes {
+    pub time: Vec<f64>,
+    pub position_m: Columns,
+    pub velocity_mps: Columns,
+    /// Per axis; north and east are accepted or rejected together.
+    pub position_refused: [Vec<bool>; 3],
+    pub velocity_refused: [Vec<bool>; 3],
+}
+
+impl Fixes {
+    pub fn of(fixes: &[Fix], innovations: &[Innovation], clock: Clock, origin: &Geodetic) -> Self {
+        use Channel::{PositionDown, PositionEast, PositionNorth};
+        use Channel::{VelocityDown, VelocityEast, VelocityNorth};
+        let refused = |channels: &[Channel]| -> Vec<bool> {
+            let refused = innovations.iter().filter(|innovation| {
+                innovation.verdict == Verdict::Rejected && channels.contains(&innovation.channel)
+            });
+            let times: HashSet<Time> = refused.map(|innovation| innovation.time).collect();
+            fixes.iter().map(|fix| times.contains(&fix.time)).collect()
+        };
+        let local = Local::at(origin);
+        Self {
+            time: fixes.iter().map(|fix| clock.seconds(fix.time)).collect(),
+            position_m: columns(fixes, |fix| local.displacement(origin, &fix.position).to_array()),
+            velocity_mps: columns(fixes, |fix| {
+                let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+                [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)]
+            }),
+            position_refused: [
+                refused(&[PositionNorth, PositionEast]),
+                refused(&[PositionNorth, PositionEast]),
+                refused(&[PositionDown]),
+            ],
+            velocity_refused: [
+                refused(&[VelocityNorth, VelocityEast]),
+                refused(&[VelocityNorth, VelocityEast]),
+                refused(&[VelocityDown]),
+            ],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav_log::Outage;
+
+    #[test]
+    fn a_clock_that_counts_from_far_away_is_shown_from_the_first_second() {
+        let start = Time::from_nanoseconds(1_400_000_000_250_000_000);
+        let fixes = [0.0, 9.0].map(|offset_s| {
+            Fix::at(start + offset_s, Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap())
+        });
+        let outages = [Outage { start: start + 2.0, duration_s: 3.0 }];
+        let flight = FlightData { fixes: &fixes, outages: &outages, ..FlightData::default() };
+        let axis = Clock::of(&flight).axis(&flight);
+        assert_eq!(axis.label, "Time after 1400000000 s, s");
+        assert_eq!(axis.span, [0.25, 9.25]);
+        assert_eq!(axis.outages, [[2.25, 5.25]]);
+    }
+}
