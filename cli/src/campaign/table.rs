@@ -5,7 +5,7 @@ use std::path::Path;
 
 use hovernav::controls::Sticks;
 use hovernav_sim::HoverStatistics;
-use hovernav_sim::campaign::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
+use hovernav_sim::campaign::{Campaign, CampaignResult, Failure, Outcome, SensorGrade, percentile};
 
 use crate::output;
 
@@ -79,12 +79,28 @@ pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorG
     results.iter().filter(is_of).count()
 }
 
+/// Outcomes of the flights with each failure that occurred, in the order of [`Outcome::ALL`].
+pub fn failures(results: &[CampaignResult]) -> Vec<(Failure, [usize; Outcome::ALL.len()])> {
+    let counts = |failure: Failure| {
+        Outcome::ALL.map(|outcome| {
+            let own = results.iter().filter(|own| own.outcome == outcome);
+            own.filter(|own| own.draw.failure() == failure).count()
+        })
+    };
+    let all = Failure::ALL.into_iter().map(|failure| (failure, counts(failure)));
+    all.filter(|(_, counts)| counts.iter().sum::<usize>() > 0).collect()
+}
+
 /// Writes one row per flight; unknown values stay empty.
-pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<()> {
+pub fn write_results(
+    path: &Path,
+    campaign: &Campaign,
+    results: &[CampaignResult],
+) -> anyhow::Result<()> {
     let mut text = String::from("seed,outcome,crashed_s,sensors,wind_n_mps,wind_e_mps,gust_mps,");
     text += "outage_start_s,outage_duration_s";
-    for name in UNCERTAIN {
-        let _ = write!(text, ",factor_{name}");
+    for name in campaign.airframe.columns() {
+        let _ = write!(text, ",{name}");
     }
     let (first, last) = Measure::ALL.split_at(Measure::FIRST);
     for measure in first {
@@ -94,7 +110,7 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
     for measure in last {
         let _ = write!(text, ",{}", measure.name);
     }
-    text += ",jam,jam_s,fuel_kg\n";
+    text += ",jam,jam_s,fuel_kg,cause\n";
     let known = |value: Option<f64>| match value.filter(|value| value.is_finite()) {
         Some(value) => value.to_string(),
         None => String::new(),
@@ -108,14 +124,14 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
             "{},{},{},{},{north},{east},{},{},{}",
             draw.seed,
             result.outcome.name(),
-            known(result.crashed_s),
+            known(result.crashed_s()),
             draw.grade.name(),
             draw.gust_mps,
             known(outage.map(|outage| outage.start)),
             known(outage.map(|outage| outage.end - outage.start)),
         );
-        for factor in draw.factors {
-            let _ = write!(text, ",{factor}");
+        for value in &draw.drawn {
+            let _ = write!(text, ",{value}");
         }
         for measure in first {
             let _ = write!(text, ",{}", known(Some(measure.of(result))));
@@ -127,7 +143,9 @@ pub fn write_results(path: &Path, results: &[CampaignResult]) -> anyhow::Result<
         let stick = draw.jam.and_then(|(stick, _)| Sticks::NAMES.get(stick));
         let at_s = draw.jam.map(|(_, at_s)| at_s);
         let (stick, at_s) = (stick.unwrap_or(&""), known(at_s));
-        let _ = writeln!(text, ",{stick},{at_s},{}", draw.fuel_kg);
+        // A comma would begin the next column.
+        let cause = result.cause().unwrap_or_default().replace(',', ";");
+        let _ = writeln!(text, ",{stick},{at_s},{},{cause}", draw.fuel_kg);
     }
     output::write(path, text)
 }
