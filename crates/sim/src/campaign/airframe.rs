@@ -17,7 +17,7 @@ const BY_HAND: f64 = 0.1;
 /// Uncertainty of the airframe: the joint distribution of what differs from flight to flight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AirframeUncertainty {
-    /// What varies.
+    /// Properties that vary.
     names: Vec<String>,
     /// Nominal values: 1 for the factors of a helicopter, the values of a linear model's parameters.
     nominal: Vec<f64>,

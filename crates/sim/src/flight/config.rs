@@ -148,7 +148,7 @@ pub enum FlightError {
         time_s: f64,
         /// The event.
         what: &'static str,
-        /// What the model lacks.
+        /// Part of the vehicle that the model lacks.
         lacks: &'static str,
     },
     /// An invalid autopilot.

@@ -182,7 +182,9 @@ struct Judge {
 
 impl Judge {
     fn with(axes: &[ResponseUncertainty]) -> Self {
-        let known = axes.iter().filter(|axis| axis.cost() <= COST).map(|axis| axis.stick);
+        let is_known =
+            |axis: &&ResponseUncertainty| axis.cost() <= COST || known_from(axis).is_some();
+        let known = axes.iter().filter(is_known).map(|axis| axis.stick);
         Self { grade: Grade::Good, reasons: Vec::new(), known: known.collect() }
     }
 
@@ -241,10 +243,7 @@ impl Judge {
         if cost <= COST {
             return;
         }
-        let is_rotation = matches!(output, "p" | "q");
-        let from = axis.known_from_radps.filter(|from| is_rotation && *from <= ATTITUDE_RADPS);
-        if let Some(from) = from.filter(|_| axis.between_structures.is_none_or(|cost| cost <= COST))
-        {
+        if let Some(from) = known_from(axis) {
             return self.say(Grade::Good, format!(
                 "{stick} to {output}: the response is known from {from:.1} rad/s on; below, an attitude loop suppresses it"
             ));
@@ -380,6 +379,13 @@ impl Judge {
             }
         }
     }
+}
+
+/// Frequency, rad/s, from which on the response of roll or pitch is known, if an attitude loop suppresses what is below.
+fn known_from(axis: &ResponseUncertainty) -> Option<f64> {
+    let is_rotation = matches!(axis.output, "p" | "q");
+    let is_one_structure = axis.between_structures.is_none_or(|cost| cost <= COST);
+    axis.known_from_radps.filter(|from| is_rotation && is_one_structure && *from <= ATTITUDE_RADPS)
 }
 
 fn is_damping(name: &str) -> bool {

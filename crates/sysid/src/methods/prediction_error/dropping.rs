@@ -8,8 +8,7 @@ use super::settings::{Dropping, Settings};
 use super::statistics;
 use crate::methods::least_squares::{Cost as _, Limits, Minimum, minimise};
 
-/// Predicted decrease of the cost at which a search ends whose result only starts the next one: less than what decides
-/// about a parameter.
+/// Predicted decrease of the cost at which an intermediate search ends: far below the rise that decides about a parameter.
 const COARSE: f64 = 0.05;
 
 /// Searches, drops the parameters that the data do not identify, several at once, and searches again.
