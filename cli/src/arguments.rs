@@ -127,15 +127,48 @@ pub fn refuse_unflyable(
     }
 }
 
-/// The warning for an autopilot that is designed for a `model` other than the simulated helicopter.
+/// Name of the nonlinear helicopter, and of its linear model.
 #[cfg(feature = "lab")]
-pub fn designed_for_another(model: &hovernav_model::StateSpace) -> Option<String> {
+pub const HELICOPTER: &str = "raptor60";
+
+/// The linear model that flies: that of `vehicle`, or else the `model` of the autopilot; `None` for the nonlinear
+/// 60-class helicopter.
+#[cfg(feature = "lab")]
+pub fn flown(
+    vehicle: Option<&str>,
+    model: Option<&str>,
+) -> anyhow::Result<Option<hovernav_model::StateSpace>> {
+    match vehicle.or(model) {
+        None | Some(HELICOPTER) => Ok(None),
+        Some(name) => {
+            use anyhow::Context as _;
+            let flown = hovernav_model::shipped::open(name)?;
+            hovernav_model::LinearAirframe::new(&flown).with_context(|| name.to_owned())?;
+            Ok(Some(flown))
+        }
+    }
+}
+
+/// The warning for an autopilot that is designed for a `model` other than the `flown` vehicle.
+#[cfg(feature = "lab")]
+pub fn designed_for_another(
+    model: &hovernav_model::StateSpace,
+    flown: Option<&hovernav_model::StateSpace>,
+) -> Option<String> {
     let name = model.name();
-    (name != "raptor60-hover").then(|| {
-        format!(
-            "the autopilot is designed for {name}, but the simulated aircraft is the nonlinear 60-class helicopter"
-        )
-    })
+    match flown {
+        None => (name != "raptor60-hover").then(|| {
+            format!(
+                "the autopilot is designed for {name}, but the simulated aircraft is the nonlinear 60-class helicopter"
+            )
+        }),
+        Some(flown) => (flown != model).then(|| {
+            format!(
+                "the autopilot is designed for {name}, but the simulated vehicle is the linear model {}",
+                flown.name()
+            )
+        }),
+    }
 }
 
 /// The configuration of a flight computer. An error names the file.

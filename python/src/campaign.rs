@@ -53,7 +53,7 @@ impl PyCampaign {
     /// The columns of `results.csv`, one row per flight. `seed` has integers, `outcome`, `sensors` and `jam` have words.
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let columns = PyDict::new(py);
-        for column in Column::all() {
+        for column in Column::all(&self.campaign) {
             columns.set_item(&*column.name, values(py, &column, &self.results)?)?;
         }
         table_of(&columns)
@@ -75,7 +75,7 @@ impl PyCampaign {
         py.detach(|| {
             std::fs::create_dir_all(&directory).map_err(LogError::io(&directory))?;
             for (name, text) in [
-                ("results.csv", results_csv(&self.results)),
+                ("results.csv", results_csv(&self.campaign, &self.results)),
                 ("percentiles.csv", percentiles_csv(&self.results)),
             ] {
                 let path = directory.join(name);

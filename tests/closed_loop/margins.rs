@@ -141,7 +141,8 @@ fn the_weights_searched_for_the_printed_model_have_all_that_is_required() {
     let design = even.searched(&model, &Wanted::default()).unwrap().design;
     let checked = CheckedDesign::new(model, design).unwrap();
     println!("{:?}", checked.perturbed);
-    assert!(checked.perturbed.stable >= 450);
+    let velocity = checked.perturbed.modes[0];
+    assert!(velocity.0 == FlightMode::Velocity && velocity.1 >= 450);
     for (mode, margins) in &checked.modes {
         for channel in &margins.as_ref().unwrap().channels {
             let (db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());

@@ -1,5 +1,6 @@
 //! Models, designs for them, and the autopilot that flies them.
 
+mod airframe;
 mod autopilot;
 mod autopilot_settings;
 mod design;

@@ -132,6 +132,7 @@ fn state_of(x: &[f64; 13]) -> HelicopterState {
         lateral_flapping_rad: x[10],
         longitudinal_bar_rad: x[11],
         lateral_bar_rad: x[12],
+        ..HelicopterState::LEVEL
     }
 }
 

@@ -12,3 +12,4 @@ mod r50_flight;
 mod second_opinion;
 mod subspace;
 mod units;
+mod verdicts;

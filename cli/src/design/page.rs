@@ -33,7 +33,10 @@ pub fn write(
         Fact::new("spectral radius", format!("{:.4}", checked.spectral_radius)),
         Fact::new(
             "derivatives with errors of 20 %",
-            format!("{} of {} stable", checked.perturbed.stable, checked.perturbed.of),
+            format!(
+                "{} of {} stable in every mode",
+                checked.perturbed.in_every_mode, checked.perturbed.of
+            ),
         ),
     ];
     let [lowest, highest] = checked.margins.disk_gain();

@@ -100,6 +100,9 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             (found.output.clone(), value)
         })
         .collect();
+    let perturbed: serde_json::Map<String, Value> = (checked.perturbed.modes.iter())
+        .map(|(mode, stable)| (mode.name().to_owned(), (*stable).into()))
+        .collect();
     let mut summary = json!({
         "tool": "hovernav",
         "version": env!("CARGO_PKG_VERSION"),
@@ -119,8 +122,17 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
         },
         "modes": modes,
         "handling": handling,
+        "weakest": checked.weakest().map(|(mode, channel)| json!({
+            "mode": mode.name(),
+            "loop": channel.name,
+            "gain_db": channel.smallest_gain_db(),
+            "phase_deg": channel.phase_deg(),
+        })),
         "perturbed": {
-            "off": checked.perturbed.off, "stable": checked.perturbed.stable, "of": checked.perturbed.of,
+            "off": checked.perturbed.off,
+            "of": checked.perturbed.of,
+            "stable": checked.perturbed.in_every_mode,
+            "modes": perturbed,
         },
         "sampled": checked.sampled.as_ref().map(sampled),
         "at_outputs": checked.at_outputs.as_ref().map(weakest),

@@ -40,13 +40,19 @@ pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Sect
             margins.is_some() && phase_deg >= wanted.phase_deg && gain_db >= wanted.gain_db,
         ));
     }
-    let perturbed = checked.perturbed;
-    rows.push(row(
-        format!("stable with errors of up to {:.0} % in every derivative", 100.0 * wanted.off),
-        format!("{0} of {0}", perturbed.of),
-        format!("{} of {}", perturbed.stable, perturbed.of),
-        perturbed.stable == perturbed.of,
-    ));
+    let perturbed = &checked.perturbed;
+    rows.extend(perturbed.modes.iter().map(|(mode, stable)| {
+        row(
+            format!(
+                "stable holding {} with errors of up to {:.0} % in every derivative",
+                mode.name(),
+                100.0 * wanted.off
+            ),
+            format!("{0} of {0}", perturbed.of),
+            format!("{stable} of {}", perturbed.of),
+            *stable == perturbed.of,
+        )
+    }));
     rows.extend(checked.sampled.iter().map(|sampled| {
         row(
             "stable with vehicles drawn from the covariance of the model\u{2019}s parameters"

@@ -22,7 +22,7 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     );
     let _ = writeln!(
         text,
-        "{:>14}  {:>8}  {:>8}  {:>7}  {:>9}",
+        "{:>14}  {:>8}  {:>8}  {:>7}  {:>9}   holding velocity",
         "loop", "gain up", "down", "phase", "delay"
     );
     for channel in &checked.margins.channels {
@@ -46,6 +46,14 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let phase_deg = channels().map(ChannelMargins::phase_deg).fold(f64::INFINITY, f64::min);
         let _ =
             writeln!(text, "{name:>14}  {gain_db:>5.1} dB  {:>8}  {phase_deg:>6.1}°", "weakest");
+    }
+    if let Some((mode, channel)) = checked.weakest() {
+        let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
+        let (mode, name) = (mode.name(), &channel.name);
+        let _ = writeln!(
+            text,
+            "weakest: {name}, holding {mode}, with {gain_db:.1} dB and {phase_deg:.1}°"
+        );
     }
     let _ = writeln!(text, "{}", perturbed(checked));
     for sentence in checked.sampled.iter().flat_map(sampled) {
@@ -80,12 +88,14 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     text
 }
 
-/// The number of models that stay stable with errors in every derivative, in words.
+/// The numbers of models that stay stable with errors in every derivative, in words.
 pub fn perturbed(checked: &CheckedDesign) -> String {
-    let PerturbedStability { off, stable, of } = checked.perturbed;
+    let PerturbedStability { off, of, modes, in_every_mode } = &checked.perturbed;
+    let each = modes.iter().map(|(mode, stable)| format!("{} {stable}", mode.name()));
     format!(
-        "stable with errors of up to {:.0} % in every derivative: {stable} of {of}",
-        100.0 * off
+        "stable with errors of up to {:.0} % in every derivative: {in_every_mode} of {of} in every mode ({})",
+        100.0 * off,
+        each.collect::<Vec<_>>().join(", ")
     )
 }
 

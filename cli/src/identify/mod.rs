@@ -32,6 +32,9 @@ pub struct Arguments {
     /// actuators that moves]
     #[arg(long, value_name = "NAME")]
     input: Option<String>,
+    /// Identify a second model, from GPS velocity held between fixes, and compare both. Takes about as long again
+    #[arg(long)]
+    held_gps: bool,
     /// Directory to write [default: out/NAME-identify]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -76,10 +79,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         config.alignment.duration_s
     );
 
-    // A second identification uses GPS velocity held between fixes, for comparison. Its failure is a result, too.
+    // The failure of the comparison is a result, too.
     let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
+    let held = || arguments.held_gps.then(|| with(Velocity::HeldGps));
     let working = output::Working::on("identifying");
-    let (found, held) = rayon::join(|| with(Velocity::Estimated), || with(Velocity::HeldGps));
+    let (found, held) = rayon::join(|| with(Velocity::Estimated), held);
+    let held = held.as_ref().map(Result::as_ref);
     let found = found.with_context(|| log.display().to_string())?;
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
     let frequency = FrequencyDomain::of(&found, &flight);
@@ -89,7 +94,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let vehicle =
         vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict.clone());
 
-    let mut summary = Summary::new(log, &dataset, &forward, &found, held.as_ref(), verdict.clone());
+    let mut summary = Summary::new(log, &dataset, &forward, &found, held, verdict.clone());
     summary.warn(sentences(&denied));
     summary.ask_frequency(frequency.as_ref());
     summary.warn(flight_warnings(&flight, arguments.model));
@@ -109,7 +114,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             verdict: words::verdict(&summary),
             dataset: &dataset,
             found: &found,
-            held: held.as_ref(),
+            held,
             frequency: frequency.as_ref(),
         };
         page.build()?.write(&out.join(output::REPORT))?;
@@ -118,7 +123,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     summary.set_wall(started.elapsed().as_secs_f64());
     output::write_json(&summary, &out.join("summary.json"))?;
-    let (held, frequency) = (held.as_ref().ok(), frequency.as_ref());
+    let (held, frequency) = (held.and_then(Result::ok), frequency.as_ref());
     output::say_text(words::in_words(&summary, &found, held, frequency, &out));
     ensure!(
         verdict.grade != Grade::DoNotFly,

@@ -25,8 +25,9 @@ pub struct Summary {
     pub(super) test_points: Vec<TestPointSummary>,
     #[serde(flatten)]
     pub(super) result: IdentificationSummary,
-    /// The identification from GPS velocity held between fixes, or the reason for its failure.
-    held_gps: HeldSummary,
+    /// The identification from GPS velocity held between fixes, or the reason for its failure, where requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held_gps: Option<HeldSummary>,
     /// The identification in the frequency domain, or the reason for its failure.
     frequency_domain: FrequencySummary,
     /// The verdict on the use of the model.
@@ -220,7 +221,7 @@ impl Summary {
         dataset: &Dataset,
         run: &Run,
         found: &Identification,
-        held: Result<&Identification, &IdentifyError>,
+        held: Option<Result<&Identification, &IdentifyError>>,
         verdict: Verdict,
     ) -> Self {
         let used_for = |index: usize| match index {
@@ -243,10 +244,10 @@ impl Summary {
             tones_hz: found.tones.iter().map(|tone| tone.frequency_hz).collect(),
             test_points: points.collect(),
             result: IdentificationSummary::of(found),
-            held_gps: match held {
+            held_gps: held.map(|held| match held {
                 Ok(held) => HeldSummary::Found(IdentificationSummary::of(held)),
                 Err(error) => HeldSummary::Refused { reason: error.to_string() },
-            },
+            }),
             frequency_domain: FrequencySummary::Refused { reason: "not computed".into() },
             verdict: verdict.grade,
             reasons: verdict.reasons,

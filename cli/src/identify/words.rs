@@ -63,19 +63,17 @@ pub fn in_words(
     }
     let fit = found.fit();
     let on = if found.validation.is_some() { "validation" } else { "fitted" };
-    let _ = writeln!(
-        text,
-        "\n{:<12} {:>9} {:>12} {:>12} {:>14}",
-        "output", "fit %", "noise floor", "residual", "held GPS fit %"
-    );
+    let _ =
+        write!(text, "\n{:<12} {:>9} {:>12} {:>12}", "output", "fit %", "noise floor", "residual");
+    text += if held.is_some() { "  held GPS fit %\n" } else { "\n" };
     for channel in fit.channels().0 {
         let mut channels = held.into_iter().flat_map(|held| held.fit().channels().0);
         let other = channels.find(|other| other.name == channel.name);
-        let other = other.map_or_else(|| "–".into(), |other| format!("{:.1}", other.percent));
+        let other = other.map_or_else(String::new, |other| format!("  {:>14.1}", other.percent));
         let _ = writeln!(
             text,
-            "{:<12} {:>9.1} {:>12.1} {:>12.4} {:>14}",
-            channel.name, channel.percent, channel.floor_percent, channel.residual_rms, other
+            "{:<12} {:>9.1} {:>12.1} {:>12.4}{other}",
+            channel.name, channel.percent, channel.floor_percent, channel.residual_rms
         );
     }
     let window_s = fit.window_s();

@@ -21,7 +21,7 @@ pub struct Arguments {
     pub out: Option<PathBuf>,
     /// Follow this path exactly, without the autopilot, instead of simulating the closed loop
     #[arg(long, value_enum, conflicts_with_all = [
-        "model", "autopilot", "disturbance", "test_points", "duration", "wind", "sensors", "outage",
+        "model", "vehicle", "autopilot", "disturbance", "test_points", "duration", "wind", "sensors", "outage",
         "truth"
     ])]
     pub flight: Option<FlightPath>,
@@ -35,10 +35,13 @@ pub struct Arguments {
     /// Heading at the start, degrees from true north
     #[arg(long, value_name = "DEG", default_value_t = 60.0, value_parser = heading, allow_hyphen_values = true)]
     pub heading: f64,
-    /// Model to design the autopilot for: a model.toml, raptor60, thesis or r50 [default: raptor60]. The simulated
-    /// vehicle is always the nonlinear 60-class helicopter
+    /// Model to design the autopilot for: a model.toml, raptor60, thesis or r50 [default: raptor60]
     #[arg(long, conflicts_with = "autopilot")]
     pub model: Option<String>,
+    /// Vehicle to fly: raptor60, the nonlinear 60-class helicopter, or a linear model of any vehicle, a model.toml, r50
+    /// or thesis [default: --model]
+    #[arg(long, value_name = "VEHICLE")]
+    pub vehicle: Option<String>,
     /// The autopilot.toml to fly with, written by `hovernav design`
     #[arg(long, value_name = "FILE")]
     pub autopilot: Option<PathBuf>,

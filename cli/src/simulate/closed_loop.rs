@@ -1,5 +1,6 @@
 //! The closed loop: vehicle, servos, sensors, estimator and autopilot.
 
+use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{bail, ensure};
@@ -14,7 +15,7 @@ use super::estimate::Estimate;
 use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
-use crate::arguments::{FORCED, designed_for_another, refuse_unflyable};
+use crate::arguments::{FORCED, HELICOPTER, designed_for_another, flown, refuse_unflyable};
 use crate::output;
 use crate::summary::InWords as _;
 
@@ -23,18 +24,20 @@ const FLYING: f64 = 0.75;
 
 /// The flight configuration of the arguments.
 fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<FlightConfig> {
+    let flown = flown(arguments.vehicle.as_deref(), arguments.model.as_deref())?;
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_record::read_autopilot(path)?,
         None => {
-            let name = arguments.model.as_deref().unwrap_or("raptor60");
+            let name = arguments.model.as_deref().unwrap_or(HELICOPTER);
             let model = shipped::open(name)?;
             refuse_unflyable(&model, name, FORCED)?;
-            warnings.extend(designed_for_another(&model));
+            warnings.extend(designed_for_another(&model, flown.as_ref()));
             let design = HoverDesign::for_model(&model);
             HoverConfig::new(design.period_s, design.synthesise(&model)?)
         }
     };
     let mut config = FlightConfig::new(autopilot);
+    config.model = flown;
     (config.dmu, config.gps) = arguments.sensors.sensors();
     config.dmu.rate_hz = 1.0 / autopilot.period_s;
     config.gps.outages_s.extend(arguments.outage.iter().map(|window| {
@@ -92,31 +95,46 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(fly_config) = arguments.config.as_deref().filter(|_| arguments.lines) {
         return super::lines::run(arguments, config, fly_config);
     }
+    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
+    record(&config, &out, !arguments.no_report, warnings, started)
+}
+
+/// Flies `config` and writes the flight, its estimate and, if `has_page`, its page to `out`.
+///
+/// # Errors
+/// A flight that is impossible, or that crashes; the record of a crashed flight is written first.
+pub fn record(
+    config: &FlightConfig,
+    out: &Path,
+    has_page: bool,
+    warnings: Vec<String>,
+    started: Instant,
+) -> anyhow::Result<()> {
     // Steps are seconds of flight; the estimation adds the remaining share of steps.
     let bar = output::bar((config.duration_s / FLYING).ceil() as usize);
     let flight = config.fly_with(|second| bar.set_position(second as u64))?;
-    let out = arguments.out.clone().unwrap_or_else(|| OUT.into());
     let (mut dataset, truth) = flight.dataset();
-    dataset.write(&out, &truth)?;
+    dataset.write(out, &truth)?;
 
     let samples = dataset.imu.len() as f64;
-    let Estimate { run, reference, score, summary } = Estimate::of(&mut dataset, &out, |done| {
+    let Estimate { run, reference, score, summary } = Estimate::of(&mut dataset, out, |done| {
         let share = FLYING + (1.0 - FLYING) * done as f64 / samples;
         bar.set_position((share * config.duration_s / FLYING) as u64);
     })?;
     bar.finish_and_clear();
-    let mut summary = Summary { run: summary, flight: ClosedLoopSummary::new(&config, &flight) };
+    let mut summary = Summary { run: summary, flight: ClosedLoopSummary::new(config, &flight) };
     summary.run.warnings.extend(warnings);
     summary.run.warnings.extend(flight.aborted.iter().map(|(at_s, why)| {
         format!("a test input ended early at {at_s:.2} s: {}", excitation::in_words(*why))
     }));
-    if let Some(crashed_s) = flight.crashed_s {
-        summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s"));
+    let crash = flight.crashed_s.zip(flight.crash);
+    if let Some((crashed_s, crash)) = crash {
+        summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s: it {crash}"));
     }
     crate::output::say(format_args!("{}", summary.flight.in_words()));
-    if !arguments.no_report {
+    if has_page {
         let page = SimulationPage {
-            config: &config,
+            config,
             flight: &flight,
             dataset: &dataset,
             run: &run,
@@ -126,14 +144,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         };
         page.write(&out.join(output::REPORT))?;
     } else {
-        output::remove_stale(&out, [output::REPORT]);
+        output::remove_stale(out, [output::REPORT]);
     }
     summary.run.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    crate::output::say_text(summary.run.in_words(&out));
-    if let Some(crashed_s) = flight.crashed_s {
+    crate::output::say_text(summary.run.in_words(out));
+    if let Some((crashed_s, crash)) = crash {
         bail!(
-            "the vehicle crashed at {crashed_s:.2} s; the flight until then is in {}",
+            "the vehicle crashed at {crashed_s:.2} s: it {crash}; the flight until then is in {}",
             out.display()
         );
     }

@@ -12,6 +12,7 @@ mod path;
 mod summary;
 
 pub use arguments::Arguments;
+pub use closed_loop::record;
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match arguments.flight {

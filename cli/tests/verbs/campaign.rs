@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{place, succeeds, summary, text};
+use crate::common::{place, refusal, succeeds, summary, text};
 
 #[test]
 fn shards_of_a_campaign_are_the_campaign() {
@@ -49,9 +49,71 @@ fn the_seed_of_a_campaign_is_the_number_of_its_first_flight() {
 fn a_campaign_with_the_design_of_another_helicopter_says_so() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
-    let words = succeeds(&[&["campaign"][..], &own].concat());
+    let words = succeeds(&[&["campaign", "--vehicle", "raptor60"][..], &own].concat());
     let expected = "the autopilot is designed for thesis-hover, but the simulated aircraft is the nonlinear 60-class";
     assert!(words.contains(&format!("warning: {expected}")), "{words}");
     assert!(summary(&out)["warnings"][0].as_str().is_some_and(|text| text.starts_with(expected)));
     assert!(fs::read_to_string(out.join("report.html")).expect("a page").contains(expected));
+}
+
+#[test]
+fn a_linear_model_flies_itself_and_what_it_lacks_is_refused() {
+    let out = place("campaign_linear");
+    let fly = |own: &[&str]| {
+        let all = ["campaign", "--flights", "4", "--duration", "40", "--out", text(&out)];
+        [&all[..], own].concat()
+    };
+    let words = succeeds(&fly(&["--model", "r50", "--no-report"]));
+    let summary = summary(&out);
+    assert_eq!(summary["vehicle"], "mettler-r50-hover");
+    assert_eq!(summary["outcomes"]["crashed"], 0, "{words}");
+    let results = fs::read_to_string(out.join("results.csv")).expect("results");
+    let head = results.lines().next().expect("a head");
+    assert!(head.contains(",p_b,") && head.ends_with("fuel_kg,cause"), "{head}");
+    for (own, expected) in [
+        (
+            &["--model", "r50", "--power-loss", "0.5"][..],
+            "--power-loss: mettler-r50-hover: a linear model has no engine",
+        ),
+        (
+            &["--model", "r50", "--fuel", "0.3"],
+            "--fuel: mettler-r50-hover: a linear model has no mass",
+        ),
+        (&["--model", "r50", "--spread", "mass=0.1"], "--spread: found \"mass\", expected one of"),
+        (&["--vehicle", "nowhere.toml"], "nowhere.toml"),
+    ] {
+        let message = refusal(&fly(own));
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_crashed_flight_is_listed_with_its_cause_and_recorded_on_request() {
+    let out = place("campaign_crashes");
+    let own = ["campaign", "--jams", "1", "--duration", "40", "--out", text(&out)];
+    let words = succeeds(&[&own[..], &["--flights", "8"]].concat());
+    let summary = summary(&out);
+    let crash = &summary["crashes"][0];
+    let (seed, cause) = (&crash["seed"].to_string(), crash["cause"].as_str().expect("a cause"));
+    assert!(words.contains(&format!("crash of seed {seed}: {cause}")), "{words}");
+    assert!(cause.contains("s after ") && cause.contains("jammed"), "{cause}");
+    assert!(words.contains("lateral jams") && summary["failures"]["lateral jams"].is_object());
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    assert!(page.contains("<section id=\"crashes\">") && page.contains(cause));
+    let message = refusal(&[&own[..], &["--record", seed, "--no-report"]].concat());
+    let (what, _) = cause.split_once(" at ").expect("a time");
+    assert!(message.contains("the vehicle crashed at") && message.contains(what), "{message}");
+    assert!(out.join(format!("seed-{seed}")).join("reference.csv").exists());
+}
+
+#[test]
+fn a_campaign_without_a_flight_to_evaluate_says_so() {
+    let out = place("campaign_none");
+    // The autopilot of the large R-50 is too slow for a small helicopter.
+    let own = ["campaign", "--model", "r50", "--vehicle", "raptor60", "--flights", "3"];
+    let words = succeeds(&[&own[..], &["--no-report", "--out", text(&out)]].concat());
+    if summary(&out)["outcomes"]["crashed"] == 3 {
+        assert!(!words.contains("NaN"), "{words}");
+        assert!(words.contains("no flight lasted until the evaluation"), "{words}");
+    }
 }

@@ -22,7 +22,8 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
     // Without the reference and the true parameters: the command must not need them.
     let flight = flight("identify-flight", |_, content| Some(content));
     let out = place("identify-hybrid");
-    let words = succeeds(&["identify", text(&flight), "--model", "hybrid", "--out", text(&out)]);
+    let own = ["identify", text(&flight), "--model", "hybrid", "--held-gps", "--out", text(&out)];
+    let words = succeeds(&own);
 
     let summary = summary(&out);
     assert_keys(&summary, &["warnings", "model", "log"]);

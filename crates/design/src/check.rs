@@ -7,7 +7,7 @@ use super::hover::{
     Cut, EstimatorLag, FlightMode, GustResponse, Gusts, HoverDesign, PerturbedStability,
     SampledRobustness,
 };
-use super::margins::{Loop, Margins};
+use super::margins::{ChannelMargins, Loop, Margins};
 use super::notch::NotchCost;
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::{Gains, StickLimits};
@@ -37,7 +37,7 @@ pub struct CheckedDesign {
     pub at_outputs: Option<Margins>,
     /// Handling qualities of phi, theta and psi in the mode that holds attitude.
     pub handling: Vec<HandlingQualities>,
-    /// Number of stable models among those with every derivative perturbed.
+    /// Number of stable models among those with every derivative perturbed, in each flight mode.
     pub perturbed: PerturbedStability,
     /// Robustness on vehicles drawn from the covariance of the model's parameters, if the model has one.
     pub sampled: Option<SampledRobustness>,
@@ -235,6 +235,19 @@ impl CheckedDesign {
             printed,
             warnings,
         })
+    }
+
+    /// The flight mode and loop with the weakest margins relative to the required 6 dB and 45°; `None` where every mode
+    /// is unstable. An unstable mode is worse than any margin; [`modes`](Self::modes) lists it.
+    #[must_use]
+    pub fn weakest(&self) -> Option<(FlightMode, &ChannelMargins)> {
+        let of_modes = self.modes.iter().filter_map(|(mode, own)| Some((*mode, own.as_ref()?)));
+        let channels =
+            of_modes.flat_map(|(mode, own)| own.channels.iter().map(move |own| (mode, own)));
+        let part = |own: &ChannelMargins| {
+            (own.smallest_gain_db() / LEAST_GAIN_DB).min(own.phase_deg() / LEAST_PHASE_DEG)
+        };
+        channels.min_by(|(_, one), (_, other)| part(one).total_cmp(&part(other)))
     }
 
     /// The design with the cost of a notch, whose delay the design includes as its [`notch_s`](HoverDesign::notch_s).

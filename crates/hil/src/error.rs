@@ -2,8 +2,7 @@
 
 use hovernav::{autopilot, servo};
 use hovernav_fly::play::PlayError;
-use hovernav_model::helicopter::HelicopterError;
-use hovernav_sim::ConfigError;
+use hovernav_sim::{ConfigError, FlightError};
 
 /// Reasons why a live flight cannot be flown.
 #[derive(Debug, thiserror::Error)]
@@ -12,9 +11,9 @@ pub enum LiveFlightError {
     /// Invalid settings of a sensor, servo or the wind.
     #[error(transparent)]
     Sensor(#[from] ConfigError),
-    /// An invalid airframe.
+    /// An invalid vehicle.
     #[error(transparent)]
-    Helicopter(#[from] HelicopterError),
+    Vehicle(#[from] FlightError),
     /// Invalid settings of the pilot's skill.
     #[error(transparent)]
     Pilot(#[from] autopilot::ConfigError),

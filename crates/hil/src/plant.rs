@@ -11,7 +11,6 @@ use hovernav::servo::{ChannelConfig, Swashplate};
 use hovernav::time::Time;
 use hovernav_fly::DurationHistogram;
 use hovernav_log::Truth;
-use hovernav_model::helicopter::Helicopter;
 use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, State, Vehicle, Wind};
 
 use crate::error::LiveFlightError;
@@ -135,16 +134,10 @@ fn damaged(fix: Fix) -> Fix {
 impl Plant {
     pub fn new(config: LiveConfig) -> Result<Self, LiveFlightError> {
         let flight = &config.flight;
-        let helicopter = Helicopter::new(flight.helicopter)?;
         let step_s = flight.autopilot.period_s / STEPS as f64;
         let neutral = flight.autopilot.trim.sticks;
         Ok(Self {
-            vehicle: Vehicle::hovering(
-                &flight.vehicle,
-                helicopter,
-                flight.start,
-                flight.heading_rad,
-            )?,
+            vehicle: flight.hovering()?.0,
             wind: Wind::new(&flight.wind, step_s, flight.seed)?,
             wind_mps: Vector::ZERO,
             dmu: SimulatedDmu::new(&flight.dmu, flight.seed)?,

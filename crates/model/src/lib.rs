@@ -5,9 +5,10 @@
 //! flight.
 //!
 //! [`StateSpace`] is a linear model: matrices, the names and units of its signals, and its time domain. It is read from
-//! and written to `model.toml`; [`shipped`] contains three. [`hover`] builds the structures of hover models of small
+//! and written to `model.toml`; [`shipped`] contains three. [`LinearAirframe`] flies one. [`hover`] builds the structures of hover models of small
 //! helicopters.
 
+mod airframe;
 mod error;
 mod file;
 mod flyable;
@@ -26,6 +27,7 @@ mod signs;
 mod state_space;
 mod verdict;
 
+pub use airframe::{AirframeError, LinearAirframe};
 pub use error::ModelError;
 pub use flyable::{IDENTIFIED, Unflyable};
 pub use frequency::FrequencySweep;

@@ -2,12 +2,15 @@
 
 use hovernav_sim::campaign::{
     Campaign, CampaignResult, HoverBounds, Measure, Outcome, PERCENTILES, SensorGrade, UNCERTAIN,
-    count,
+    count, failures,
 };
 
 use crate::{
     Axis, Fact, Figure, Level, Page, Role, Row, Section, Series, Table, TableRow, Verdict,
 };
+
+/// Largest number of crashes that are listed; results.csv contains all.
+pub const LISTED: usize = 20;
 
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
@@ -47,7 +50,11 @@ impl<'a> CampaignPage<'a> {
             warnings: &self.warnings,
             facts: &self.facts,
             table: Some(percentiles(results)),
-            sections: vec![outcomes(results), distributions(results), causes(campaign, results)],
+            sections: [outcomes(results)]
+                .into_iter()
+                .chain(crashes(results))
+                .chain([distributions(results), causes(campaign, results)])
+                .collect(),
             ..Page::titled("Campaign")
         }
     }
@@ -98,7 +105,12 @@ fn facts(campaign: &Campaign, results: &[CampaignResult]) -> Vec<Fact> {
         Fact::new(
             "airframe drawn from",
             if identified.is_empty() {
-                format!("5 % in mass, 10 % in {}, one sigma", UNCERTAIN[1..].join(", "))
+                match &campaign.nominal.model {
+                    None => {
+                        format!("5 % in mass, 10 % in {}, one sigma", UNCERTAIN[1..].join(", "))
+                    }
+                    Some(_) => "10 % in every derivative, one sigma, or as --spread states".into(),
+                }
             } else {
                 format!("the identified covariance of {}", identified.join(", "))
             },
@@ -133,16 +145,18 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
 
 fn percentiles(results: &[CampaignResult]) -> Table {
     let row = |measure: &Measure| {
-        TableRow::new(
-            in_words(measure.name),
-            measure.percentiles(results, None).map(|v| format!("{v:.3}")).into(),
-        )
+        TableRow::new(in_words(measure.name), measure.percentiles(results, None).map(number).into())
     };
     Table {
         caption: "Percentiles over all flights that lasted until the evaluation".into(),
         heads: [String::new()].into_iter().chain(PERCENTILES.map(|p| format!("{p} %"))).collect(),
         rows: Measure::ALL.iter().map(row).collect(),
     }
+}
+
+/// A number of a table; a dash where no flight has it.
+fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value:.3}") } else { "–".into() }
 }
 
 /// A column name in words: `vn_error_rms_mps` becomes "north velocity, error, RMS, m/s".
@@ -190,6 +204,32 @@ fn outcomes(results: &[CampaignResult]) -> Section {
         heads: heads.map(Into::into).collect(),
         rows: Outcome::ALL.into_iter().map(row).collect(),
     })
+    .with(Table {
+        caption: "Flights by failure; the worst counts where there are two".into(),
+        heads: [String::new()]
+            .into_iter()
+            .chain(Outcome::ALL.map(|outcome| outcome.name().replace('_', " ")))
+            .collect(),
+        rows: (failures(results).into_iter())
+            .map(|(failure, counts)| {
+                TableRow::new(failure.name(), counts.map(|count| count.to_string()).to_vec())
+            })
+            .collect(),
+    })
+}
+
+/// The crashed flights with their causes; `None` without a crash.
+fn crashes(results: &[CampaignResult]) -> Option<Section> {
+    let rows: Vec<TableRow> = results
+        .iter()
+        .filter_map(|own| Some(TableRow::new(own.draw.seed.to_string(), vec![own.cause()?])))
+        .take(LISTED)
+        .collect();
+    let explanation = "The last event before each crash. Seed by seed in results.csv; --record SEED writes the record \
+                       and page of a flight.";
+    let heads = ["Seed", "Crash"].map(Into::into).into();
+    let table = Table { caption: format!("The first {LISTED} crashes"), heads, rows };
+    (!table.rows.is_empty()).then(|| Section::new("crashes", "Crashes", explanation).with(table))
 }
 
 fn distributions(results: &[CampaignResult]) -> Section {
@@ -246,7 +286,8 @@ fn causes(campaign: &Campaign, results: &[CampaignResult]) -> Section {
     let mass = results.iter().filter_map(|result| {
         let held = result.hover.as_ref()?;
         let fuel_kg = result.draw.fuel_kg - 0.5 * campaign.fuel_kg;
-        let of_nominal = result.draw.factors[0] + fuel_kg / campaign.nominal.helicopter.mass_kg;
+        let factor = result.draw.drawn.first()?;
+        let of_nominal = factor + fuel_kg / campaign.nominal.helicopter.mass_kg;
         Some((of_nominal, 100.0 * held.sticks_mean[2]))
     });
     let by_mass = Row::new("Collective", "%")
@@ -257,13 +298,14 @@ fn causes(campaign: &Campaign, results: &[CampaignResult]) -> Section {
     )
     .captioned("Collective that compensates the error of mass");
     let calm = |result: &CampaignResult| result.draw.outage_s.is_none().then(|| speed(result));
-    Section::new(
+    let section = Section::new(
         "causes",
         "Causes",
         "Largest distance of each flight from its position at the start of the evaluation, and its mean \
          collective. One dot per flight.",
     )
     .with(against(Axis::linear("Wind", "m/s"), &calm, "By wind, flights without GPS outage"))
-    .with(against(Axis::linear("GPS outage", "s"), &length, "By the length of the GPS outage"))
-    .with(by_mass)
+    .with(against(Axis::linear("GPS outage", "s"), &length, "By the length of the GPS outage"));
+    // A linear model has no mass.
+    if campaign.nominal.model.is_some() { section } else { section.with(by_mass) }
 }

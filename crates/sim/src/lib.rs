@@ -13,15 +13,19 @@
 //! ```
 
 mod aids;
+mod airframe;
 mod axes;
 mod baro;
 pub mod campaign;
 mod check;
+mod crash;
+mod disturbance;
 mod dmu;
 mod engine;
 pub mod faults;
 mod flight;
 mod gps;
+mod ground;
 mod leg;
 mod manifest;
 mod noise;
@@ -30,6 +34,7 @@ mod servo;
 mod skids;
 mod state;
 mod trajectory;
+mod transport;
 mod triad;
 mod vehicle;
 mod vibration;
@@ -39,6 +44,8 @@ pub use aids::{AntennasConfig, RangefinderConfig, SimulatedAntennas, SimulatedRa
 pub use axes::HorizontalVertical;
 pub use baro::{BaroConfig, SimulatedBaro};
 pub use check::ConfigError;
+pub use crash::Crash;
+pub use disturbance::Disturbance;
 pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, ImuTruth, MagnetometerConfig, SimulatedDmu};
 pub use engine::EngineConfig;
 pub use flight::{
@@ -53,7 +60,7 @@ pub use servo::{ServoConfig, SimulatedServo};
 pub use state::State;
 pub use trajectory::{Trajectory, TrajectoryError};
 pub use triad::{AccelerometerConfig, GyroConfig};
-pub use vehicle::{Disturbance, Vehicle, VehicleConfig};
+pub use vehicle::{Vehicle, VehicleConfig};
 pub use vibration::{Harmonic, VibrationSource};
 pub use wind::{Wind, WindConfig};
 

@@ -1,18 +1,26 @@
 //! The whole vehicle: airframe, servos, governor, ground.
 
+use std::f64::consts::TAU;
+
 use hovernav::glam::DVec3;
 
+use super::airframe::{Airframe, Lateness};
 use super::check::{Checked, ConfigError, finite, positive};
-use super::engine::{Engine, EngineConfig};
+use super::crash::Crash;
+use super::disturbance::{Disturbance, Push};
+use super::engine::EngineConfig;
+use super::ground;
 use super::servo::{ServoConfig, SimulatedServo};
 use super::skids;
 use super::state::State;
+use super::transport::Transport;
 use hovernav::controls::Sticks;
 use hovernav::earth::{Geodetic, Local};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav_model::helicopter::{
     Helicopter, HelicopterError, HelicopterParameters, HelicopterState, StateDerivative,
 };
+use hovernav_model::{LinearAirframe, StateSpace};
 
 /// Settings of the vehicle apart from the airframe. The default is the thesis's helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,81 +65,29 @@ impl VehicleConfig {
 /// Sink rate, m/s, and tilt, rad, above which a ground contact is a crash.
 const HARD_MPS: f64 = 2.5;
 const TIPPED_RAD: f64 = 0.6;
+/// Roll or pitch, rad, beyond which a vehicle in the air is lost.
+const UPSET_RAD: f64 = 1.4;
+/// Airspeed, m/s, beyond which a linear hover model describes nothing.
+const FASTEST_MPS: f64 = 20.0;
 
 /// A flying helicopter, from sticks to motion.
 #[derive(Clone, Debug)]
 pub struct Vehicle {
     config: VehicleConfig,
-    helicopter: Helicopter,
+    airframe: Airframe,
     servos: [SimulatedServo; 4],
+    /// Transport delays of the sticks' commands, and the time since the start, s.
+    transports: [Transport; 4],
+    time_s: f64,
     /// Servos that are jammed.
     jammed: [bool; 4],
     motion: HelicopterState,
     position: Geodetic,
-    engine: Engine,
     wind_mps: Vector<Ned>,
     pushes: Vec<Push>,
     /// Effect of the pushes in the current step: acceleration, m/s², and angular rate, rad/s.
     pushed: (Vector<Body>, Vector<Body>),
-    crashed: bool,
-}
-
-/// A disturbance in progress.
-#[derive(Clone, Copy, Debug)]
-struct Push {
-    disturbance: Disturbance,
-    elapsed_s: f64,
-}
-
-/// Duration of a push, s: long enough for gyros and accelerometers to stay within their ranges.
-const PUSH_S: f64 = 0.3;
-
-impl Push {
-    /// Acceleration and angular rate over the next `step_s`.
-    fn advance(&mut self, step_s: f64) -> (Vector<Body>, Vector<Body>) {
-        let left_s = (PUSH_S - self.elapsed_s).min(step_s);
-        self.elapsed_s += step_s;
-        let per_s = left_s / (PUSH_S * step_s);
-        let [roll, pitch, yaw] = self.disturbance.attitude_rad;
-        (self.disturbance.velocity_mps * per_s, Vector::new(roll, pitch, yaw) * per_s)
-    }
-}
-
-/// A step in the vehicle's state, as the disturbances of Paw (2005), table 6.1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Disturbance {
-    /// Roll, pitch and heading, rad.
-    pub attitude_rad: [f64; 3],
-    /// p, q, r, rad/s.
-    pub rate_radps: Vector<Body>,
-    /// u, v, w, m/s.
-    pub velocity_mps: Vector<Body>,
-}
-
-impl Disturbance {
-    /// The disturbance of one state alone by `size`; `None` for an unknown name. The states are `phi`, `theta`, `psi`,
-    /// rad, `p`, `q`, `r`, rad/s, `u`, `v`, `w`, m/s.
-    #[must_use]
-    pub fn of_state(state: &str, size: f64) -> Option<Self> {
-        let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
-        let vector = |axis: usize| {
-            let [x, y, z] = axes[axis];
-            Vector::new(x, y, z)
-        };
-        let none = Self::default();
-        Some(match state {
-            "phi" => Self { attitude_rad: axes[0], ..none },
-            "theta" => Self { attitude_rad: axes[1], ..none },
-            "psi" => Self { attitude_rad: axes[2], ..none },
-            "p" => Self { rate_radps: vector(0), ..none },
-            "q" => Self { rate_radps: vector(1), ..none },
-            "r" => Self { rate_radps: vector(2), ..none },
-            "u" => Self { velocity_mps: vector(0), ..none },
-            "v" => Self { velocity_mps: vector(1), ..none },
-            "w" => Self { velocity_mps: vector(2), ..none },
-            _ => return None,
-        })
-    }
+    crash: Option<Crash>,
 }
 
 impl Vehicle {
@@ -145,29 +101,61 @@ impl Vehicle {
         position: Geodetic,
         heading_rad: f64,
     ) -> Result<Self, ConfigError> {
+        let airframe = Airframe::helicopter(helicopter, &config.engine);
+        let late = [Lateness { delay_s: 0.0, lag_s: None }; 4];
+        Self::of(config, airframe, late, position, heading_rad)
+    }
+
+    /// A linear hover model in its hover at `position`, level, heading `heading_rad`. The delays and lags that the model
+    /// states for its sticks replace the lags of the servos. They count from a command to its effect; of a delay, the
+    /// flight computer already takes `period_s`.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with the invalid value of `config`.
+    pub fn linear(
+        config: &VehicleConfig,
+        (airframe, model): (LinearAirframe, &StateSpace),
+        position: Geodetic,
+        heading_rad: f64,
+        period_s: f64,
+    ) -> Result<Self, ConfigError> {
+        let late = Lateness::of(model, period_s);
+        Self::of(config, Airframe::Linear(airframe), late, position, heading_rad)
+    }
+
+    fn of(
+        config: &VehicleConfig,
+        airframe: Airframe,
+        late: [Lateness; 4],
+        position: Geodetic,
+        heading_rad: f64,
+    ) -> Result<Self, ConfigError> {
         config.check()?;
-        let [lateral, longitudinal, collective, pedal] = helicopter.hover_sticks().to_array();
-        let servo = |at| SimulatedServo::new(&config.servo, at);
-        let mut motion = *helicopter.hover();
+        let sticks = airframe.hover_sticks().to_array();
+        let servo = |stick: usize| {
+            let own =
+                if Sticks::NAMES[stick] == "pedal" { config.tail_servo } else { config.servo };
+            let lagging = |lag_s: f64| ServoConfig { bandwidth_hz: (TAU * lag_s).recip(), ..own };
+            SimulatedServo::new(&late[stick].lag_s.map_or(own, lagging), sticks[stick])
+        };
+        let mut motion = airframe.hover();
         let hover = motion.body_to_ned.euler();
         motion.body_to_ned = Rotation::from_euler(EulerAngles { yaw_rad: heading_rad, ..hover });
         Ok(Self {
             config: *config,
-            servos: [
-                servo(lateral)?,
-                servo(longitudinal)?,
-                servo(collective)?,
-                SimulatedServo::new(&config.tail_servo, pedal)?,
-            ],
+            servos: [servo(0)?, servo(1)?, servo(2)?, servo(3)?],
+            transports: std::array::from_fn(|stick| {
+                Transport::new(late[stick].delay_s, sticks[stick])
+            }),
+            time_s: 0.0,
             jammed: [false; 4],
-            engine: Engine::new(&config.engine, helicopter.parameters()),
-            helicopter,
+            airframe,
             motion,
             position,
             wind_mps: Vector::ZERO,
             pushes: Vec::new(),
             pushed: (Vector::ZERO, Vector::ZERO),
-            crashed: false,
+            crash: None,
         })
     }
 
@@ -188,62 +176,78 @@ impl Vehicle {
     /// within 0.3 s.
     pub fn push(&mut self, disturbance: &Disturbance) {
         self.motion.rate_radps += disturbance.rate_radps;
-        self.pushes.push(Push { disturbance: *disturbance, elapsed_s: 0.0 });
+        self.pushes.push(Push::new(*disturbance));
     }
 
-    /// Jams the servo of `stick` (lateral, longitudinal, collective or pedal) at its position; that of the tail
-    /// includes the contribution of its gyro. Other numbers have no effect.
+    /// Jams the servo of `stick` (lateral, longitudinal, collective or pedal) at its position; that of a helicopter's
+    /// tail includes the contribution of its gyro. Other numbers have no effect.
     pub fn jam(&mut self, stick: usize) {
         if let Some(jammed) = self.jammed.get_mut(stick) {
             *jammed = true;
         }
-        if Sticks::NAMES.get(stick) == Some(&"pedal") {
-            let pitch_rad = self.helicopter.tail_pitch_rad(&self.motion, self.servos().pedal);
-            self.helicopter = self.helicopter.clone().with_stuck_tail(pitch_rad);
+        let pedal = self.servos().pedal;
+        if let Airframe::Helicopter { helicopter, .. } = &mut self.airframe
+            && Sticks::NAMES.get(stick) == Some(&"pedal")
+        {
+            let pitch_rad = helicopter.tail_pitch_rad(&self.motion, pedal);
+            *helicopter = helicopter.clone().with_stuck_tail(pitch_rad);
         }
     }
 
-    /// Stops the engine: from now on the rotors turn freely, driven by the air alone.
+    /// Stops the engine: from now on the rotors turn freely, driven by the air alone. A linear model has no engine.
     pub const fn lose_power(&mut self) {
-        self.engine.stop();
+        if let Airframe::Helicopter { engine, .. } = &mut self.airframe {
+            engine.stop();
+        }
     }
 
-    /// Speed of the main rotor divided by its nominal speed.
+    /// Speed of the main rotor divided by its nominal speed; 1 for a linear model.
     #[must_use]
     pub const fn rotor_speed(&self) -> f64 {
-        self.engine.drive().speed
+        match &self.airframe {
+            Airframe::Helicopter { engine, .. } => engine.drive().speed,
+            Airframe::Linear(_) => 1.0,
+        }
     }
 
-    /// Changes the mass to `mass_kg`; inertia and rigging stay.
+    /// Changes the mass to `mass_kg`; inertia and rigging stay. A linear model has no mass.
     ///
     /// # Errors
     /// [`HelicopterError`] for a mass that this helicopter cannot carry.
     pub fn set_mass(&mut self, mass_kg: f64) -> Result<(), HelicopterError> {
-        let parameters = HelicopterParameters { mass_kg, ..*self.helicopter.parameters() };
-        self.helicopter = self.helicopter.with_parameters(parameters)?;
+        if let Airframe::Helicopter { helicopter, .. } = &mut self.airframe {
+            let parameters = HelicopterParameters { mass_kg, ..*helicopter.parameters() };
+            *helicopter = helicopter.with_parameters(parameters)?;
+        }
         Ok(())
     }
 
     /// Flies for `interval_s` under `sticks` in a wind of `wind_mps`. A crashed vehicle stays at its position.
     pub fn step(&mut self, sticks: Sticks, wind_mps: Vector<Ned>, interval_s: f64) {
         self.wind_mps = wind_mps;
-        if self.crashed {
+        if self.has_crashed() {
             return;
+        }
+        for (transport, command) in self.transports.iter_mut().zip(sticks.to_array()) {
+            transport.send(command, self.time_s);
         }
         let steps = (interval_s / self.config.step_s).ceil().max(1.0);
         let step_s = interval_s / steps;
         for _ in 0..steps as usize {
-            let servos = self.servos.iter_mut().zip(self.jammed).filter(|(_, jammed)| !jammed);
-            for ((servo, _), command) in servos.zip(sticks.to_array()) {
-                servo.step(command, step_s);
+            for (stick, servo) in self.servos.iter_mut().enumerate() {
+                let command = self.transports[stick].at(self.time_s);
+                if !self.jammed[stick] {
+                    servo.step(command, step_s);
+                }
             }
             self.integrate(step_s);
+            self.time_s += step_s;
         }
     }
 
     /// Equation (V16) of docs/equations.md.
     fn integrate(&mut self, step_s: f64) {
-        self.pushes.retain(|push| push.elapsed_s < PUSH_S);
+        self.pushes.retain(|push| !push.is_over());
         self.pushed = (Vector::ZERO, Vector::ZERO);
         for push in &mut self.pushes {
             let (acceleration, turn) = push.advance(step_s);
@@ -251,30 +255,34 @@ impl Vehicle {
         }
         let before = self.motion;
         let torque_nm = self.derivative(&before).rotor_torque_nm;
-        self.engine.advance(self.servos().collective, torque_nm, step_s);
+        self.airframe.advance(self.servos().collective, torque_nm, step_s);
 
         let mut after = before.integrated(step_s, |motion| self.derivative(motion));
         after.body_to_ned = after.body_to_ned.turned_in_from(self.pushed.1 * step_s);
         let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
         self.position = Local::at(&self.position).carried(&self.position, travel);
         self.motion = after;
-        self.crashed |= self.strikes();
+        self.crash = self.crash.or_else(|| self.strikes());
     }
 
     /// Derivative of the airframe's state, with the current rotor speed and the ground reaction on the skids.
     fn derivative(&self, motion: &HelicopterState) -> StateDerivative {
-        let drive = self.engine.drive();
-        let mut change = self.helicopter.driven(motion, &self.servos(), self.wind_mps, drive);
+        let mut change = self.airframe.derivative(motion, &self.servos(), self.wind_mps);
         let height_m = self.position.height_m - self.config.ground_m;
-        let lift = self.ground_effect(motion, height_m);
-        let more = change.specific_force_mps2 * (lift - 1.0);
-        change.velocity_mps2 += more;
-        change.specific_force_mps2 += more;
+        let parameters = match &self.airframe {
+            Airframe::Helicopter { helicopter, .. } => Some(helicopter.parameters()),
+            Airframe::Linear(_) => None,
+        };
+        if let Some(parameters) = parameters {
+            let lift = ground::effect(parameters, motion, height_m);
+            let more = change.specific_force_mps2 * (lift - 1.0);
+            change.velocity_mps2 += more;
+            change.specific_force_mps2 += more;
+        }
         change.velocity_mps2 += self.pushed.0;
         change.specific_force_mps2 += self.pushed.0;
-        if height_m < 1.0 {
+        if let Some(parameters) = parameters.filter(|_| height_m < 1.0) {
             let (force, moment) = skids::reaction(motion, height_m);
-            let parameters = self.helicopter.parameters();
             let push = force * (1.0 / parameters.mass_kg);
             change.velocity_mps2 += push;
             change.specific_force_mps2 += push;
@@ -284,39 +292,30 @@ impl Vehicle {
         change
     }
 
-    /// Lift near the ground divided by the lift away from it: 1 above three rotor radii. The ratio decreases with
-    /// speed, because the vehicle leaves its ground cushion behind.
-    ///
-    /// # Source
-    /// Cheeseman and Bennett (1955), *The effect of the ground on a helicopter rotor in forward flight*, ARC
-    /// R&M 3021. Equation (V18) of docs/equations.md.
-    fn ground_effect(&self, motion: &HelicopterState, height_m: f64) -> f64 {
-        /// Heights in rotor radii: no ground effect above the first, constant below the second.
-        const REACH: f64 = 3.0;
-        const LEAST: f64 = 0.5;
-        let parameters = self.helicopter.parameters();
-        let rotor = &parameters.main_rotor;
-        let radii = (height_m + parameters.hub_height_m) / rotor.radius_m;
-        if radii >= REACH {
-            return 1.0;
-        }
-        let quarter = |radii: f64| 1.0 / (16.0 * radii * radii);
-        let weight_n = parameters.mass_kg * parameters.gravity_mps2;
-        let momentum_kgps2 = 2.0 * parameters.air_density_kgpm3 * rotor.disc_area_m2();
-        let [u, v, _] = motion.velocity_mps.to_array();
-        let advance = (u * u + v * v) * momentum_kgps2 / weight_n;
-        1.0 / (1.0 - (quarter(radii.max(LEAST)) - quarter(REACH)) / (1.0 + advance))
-    }
-
-    fn strikes(&self) -> bool {
+    fn strikes(&self) -> Option<Crash> {
         let height_m = self.position.height_m - self.config.ground_m;
         let lowest = skids::lowest_foot_m(self.motion.body_to_ned);
         let angles = self.motion.body_to_ned.euler();
-        let tilt = angles.roll_rad.abs().max(angles.pitch_rad.abs());
-        let touching = lowest > height_m;
-        let sinking = self.motion.velocity_ned_mps().z();
-        let lost = !self.motion.velocity_mps.is_finite() || tilt > 1.4;
-        lost || touching && (tilt > TIPPED_RAD || sinking > HARD_MPS)
+        let tilt_rad = angles.roll_rad.abs().max(angles.pitch_rad.abs());
+        let velocity_mps = self.motion.velocity_ned_mps();
+        let sinking_mps = velocity_mps.z();
+        if !velocity_mps.is_finite() {
+            return Some(Crash::Diverged);
+        }
+        if tilt_rad > UPSET_RAD {
+            return Some(Crash::Upset);
+        }
+        let is_hard = match self.airframe {
+            Airframe::Helicopter { .. } => tilt_rad > TIPPED_RAD || sinking_mps > HARD_MPS,
+            Airframe::Linear(_) => {
+                let airspeed_mps = (velocity_mps - self.wind_mps).norm();
+                if airspeed_mps > FASTEST_MPS {
+                    return Some(Crash::TooFast { airspeed_mps });
+                }
+                true
+            }
+        };
+        (lowest > height_m && is_hard).then_some(Crash::Ground { sinking_mps, tilt_rad })
     }
 
     /// Positions of the servos.
@@ -328,7 +327,13 @@ impl Vehicle {
     /// Whether the vehicle struck the ground too hard, turned over, or left the flight envelope.
     #[must_use]
     pub const fn has_crashed(&self) -> bool {
-        self.crashed
+        self.crash.is_some()
+    }
+
+    /// The event that ended the flight, if one did.
+    #[must_use]
+    pub const fn crash(&self) -> Option<Crash> {
+        self.crash
     }
 
     /// Motion of the centre of gravity, with the measurements of inertial sensors there. They include the Earth's
@@ -343,7 +348,7 @@ impl Vehicle {
         let transport = local.transport_rate(velocity_mps);
         let frame_rate = local.earth_rate_radps + transport;
         let coriolis = (local.earth_rate_radps * 2.0 + transport).cross(velocity_mps);
-        let heavier = self.helicopter.parameters().gravity_mps2 - local.gravity_mps2;
+        let heavier = self.airframe.gravity_mps2() - local.gravity_mps2;
         let rate_radps = motion.rate_radps + self.pushed.1;
         State {
             position: self.position,

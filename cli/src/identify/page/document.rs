@@ -21,8 +21,8 @@ pub struct IdentificationPage<'a> {
     pub verdict: Verdict,
     pub dataset: &'a Dataset,
     pub found: &'a Identification,
-    /// The identification from held GPS velocity, or the reason for its failure.
-    pub held: Result<&'a Identification, &'a IdentifyError>,
+    /// The identification from held GPS velocity, or the reason for its failure, where requested.
+    pub held: Option<Result<&'a Identification, &'a IdentifyError>>,
     /// The identification in the frequency domain, or the reason for its failure.
     pub frequency: Result<&'a FrequencyDomain, &'a FrequencyError>,
 }
@@ -34,8 +34,8 @@ impl<'a> IdentificationPage<'a> {
     /// If the computation of the poles does not converge.
     pub fn build(&self) -> Result<Page<'a>, ModelError> {
         let found = self.found;
-        let mut sections =
-            vec![parameters(self.found, self.held.ok()), second_opinion(self.frequency)];
+        let compared_with = self.held.and_then(Result::ok);
+        let mut sections = vec![parameters(found, compared_with), second_opinion(self.frequency)];
         let fit = found.fit();
         let (title, points) = match found.validation {
             Some(_) => ("Validation", "validation test points, which the search did not use"),
@@ -52,16 +52,18 @@ impl<'a> IdentificationPage<'a> {
         sections.push(section.folded("Flight and model over each test point"));
         sections.push(residuals(found, &runs).folded("Flight minus model over each test point"));
         sections.push(responses(self.frequency));
-        sections.push(poles(found, self.held.ok())?);
-        let held = compared(self.dataset, found, self.held);
-        sections.push(held.folded("Both fits, and the flight as the receiver measured it"));
+        sections.push(poles(found, compared_with)?);
+        sections.extend(self.held.map(|held| {
+            let section = compared(self.dataset, found, held);
+            section.folded("Both fits, and the flight as the receiver measured it")
+        }));
         Ok(Page {
             verdict: Some(self.verdict.clone()),
             title: self.title,
             headlines: self.headlines,
             warnings: self.warnings,
             facts: self.facts,
-            table: Some(fits(found, self.held.ok())),
+            table: Some(fits(found, compared_with)),
             sections,
             time: None,
         })

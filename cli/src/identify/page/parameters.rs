@@ -12,25 +12,28 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     let rows = fit.channels().0.iter().map(|channel| {
         let mut channels = held.into_iter().flat_map(|held| held.fit().channels().0);
         let other = channels.find(|other| other.name == channel.name);
-        TableRow::new(
-            channel.name.clone(),
-            vec![
-                format!("{:.1} %", channel.percent),
-                format!("{:.1} %", channel.floor_percent),
-                digits(channel.residual_rms),
-                other.map_or_else(|| "–".into(), |other| format!("{:.1} %", other.percent)),
-            ],
-        )
+        let mut numbers = vec![
+            format!("{:.1} %", channel.percent),
+            format!("{:.1} %", channel.floor_percent),
+            digits(channel.residual_rms),
+        ];
+        numbers.extend(other.map(|other| format!("{:.1} %", other.percent)));
+        TableRow::new(channel.name.clone(), numbers)
     });
+    let of_held = held.map(|_| "Held GPS");
     Table {
         caption: format!(
             "Fit of free runs of {:.1} s; fit that a perfect model would reach on average with the identified noise \
-             (noise floor); residual (RMS); fit from held GPS velocity. A fit above the noise floor means that \
+             (noise floor); residual (RMS). A fit above the noise floor means that \
              these seconds were calmer than the flight on average. Bounds of the parameters (1σ): {}",
             fit.window_s(),
             bounds_in_words(found)
         ),
-        heads: ["", "Fit", "Noise floor", "Residual", "Held GPS"].map(Into::into).into(),
+        heads: ["", "Fit", "Noise floor", "Residual"]
+            .into_iter()
+            .chain(of_held)
+            .map(Into::into)
+            .collect(),
         rows: rows.collect(),
     }
 }
@@ -42,7 +45,8 @@ fn percent(value: f64) -> String {
 
 /// The parameters and their bounds; `held` is the identification from held GPS velocity.
 pub fn parameters(found: &Identification, held: Option<&Identification>) -> Section {
-    let held = |name: &str| held?.identified.estimates.get(name);
+    let of_held = held.map(|_| "From held GPS velocity");
+    let in_held = |held: &Identification, name: &str| held.identified.estimates.get(name).cloned();
     let rows = found.parameters().iter().map(|estimate| {
         let mut numbers =
             vec![meaning(&estimate.name).into(), digits(estimate.value), estimate.unit.clone()];
@@ -55,25 +59,18 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         } else {
             [estimate.status.name().to_owned(), "–".into(), "–".into()]
         });
-        numbers.push(held(&estimate.name).map_or_else(|| "–".into(), in_short));
+        numbers.extend(held.map(|held| {
+            in_held(held, &estimate.name).as_ref().map_or_else(|| "–".into(), in_short)
+        }));
         let judged = Some(level(found.grade_of(estimate))).filter(|level| *level > Level::Good);
         TableRow { judged, ..TableRow::new(estimate.name.clone(), numbers) }
     });
-    let heads = [
-        "",
-        "Meaning",
-        "Value",
-        "Unit",
-        "Bound (1σ)",
-        "Bound",
-        "Insensitivity",
-        "From held GPS velocity",
-    ];
+    let heads = ["", "Meaning", "Value", "Unit", "Bound (1σ)", "Bound", "Insensitivity"];
     let table = Table {
         caption: "Continuous-time derivatives per full stick. Use those marked ! with care; do not fly on \
                   those marked ✗"
             .into(),
-        heads: heads.map(Into::into).into(),
+        heads: heads.into_iter().chain(of_held).map(Into::into).collect(),
         rows: rows.collect(),
     };
     let pairs = found.strong_correlations(LEAST_CORRELATION);

@@ -29,9 +29,9 @@ pub fn poles(found: &Identification, held: Option<&Identification>) -> Result<Se
                 Series::curve(Role::Limit, [(0.0, -10.0 * up), (0.0, 10.0 * up)])
                     .named("Stability limit"),
             )
-            .with(Series::curve(Role::AlternativeRegion, outlines(&others)).named("95 % region"))
+            .with(Series::curve(Role::AlternativeRegion, outlines(&others)))
             .with(marks(Role::AlternativePole, &others).named("From held GPS velocity"))
-            .with(Series::curve(Role::Region, outlines(&poles)))
+            .with(Series::curve(Role::Region, outlines(&poles)).named("95 % region"))
             .with(marks(Role::Pole, &poles).named("Pole"));
         let axis = Axis::plane("Real part", "1/s").within([left, right]);
         Figure::against(axis, [row]).captioned(caption)

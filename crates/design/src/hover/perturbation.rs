@@ -62,18 +62,23 @@ impl Perturbed {
 }
 
 /// `of` plants, holding velocity, with every derivative changed by up to `share`, behind the servos of `design`.
-pub(super) fn plants_off_by(
+fn plants_off_by(
     design: &HoverDesign,
     model: &StateSpace,
     (share, of): (f64, usize),
     random: &mut Random,
 ) -> Result<Vec<StateSpace>, DesignError> {
-    let whole = normalised(model)?;
-    let draw = |_| {
-        let other = off_by(&whole, share, random)?;
-        closed_loop::plant(design, &other, FlightMode::Velocity)
-    };
-    (0..of).map(draw).collect()
+    let models = models_off_by(&normalised(model)?, (share, of), random)?;
+    models.iter().map(|other| closed_loop::plant(design, other, FlightMode::Velocity)).collect()
+}
+
+/// `of` models like `whole` with every derivative changed by up to `share`.
+pub(super) fn models_off_by(
+    whole: &StateSpace,
+    (share, of): (f64, usize),
+    random: &mut Random,
+) -> Result<Vec<StateSpace>, DesignError> {
+    (0..of).map(|_| off_by(whole, share, random)).collect()
 }
 
 /// `model` with every derivative changed independently by up to `share`; kinematics and gravity stay.

@@ -4,7 +4,7 @@ use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
 use super::evolution::{Random, minimise};
 use super::limited::back_with_stops_s;
-use super::perturbation::{Perturbed, plants_off_by};
+use super::perturbation::{Perturbed, models_off_by};
 use super::plant::normalised;
 use crate::{DesignError, Loop, TABLE_6_1};
 use hovernav::autopilot::Gains;
@@ -234,15 +234,17 @@ pub(super) fn growth_per_s(closed: &Loop, period_s: f64) -> f64 {
     (logarithm + size.ln()) / (2f64.powi(SQUARINGS) * period_s)
 }
 
-/// Number of models with perturbed derivatives that a design keeps stable.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Number of models with perturbed derivatives that a design keeps stable, in each flight mode.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PerturbedStability {
     /// Largest relative change of every derivative.
     pub off: f64,
-    /// Number of models that stay stable, holding velocity.
-    pub stable: usize,
     /// Number of models tried.
     pub of: usize,
+    /// Number of models that stay stable in each mode.
+    pub modes: Vec<(FlightMode, usize)>,
+    /// Number of models that stay stable in every mode.
+    pub in_every_mode: usize,
 }
 
 impl PerturbedStability {
@@ -257,13 +259,28 @@ impl PerturbedStability {
         gains: &Gains,
     ) -> Result<Self, DesignError> {
         const OF: usize = 500;
-        let flown = Flown::by(design, &normalised(model)?, gains, FlightMode::Velocity)?;
-        let mut stable = 0;
-        for other in plants_off_by(design, model, (OFF, OF), &mut Random(SEED + 1))? {
-            if flown.growth_per_s(&other)? < 0.0 {
-                stable += 1;
+        let whole = normalised(model)?;
+        let others = models_off_by(&whole, (OFF, OF), &mut Random(SEED + 1))?;
+        let mut in_every_mode = vec![true; OF];
+        let mut modes = Vec::new();
+        for mode in FlightMode::ALL {
+            let flown = Flown::by(design, &whole, gains, mode)?;
+            let mut stable = 0;
+            for (other, is_stable) in others.iter().zip(&mut in_every_mode) {
+                let plant = closed_loop::plant(design, other, mode)?;
+                let is_own = flown.growth_per_s(&plant)? < 0.0;
+                stable += usize::from(is_own);
+                *is_stable &= is_own;
             }
+            modes.push((mode, stable));
         }
-        Ok(Self { off: OFF, stable, of: OF })
+        let in_every_mode = in_every_mode.into_iter().filter(|is_stable| *is_stable).count();
+        Ok(Self { off: OFF, of: OF, modes, in_every_mode })
+    }
+
+    /// The mode in which the fewest models stay stable, and their number; `None` without modes.
+    #[must_use]
+    pub fn worst(&self) -> Option<(FlightMode, usize)> {
+        self.modes.iter().copied().min_by_key(|(_, stable)| *stable)
     }
 }

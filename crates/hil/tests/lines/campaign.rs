@@ -30,8 +30,8 @@ fn campaign() -> Campaign {
 /// Flight `seed`, with the airframe of the autopilot's design.
 fn flight(campaign: &Campaign, seed: u64) -> FlightConfig {
     let mut draw = campaign.draw(seed);
-    draw.factors.fill(1.0);
-    campaign.flight(&draw)
+    draw.drawn.fill(1.0);
+    campaign.flight(&draw).unwrap()
 }
 
 fn of_campaign(flight: &FlightConfig, from_s: f64) -> [f64; 5] {

@@ -58,6 +58,8 @@ pub struct HelicopterState {
     pub longitudinal_bar_rad: f64,
     /// Lateral tilt of the bar d, rad; positive to the right.
     pub lateral_bar_rad: f64,
+    /// Low-passed yaw rate of the tail's gyro rfb, rad/s; 0 for a gyro without low-pass.
+    pub yaw_feedback_radps: f64,
 }
 
 /// Time derivative of the state.
@@ -77,6 +79,8 @@ pub struct StateDerivative {
     pub longitudinal_bar_radps: f64,
     /// Derivative of the lateral tilt of the bar, rad/s.
     pub lateral_bar_radps: f64,
+    /// Derivative of the gyro's low-passed yaw rate, rad/s².
+    pub yaw_feedback_radps2: f64,
     /// Specific force at the centre of gravity, as an accelerometer there measures it, m/s².
     pub specific_force_mps2: Vector<Body>,
     /// Torque at the main shaft that keeps both rotors at their speed, N·m; below 0 the air drives them.
@@ -225,6 +229,7 @@ impl Helicopter {
             lateral_flapping_radps: change.flapping[1],
             longitudinal_bar_radps: change.bar[0],
             lateral_bar_radps: change.bar[1],
+            yaw_feedback_radps2: 0.0,
             specific_force_mps2: change.specific_force.into(),
             rotor_torque_nm: change.torque_nm,
         }
@@ -250,6 +255,18 @@ impl Helicopter {
 }
 
 impl HelicopterState {
+    /// At rest and level, heading north, without flapping.
+    pub const LEVEL: Self = Self {
+        velocity_mps: Vector::ZERO,
+        rate_radps: Vector::ZERO,
+        body_to_ned: Rotation::IDENTITY,
+        longitudinal_flapping_rad: 0.0,
+        lateral_flapping_rad: 0.0,
+        longitudinal_bar_rad: 0.0,
+        lateral_bar_rad: 0.0,
+        yaw_feedback_radps: 0.0,
+    };
+
     /// This state after `interval_s` along `derivative`, by one classical fourth-order Runge-Kutta step. The quaternion
     /// is normalised at the end.
     #[must_use]
@@ -288,6 +305,7 @@ impl HelicopterState {
             longitudinal_bar_rad: self.longitudinal_bar_rad
                 + change.longitudinal_bar_radps * interval_s,
             lateral_bar_rad: self.lateral_bar_rad + change.lateral_bar_radps * interval_s,
+            yaw_feedback_radps: self.yaw_feedback_radps + change.yaw_feedback_radps2 * interval_s,
         }
     }
 

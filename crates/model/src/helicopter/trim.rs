@@ -34,15 +34,6 @@ impl Helicopter {
         if let Some((name, value)) = parameters.out_of_range() {
             return Err(HelicopterError::Parameter { name, value });
         }
-        let level = HelicopterState {
-            velocity_mps: Vector::ZERO,
-            rate_radps: Vector::ZERO,
-            body_to_ned: Rotation::IDENTITY,
-            longitudinal_flapping_rad: 0.0,
-            lateral_flapping_rad: 0.0,
-            longitudinal_bar_rad: 0.0,
-            lateral_bar_rad: 0.0,
-        };
         let mut helicopter = Self {
             parameters,
             constants: Constants::new(&parameters),
@@ -52,7 +43,7 @@ impl Helicopter {
                 longitudinal_rad: 0.0,
                 lateral_rad: 0.0,
             },
-            hover: level,
+            hover: HelicopterState::LEVEL,
             hover_sticks: Sticks::NEUTRAL,
             stuck_tail_rad: None,
         };
@@ -228,11 +219,11 @@ fn steady_state(unknowns: &Unknowns, velocity_mps: Vector<Ned>, yaw_rad: f64) ->
     });
     HelicopterState {
         velocity_mps: body_to_ned.inverse() * velocity_mps,
-        rate_radps: Vector::ZERO,
         body_to_ned,
         longitudinal_flapping_rad: unknowns[2],
         lateral_flapping_rad: unknowns[3],
         longitudinal_bar_rad: unknowns[4],
         lateral_bar_rad: unknowns[5],
+        ..HelicopterState::LEVEL
     }
 }

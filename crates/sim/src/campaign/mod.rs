@@ -15,31 +15,36 @@
 //! let draw = campaign.draw(7);
 //! assert_eq!(draw, campaign.draw(7));
 //! let result = campaign.fly(&draw)?;
-//! assert_eq!(result.crashed_s, None);
+//! assert_eq!(result.crash, None);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod airframe;
 mod flights;
 mod grade;
+mod result;
 mod table;
 
-pub use airframe::{AirframeUncertainty, UNCERTAIN};
+pub use airframe::{AirframeUncertainty, UNCERTAIN, UnknownSpread};
 pub use flights::CampaignError;
 pub use grade::SensorGrade;
-pub use table::{Cell, Column, Measure, PERCENTILES, count, percentiles_csv, results_csv};
+pub use result::{CampaignResult, Draw, Failure, Outcome};
+pub use table::{
+    Cell, Column, Measure, PERCENTILES, count, failures, percentiles_csv, results_csv,
+};
 
 use std::ops::Range;
 
 use super::axes::HorizontalVertical;
 use super::dmu::DmuConfig;
-use super::flight::{Flight, FlightConfig, FlightError, FlightEvent, HoverStatistics};
+use super::flight::{Flight, FlightConfig, FlightError, FlightEvent};
 use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::controls::Sticks;
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav_log::Truth;
 use hovernav_log::statistics::quantile;
+use hovernav_model::{ModelError, StateSpace};
 
 /// Settings of a campaign: the nominal flight, and the distributions of the variations.
 #[derive(Clone, Debug, PartialEq)]
@@ -129,75 +134,6 @@ impl HoverBounds {
     }
 }
 
-/// Random draw of one flight.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Draw {
-    /// Number of the flight, which is its seed.
-    pub seed: u64,
-    /// Factors on [`UNCERTAIN`].
-    pub factors: [f64; UNCERTAIN.len()],
-    /// Direction and speed to which the wind blows, north and east, m/s.
-    pub wind_mps: [f64; 2],
-    /// Horizontal gusts, one sigma, m/s.
-    pub gust_mps: f64,
-    /// Sensor grade.
-    pub grade: SensorGrade,
-    /// Time of the GPS outage, s, if there is one.
-    pub outage_s: Option<Range<f64>>,
-    /// Time of the engine stop, s, if it stops.
-    pub power_loss_s: Option<f64>,
-    /// Jammed servo (0 lateral to 3 pedal) and time, s, if one jams.
-    pub jam: Option<(usize, f64)>,
-    /// Fuel in the tank at the start, kg.
-    pub fuel_kg: f64,
-}
-
-/// Outcome of a flight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// Holds its position within [`HoverBounds`].
-    Hovered,
-    /// Flies, but without holding its position, or outside the bounds.
-    Degraded,
-    /// The autopilot was never engaged, because the navigation solution was missing.
-    NotEngaged,
-    /// Struck the ground or left the flight envelope.
-    Crashed,
-}
-
-impl Outcome {
-    /// All outcomes, best first.
-    pub const ALL: [Self; 4] = [Self::Hovered, Self::Degraded, Self::NotEngaged, Self::Crashed];
-
-    /// Name in the results.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hovered => "hovered",
-            Self::Degraded => "degraded",
-            Self::NotEngaged => "not_engaged",
-            Self::Crashed => "crashed",
-        }
-    }
-}
-
-/// Result of one flight of a campaign.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CampaignResult {
-    /// The draw of the flight.
-    pub draw: Draw,
-    /// The outcome.
-    pub outcome: Outcome,
-    /// Time of the crash, s, if it crashed.
-    pub crashed_s: Option<f64>,
-    /// Hover quality from [`Campaign::judged_from_s`] on, if the flight lasted until then.
-    pub hover: Option<HoverStatistics>,
-    /// Steepest tilt from [`Campaign::judged_from_s`] on, °; 0 if the flight ended earlier.
-    pub tilt_worst_deg: f64,
-    /// Largest distance from the position at [`Campaign::judged_from_s`], m; 0 if the flight ended earlier.
-    pub distance_worst_m: f64,
-}
-
 impl Campaign {
     /// Flights of one minute of hover with the 60-class helicopter under `autopilot`. The wind is up to 5 m/s, all
     /// sensor grades occur, and every fourth flight has an outage of 5 to 20 s.
@@ -221,11 +157,24 @@ impl Campaign {
         }
     }
 
+    /// Flights of the linear `model` instead of the 60-class helicopter. Its covariance, or else 10 % of every
+    /// derivative, varies. It burns no fuel and has no engine.
+    ///
+    /// # Errors
+    /// [`ModelError`] for a model that does not take its own derivatives as parameters.
+    pub fn linear(autopilot: HoverConfig, model: &StateSpace) -> Result<Self, ModelError> {
+        let mut campaign = Self::new(autopilot);
+        let (varied, airframe) = AirframeUncertainty::of_linear(model)?;
+        campaign.nominal.model = Some(varied);
+        (campaign.airframe, campaign.fuel_kg) = (airframe, 0.0);
+        Ok(campaign)
+    }
+
     /// The random draw of flight `seed`.
     #[must_use]
     pub fn draw(&self, seed: u64) -> Draw {
         let mut noise = Noise::new(seed, Stream::Campaign);
-        let factors = self.airframe.draw(&mut noise);
+        let drawn = self.airframe.draw(&mut noise);
         let speed = self.most_wind_mps * noise.uniform();
         let (sin, cos) = (std::f64::consts::TAU * noise.uniform()).sin_cos();
         let gust_mps = (self.gust_share * speed).max(self.least_gust_mps);
@@ -250,7 +199,7 @@ impl Campaign {
         let wind_mps = [speed * cos, speed * sin];
         let burnt_kg = self.burnt_kgps() * self.duration_s;
         let fuel_kg = burnt_kg + (self.fuel_kg - burnt_kg) * noise.uniform();
-        Draw { seed, factors, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam, fuel_kg }
+        Draw { seed, drawn, wind_mps, gust_mps, grade, outage_s, power_loss_s, jam, fuel_kg }
     }
 
     /// Fuel consumption, kg/s.
@@ -260,7 +209,8 @@ impl Campaign {
 
     /// Mass of the vehicle of `draw` at regular times, s and kg.
     fn masses_kg(&self, draw: &Draw) -> impl Iterator<Item = (f64, f64)> {
-        let empty_kg = self.nominal.helicopter.mass_kg * draw.factors[0] - 0.5 * self.fuel_kg;
+        let empty_kg = self.nominal.helicopter.mass_kg * draw.drawn.first().copied().unwrap_or(1.0)
+            - 0.5 * self.fuel_kg;
         let (fuel_kg, burnt_kgps) = (draw.fuel_kg, self.burnt_kgps());
         let changes = if burnt_kgps > 0.0 { self.duration_s / BURNT_S } else { 0.0 };
         (0..=changes as u32).map(move |change| {
@@ -270,16 +220,24 @@ impl Campaign {
     }
 
     /// The nominal flight with the variations of `draw`.
-    #[must_use]
-    pub fn flight(&self, draw: &Draw) -> FlightConfig {
+    ///
+    /// # Errors
+    /// [`FlightError::Model`] for drawn derivatives that are not finite.
+    pub fn flight(&self, draw: &Draw) -> Result<FlightConfig, FlightError> {
         let (dmu, mut gps) = draw.grade.sensors();
         gps.outages_s.extend(draw.outage_s.clone());
         let [north, east] = draw.wind_mps;
         let mut masses_kg = self.masses_kg(draw);
-        let mut helicopter = airframe::airframe(&self.nominal.helicopter, &draw.factors);
-        helicopter.mass_kg = masses_kg.next().map_or(helicopter.mass_kg, |(_, mass_kg)| mass_kg);
+        let (mut helicopter, mut model) = (self.nominal.helicopter, self.nominal.model.clone());
+        if let Some(model) = &mut model {
+            *model = self.airframe.moved(model, &draw.drawn)?;
+        } else {
+            helicopter = airframe::airframe(&helicopter, &draw.drawn);
+            helicopter.mass_kg = masses_kg.next().map_or(helicopter.mass_kg, |(_, own)| own);
+        }
         let mut flight = FlightConfig {
             helicopter,
+            model,
             // Rigged for the nominal airframe: a difference in mass shows in the sticks.
             rigged_for: Some(self.nominal.rigged_for.unwrap_or(self.nominal.helicopter)),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
@@ -290,13 +248,16 @@ impl Campaign {
         };
         flight.events.extend(draw.power_loss_s.map(|at_s| (at_s, FlightEvent::PowerLoss)));
         flight.events.extend(draw.jam.map(|(stick, at_s)| (at_s, FlightEvent::Jam(stick))));
-        flight.events.extend(masses_kg.map(|(at_s, mass_kg)| (at_s, FlightEvent::Mass(mass_kg))));
+        if flight.model.is_none() {
+            let masses = masses_kg.map(|(at_s, mass_kg)| (at_s, FlightEvent::Mass(mass_kg)));
+            flight.events.extend(masses);
+        }
         flight.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         let wind = &mut flight.wind;
         wind.steady_mps = Vector::new(north, east, 0.0);
         wind.gust_sigma_mps = HorizontalVertical::new(draw.gust_mps, 0.5 * draw.gust_mps);
         wind.passing_mps = north.hypot(east).max(1.0);
-        flight
+        Ok(flight)
     }
 
     /// Flies `draw` and evaluates the flight.
@@ -304,7 +265,7 @@ impl Campaign {
     /// # Errors
     /// [`FlightError`] for an invalid nominal flight or drawn airframe.
     pub fn fly(&self, draw: &Draw) -> Result<CampaignResult, FlightError> {
-        let flight = self.flight(draw).fly()?;
+        let flight = self.flight(draw)?.fly()?;
         let judged = flight
             .samples
             .partition_point(|sample| sample.truth.time.seconds() < self.judged_from_s);
@@ -325,7 +286,8 @@ impl Campaign {
         Ok(CampaignResult {
             draw: draw.clone(),
             outcome,
-            crashed_s: flight.crashed_s,
+            crash: flight.crashed_s.zip(flight.crash),
+            engaged_s: self.nominal.engage_s,
             hover: (!judged.is_empty()).then(|| flight.statistics(self.judged_from_s)),
             tilt_worst_deg: largest(
                 &mut judged.iter().map(|m| tilt(m.truth.body_to_ned.euler()).to_degrees()),
@@ -361,7 +323,7 @@ mod tests {
     use nalgebra::DMatrix;
 
     use hovernav::autopilot::Gains;
-    use hovernav_model::{Parameter, Signal, StateSpace, TimeDomain};
+    use hovernav_model::{Parameter, Signal, TimeDomain, shipped};
 
     fn campaign() -> Campaign {
         Campaign::new(HoverConfig::new(1.0 / 33.0, Gains::default()))
@@ -380,7 +342,7 @@ mod tests {
         let campaign = campaign();
         let draws: Vec<Draw> = (1..=4000).map(|seed| campaign.draw(seed)).collect();
         for (index, name) in UNCERTAIN.into_iter().enumerate() {
-            let squares = draws.iter().map(|draw| (draw.factors[index] - 1.0).powi(2));
+            let squares = draws.iter().map(|draw| (draw.drawn[index] - 1.0).powi(2));
             let sigma = (squares.sum::<f64>() / 4000.0).sqrt();
             let expected = if name == "mass" { 0.05 } else { 0.1 };
             assert!((sigma / expected - 1.0).abs() < 0.05, "{name} {sigma}");
@@ -401,7 +363,7 @@ mod tests {
             let Some((stick, at_s)) = draw.jam else { continue };
             jams[stick] += 1;
             assert!((with.judged_from_s..=with.duration_s).contains(&at_s));
-            let events = with.flight(&draw).events;
+            let events = with.flight(&draw).unwrap().events;
             assert!(events.contains(&(at_s, FlightEvent::Jam(stick))));
         }
         assert!(jams.iter().all(|&own| (430..570).contains(&own)), "{jams:?}");
@@ -416,8 +378,8 @@ mod tests {
             let draw = with.draw(seed);
             assert_eq!(Draw { fuel_kg: 0.0, ..draw.clone() }, without.draw(seed));
             (least, most) = (f64::min(least, draw.fuel_kg), f64::max(most, draw.fuel_kg));
-            let flight = with.flight(&draw);
-            let dry = without.flight(&without.draw(seed));
+            let flight = with.flight(&draw).unwrap();
+            let dry = without.flight(&without.draw(seed)).unwrap();
             assert_eq!(dry.events, Vec::new());
             let start_kg = flight.helicopter.mass_kg;
             assert_abs_diff_eq!(
@@ -459,8 +421,8 @@ mod tests {
         assert_eq!(airframe.identified(), ["Nr", "Nped"]);
         let campaign = Campaign { airframe, ..campaign() };
         let draws: Vec<[f64; 2]> = (1..=4000)
-            .map(|seed| campaign.draw(seed).factors)
-            .map(|factors| [factors[6] - 1.0, factors[7] - 1.0])
+            .map(|seed| campaign.draw(seed).drawn)
+            .map(|drawn| [drawn[6] - 1.0, drawn[7] - 1.0])
             .collect();
         let mean = |value: &dyn Fn(&[f64; 2]) -> f64| draws.iter().map(value).sum::<f64>() / 4000.0;
         let (one, other) = (mean(&|d| d[0] * d[0]).sqrt(), mean(&|d| d[1] * d[1]).sqrt());
@@ -469,6 +431,40 @@ mod tests {
         // −0.45/(−10 · 20) over 0.05²: the signs of the values reverse that of the correlation.
         let correlation = mean(&|d| d[0] * d[1]) / (one * other);
         assert_abs_diff_eq!(correlation, 0.9, epsilon = 0.02);
+    }
+
+    #[test]
+    fn a_linear_model_by_hand_varies_in_every_derivative_but_not_in_its_kinematics() {
+        let model = shipped::mettler_r50();
+        let (varied, airframe) = AirframeUncertainty::of_linear(&model).unwrap();
+        assert!(airframe.columns().any(|name| name == "p_b") && airframe.identified().is_empty());
+        assert!(!airframe.columns().any(|name| ["u_theta", "phi_p", "b_p"].contains(&&*name)));
+        let unknown = airframe.clone().with_spread("mass", 0.1).unwrap_err();
+        assert!(unknown.to_string().starts_with("found \"mass\", expected one of"), "{unknown}");
+        let exact = airframe.columns().filter(|name| name != "w_w");
+        let mut only = airframe.clone();
+        for name in exact {
+            only = only.with_spread(&name, 0.0).unwrap();
+        }
+        let only = only.with_spread("w_w", 0.2).unwrap();
+        let campaign = Campaign {
+            airframe: only,
+            ..Campaign::linear(campaign().nominal.autopilot, &model).unwrap()
+        };
+        let w = model.state("w").unwrap();
+        let offs: Vec<f64> = (1..=500)
+            .map(|seed| {
+                let flown = campaign.flight(&campaign.draw(seed)).unwrap().model.unwrap();
+                let mut off = flown.a() - model.a();
+                let own = off[(w, w)] / model.a()[(w, w)];
+                off[(w, w)] = 0.0;
+                assert_eq!(off.amax(), 0.0);
+                own
+            })
+            .collect();
+        let sigma = (offs.iter().map(|off| off * off).sum::<f64>() / 500.0).sqrt();
+        assert_abs_diff_eq!(sigma, 0.2, epsilon = 0.02);
+        assert_eq!(varied.a(), model.a());
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 
 use hovernav::controls::Sticks;
 
-use super::{CampaignResult, Outcome, SensorGrade, UNCERTAIN, percentile};
+use super::{Campaign, CampaignResult, Failure, Outcome, SensorGrade, percentile};
 use crate::flight::HoverStatistics;
 
 /// The percentiles of all tables.
@@ -82,13 +82,26 @@ pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorG
     results.iter().filter(is_of).count()
 }
 
+/// Outcomes of the flights with each failure that occurred, in the order of [`Outcome::ALL`].
+#[must_use]
+pub fn failures(results: &[CampaignResult]) -> Vec<(Failure, [usize; Outcome::ALL.len()])> {
+    let counts = |failure: Failure| {
+        Outcome::ALL.map(|outcome| {
+            let own = results.iter().filter(|own| own.outcome == outcome);
+            own.filter(|own| own.draw.failure() == failure).count()
+        })
+    };
+    let all = Failure::ALL.into_iter().map(|failure| (failure, counts(failure)));
+    all.filter(|(_, counts)| counts.iter().sum::<usize>() > 0).collect()
+}
+
 /// One value in the row of a flight. It is written as in `results.csv`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// Number of the flight.
     Seed(u64),
-    /// A name; empty for nothing.
-    Name(&'static str),
+    /// A name or a text without a comma; empty for nothing.
+    Name(Cow<'static, str>),
     /// A number in the unit of its column; unknown, and empty in the file, unless finite.
     Number(f64),
 }
@@ -126,25 +139,25 @@ impl Column {
         Self::new(name, move |result| Cell::Number(of(result).unwrap_or(f64::NAN)))
     }
 
-    /// All columns, in the order of the file.
+    /// All columns of a `campaign`, in the order of the file.
     #[must_use]
-    pub fn all() -> Vec<Self> {
+    pub fn all(campaign: &Campaign) -> Vec<Self> {
         let start_s = |result: &CampaignResult| result.draw.outage_s.as_ref().map(|o| o.start);
         let length_s =
             |result: &CampaignResult| result.draw.outage_s.as_ref().map(|o| o.end - o.start);
         let mut columns = vec![
             Self::new("seed", |result| Cell::Seed(result.draw.seed)),
-            Self::new("outcome", |result| Cell::Name(result.outcome.name())),
-            Self::number("crashed_s", |result| result.crashed_s),
-            Self::new("sensors", |result| Cell::Name(result.draw.grade.name())),
+            Self::new("outcome", |result| Cell::Name(result.outcome.name().into())),
+            Self::number("crashed_s", CampaignResult::crashed_s),
+            Self::new("sensors", |result| Cell::Name(result.draw.grade.name().into())),
             Self::number("wind_n_mps", |result| Some(result.draw.wind_mps[0])),
             Self::number("wind_e_mps", |result| Some(result.draw.wind_mps[1])),
             Self::number("gust_mps", |result| Some(result.draw.gust_mps)),
             Self::number("outage_start_s", start_s),
             Self::number("outage_duration_s", length_s),
         ];
-        columns.extend(UNCERTAIN.into_iter().enumerate().map(|(index, name)| {
-            Self::number(format!("factor_{name}"), move |result| Some(result.draw.factors[index]))
+        columns.extend(campaign.airframe.columns().enumerate().map(|(index, name)| {
+            Self::number(name, move |result| result.draw.drawn.get(index).copied())
         }));
         let measure =
             |measure: Measure| Self::number(measure.name, move |result| Some(measure.of(result)));
@@ -154,10 +167,14 @@ impl Column {
         columns.extend(measures.map(measure));
         columns.push(Self::new("jam", |result| {
             let stick = result.draw.jam.and_then(|(stick, _)| Sticks::NAMES.get(stick).copied());
-            Cell::Name(stick.unwrap_or_default())
+            Cell::Name(stick.unwrap_or_default().into())
         }));
         columns.push(Self::number("jam_s", |result| result.draw.jam.map(|(_, at_s)| at_s)));
         columns.push(Self::number("fuel_kg", |result| Some(result.draw.fuel_kg)));
+        // A comma would begin the next column.
+        columns.push(Self::new("cause", |result| {
+            Cell::Name(result.cause().unwrap_or_default().replace(',', ";").into())
+        }));
         columns
     }
 
@@ -168,10 +185,10 @@ impl Column {
     }
 }
 
-/// The content of `results.csv`: one row per flight; unknown values are empty.
+/// The content of `results.csv` of a `campaign`: one row per flight; unknown values are empty.
 #[must_use]
-pub fn results_csv(results: &[CampaignResult]) -> String {
-    let columns = Column::all();
+pub fn results_csv(campaign: &Campaign, results: &[CampaignResult]) -> String {
+    let columns = Column::all(campaign);
     let names: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
     let mut text = names.join(",") + "\n";
     for result in results {

@@ -3,10 +3,11 @@
 use crate::aids::{AntennasConfig, RangefinderConfig};
 use crate::baro::BaroConfig;
 use crate::check::ConfigError;
+use crate::disturbance::Disturbance;
 use crate::dmu::{DmuConfig, MagnetometerConfig};
 use crate::gps::GpsConfig;
 use crate::manifest::sensor_manifest;
-use crate::vehicle::{Disturbance, VehicleConfig};
+use crate::vehicle::{Vehicle, VehicleConfig};
 use crate::wind::WindConfig;
 use hovernav::autopilot;
 use hovernav::autopilot::{Excitation, ExcitationError, HoverConfig, SetPoint, SetPointError};
@@ -14,7 +15,8 @@ use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav_log::{Dataset, LogError, Manifest};
-use hovernav_model::helicopter::{HelicopterError, HelicopterParameters};
+use hovernav_model::helicopter::{Helicopter, HelicopterError, HelicopterParameters};
+use hovernav_model::{AirframeError, LinearAirframe, ModelError, StateSpace};
 
 /// Feedback of the autopilot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,9 @@ pub struct FlightConfig {
     /// The airframe whose hover needs every stick at zero; `None` for `helicopter` itself. The autopilot starts with
     /// the sticks at trim and has to find the difference in flight.
     pub rigged_for: Option<HelicopterParameters>,
+    /// The linear model that flies instead of `helicopter`, if any. Loss of power and changes of mass are rejected for
+    /// it.
+    pub model: Option<StateSpace>,
     /// Servos, governor and ground.
     pub vehicle: VehicleConfig,
     /// Wind and gusts.
@@ -123,6 +128,29 @@ pub enum FlightError {
     /// An invalid airframe.
     #[error(transparent)]
     Helicopter(#[from] HelicopterError),
+    /// A model that is no airframe.
+    #[error("{model}: {source}")]
+    Airframe {
+        /// Name of the model.
+        model: String,
+        /// The reason.
+        source: AirframeError,
+    },
+    /// A model with derivatives that are not finite.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// An event that a linear model does not describe.
+    #[error(
+        "at {time_s} s: found {what}, expected an event that a linear model describes: it has no {lacks}"
+    )]
+    NotModelled {
+        /// Time, s.
+        time_s: f64,
+        /// The event.
+        what: &'static str,
+        /// Part of the vehicle that the model lacks.
+        lacks: &'static str,
+    },
     /// An invalid autopilot.
     #[error(transparent)]
     Autopilot(#[from] autopilot::ConfigError),
@@ -170,6 +198,7 @@ impl FlightConfig {
         Self {
             helicopter: HelicopterParameters::raptor60(),
             rigged_for: None,
+            model: None,
             vehicle: VehicleConfig::default(),
             wind: WindConfig::default(),
             dmu: DmuConfig::default(),
@@ -224,6 +253,37 @@ impl FlightConfig {
         }
         manifest.aiding.insert("attitude".into(), unit_attitude.into());
         manifest
+    }
+
+    /// The vehicle at the start of the flight, and its stick positions in hover.
+    ///
+    /// # Errors
+    /// [`FlightError`] for an airframe that cannot fly, and for events that it does not describe.
+    pub fn hovering(&self) -> Result<(Vehicle, Sticks), FlightError> {
+        if let Some(model) = &self.model {
+            let refused = |source| FlightError::Airframe { model: model.name().into(), source };
+            let airframe = LinearAirframe::new(model).map_err(refused)?;
+            let lacking = self.events.iter().find_map(|(time_s, event)| match event {
+                FlightEvent::PowerLoss => Some((*time_s, "a loss of power", "engine")),
+                FlightEvent::Mass(_) => Some((*time_s, "a change of mass", "mass")),
+                _ => None,
+            });
+            if let Some((time_s, what, lacks)) = lacking {
+                return Err(FlightError::NotModelled { time_s, what, lacks });
+            }
+            let period_s = self.autopilot.period_s;
+            let (start, heading_rad) = (self.start, self.heading_rad);
+            let linear = (airframe, model);
+            let vehicle = Vehicle::linear(&self.vehicle, linear, start, heading_rad, period_s)?;
+            return Ok((vehicle, Sticks::NEUTRAL));
+        }
+        let helicopter = match self.rigged_for {
+            None => Helicopter::new(self.helicopter)?,
+            Some(rigged_for) => Helicopter::new(rigged_for)?.with_parameters(self.helicopter)?,
+        };
+        let sticks = helicopter.hover_sticks();
+        let vehicle = Vehicle::hovering(&self.vehicle, helicopter, self.start, self.heading_rad)?;
+        Ok((vehicle, sticks))
     }
 
     /// The estimator's settings from the sensors' own configurations.

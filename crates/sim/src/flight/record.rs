@@ -1,5 +1,6 @@
 //! A simulated flight.
 
+use crate::Crash;
 use hovernav::autopilot::{ExcitationAbort, Mode, Transition};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
@@ -52,6 +53,8 @@ pub struct Flight {
     pub aborted: Vec<(f64, ExcitationAbort)>,
     /// Time of the crash, s, if it crashed; the flight ends there.
     pub crashed_s: Option<f64>,
+    /// The crash, if it crashed.
+    pub crash: Option<Crash>,
 }
 
 impl Flight {

@@ -18,7 +18,6 @@ use hovernav::event::{BaroReading, Event};
 use hovernav::gps::Fix;
 use hovernav::scalar::Scalar;
 use hovernav::time::Time;
-use hovernav_model::helicopter::Helicopter;
 
 impl FlightConfig {
     /// Flies the flight.
@@ -49,6 +48,7 @@ impl FlightConfig {
             progress(sample as f64 * run.period_s);
             if run.vehicle.has_crashed() {
                 run.flight.crashed_s = Some(sample as f64 * run.period_s);
+                run.flight.crash = run.vehicle.crash();
                 break;
             }
         }
@@ -105,24 +105,16 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
             Some(settings) => settings,
             None => config.settings()?,
         };
-        let helicopter = match config.rigged_for {
-            None => Helicopter::new(config.helicopter)?,
-            Some(rigged_for) => Helicopter::new(rigged_for)?.with_parameters(config.helicopter)?,
-        };
-        // The pilot has trimmed this helicopter; the autopilot takes over the pilot's trim.
+        let (vehicle, hover) = config.hovering()?;
+        // The pilot has trimmed this vehicle; the autopilot takes over the pilot's trim.
         let mut pilot = config.autopilot;
-        let (trim, hover) = (pilot.trim.sticks.to_array(), helicopter.hover_sticks().to_array());
+        let (trim, hover) = (pilot.trim.sticks.to_array(), hover.to_array());
         pilot.trim.sticks = Sticks::from_array(std::array::from_fn(|stick| {
             (trim[stick] + hover[stick]).clamp(-1.0, 1.0)
         }));
         let samples = (config.duration_s / period_s) as usize + 1;
         Ok(Self {
-            vehicle: Vehicle::hovering(
-                &config.vehicle,
-                helicopter,
-                config.start,
-                config.heading_rad,
-            )?,
+            vehicle,
             wind: Wind::new(&config.wind, period_s, config.seed)?,
             gps: SimulatedGps::new(&config.gps, config.seed)?,
             baro: match &config.baro {
@@ -163,6 +155,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
                 transitions: Vec::new(),
                 aborted: Vec::new(),
                 crashed_s: None,
+                crash: None,
             },
             config,
             period_s,

@@ -2,4 +2,5 @@
 
 mod airframe;
 mod estimator_lag;
+mod linear;
 mod power_loss;

@@ -162,8 +162,7 @@ impl FlightRecord {
 
     /// The record low-pass filtered and decimated to the longest whole multiple of its period up to `longest_s`.
     ///
-    /// Each stick is then the mean over each new interval. Holding it reduces a movement by (sin x / x)², with x half a
-    /// period's angle; this is compensated to second order.
+    /// Each stick is then the mean over each new interval, with the attenuation of a held mean compensated.
     ///
     /// # Errors
     /// [`PreprocessError::TooShort`].
@@ -183,20 +182,12 @@ impl FlightRecord {
         let means = DMatrix::from_fn(samples, smooth.inputs.ncols(), |sample, input| {
             smooth.inputs.view((sample * every, input), (every, 1)).mean()
         });
-        let mut inputs = means.clone();
-        for sample in 1..samples.saturating_sub(1) {
-            for input in 0..means.ncols() {
-                let bend = 2.0 * means[(sample, input)]
-                    - means[(sample - 1, input)]
-                    - means[(sample + 1, input)];
-                inputs[(sample, input)] += bend / 12.0;
-            }
-        }
+        let inputs = unattenuated(&means);
         let outputs = DMatrix::from_fn(samples, smooth.outputs.ncols(), |sample, output| {
             smooth.outputs[(sample * every, output)]
         });
         let heading_rad = (0..samples).map(|sample| self.heading_rad[sample * every]).collect();
-        let experiment = Experiment { period_s, inputs, outputs, ..smooth };
+        let experiment = Experiment { period_s, inputs, outputs, is_smooth: true, ..smooth };
         Ok(Self { start: self.start, experiment, heading_rad, gaps: self.gaps.clone() })
     }
 
@@ -216,6 +207,29 @@ impl FlightRecord {
         let samples = (time - self.start) / self.experiment.period_s;
         (samples.round().max(0.0) as usize).min(self.experiment.samples())
     }
+}
+
+/// `means` over intervals, one column a signal, without the attenuation of a mean that is held: (sin x / x)², with x half
+/// an interval's angle. Accurate to 2 % up to 0.8 of half the sample rate.
+///
+/// # Source
+/// Equation (I34) of docs/equations.md.
+fn unattenuated(means: &DMatrix<f64>) -> DMatrix<f64> {
+    const ORDER: u32 = 12;
+    let (mut held, mut bent, mut factor) = (means.clone(), means.clone(), 1.0);
+    for power in (1..=ORDER).map(f64::from) {
+        let next = power + 1.0;
+        factor *= power * power / (2.0 * next * (2.0 * next - 1.0));
+        let last = bent.nrows().saturating_sub(1);
+        bent = DMatrix::from_fn(bent.nrows(), bent.ncols(), |sample, input| {
+            if sample == 0 || sample == last {
+                return 0.0;
+            }
+            2.0 * bent[(sample, input)] - bent[(sample - 1, input)] - bent[(sample + 1, input)]
+        });
+        held += &bent * factor;
+    }
+    held
 }
 
 /// Median of each stick: pulses in microseconds are far from zero, and deliberate movements start at the median.
@@ -281,6 +295,27 @@ fn kinematic([u, v, w, p, q, r, phi, theta]: [f64; 8]) -> [f64; 5] {
 mod tests {
     use super::*;
     use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn a_held_mean_is_as_large_as_the_movement_near_half_the_sample_rate() {
+        for (part, accuracy) in [(0.1, 1e-9), (0.5, 1e-4), (0.8, 0.02)] {
+            let half_angle = part * std::f64::consts::FRAC_PI_2;
+            let mean = |sample: usize, _| {
+                let attenuated = (half_angle.sin() / half_angle).powi(2);
+                attenuated * (2.0 * half_angle * sample as f64).sin()
+            };
+            let held = unattenuated(&DMatrix::from_fn(200, 1, mean));
+            for sample in 20..180 {
+                let expected = (2.0 * half_angle * sample as f64).sin();
+                assert_abs_diff_eq!(held[(sample, 0)], expected, epsilon = accuracy);
+            }
+        }
+        assert_eq!(
+            unattenuated(&DMatrix::from_element(5, 2, 0.3)),
+            DMatrix::from_element(5, 2, 0.3)
+        );
+        assert!(unattenuated(&DMatrix::zeros(0, 4)).is_empty());
+    }
 
     #[test]
     fn a_step_between_two_samples_keeps_its_time() {

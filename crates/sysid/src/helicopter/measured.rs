@@ -199,6 +199,7 @@ impl Measured {
                     output_names: output_names.clone(),
                     inputs: DMatrix::from_columns(&inputs),
                     outputs: DMatrix::from_columns(&outputs),
+                    is_smooth: piece.is_smooth,
                 })
             })
             .map(|piece| piece.detrended())

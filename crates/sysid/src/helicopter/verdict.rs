@@ -44,7 +44,8 @@ impl Identification {
     /// frequency domain, if it succeeded.
     #[must_use]
     pub fn verdict(&self, frequency: Option<&FrequencyDomain>) -> Verdict {
-        let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
+        let axes = self.response_uncertainties();
+        let mut judge = Judge::with(&axes);
         // The cause of many later findings comes first.
         if let Some(early_s) = self.answers_early_s {
             let early_ms = 1e3 * early_s;
@@ -56,8 +57,10 @@ impl Identification {
             judge.parameter(estimate);
         }
         for (one, other, value) in self.inseparable() {
+            // Of two parameters that act together on a known response, neither matters on its own.
+            let is_known = [one, other].iter().all(|own| judge.knows_response_of(own));
             judge.say(
-                Grade::Care,
+                if is_known { Grade::Good } else { Grade::Care },
                 format!(
                     "{one} and {other} cannot be separated: their correlation is {value:.3}. {}",
                     next::sweep(next::stick_of(one))
@@ -79,8 +82,8 @@ impl Identification {
         if let Some(validation) = &self.validation {
             judge.held_back(validation);
         }
-        for axis in self.response_uncertainties() {
-            judge.axis(&axis);
+        for axis in &axes {
+            judge.axis(axis);
         }
         let vertical = self.identified.estimates.get("σ n_ew");
         // The responses do not depend on the model of this error.
@@ -127,11 +130,12 @@ impl Identification {
         Verdict { grade: judge.grade, reasons }
     }
 
-    /// Reliability of one of the [`parameters`](Self::parameters): the verdict's grade for it. The grade is at best
-    /// care where the bound exceeds the value, or 35 % of the value of a speed derivative.
+    /// Reliability of one of the [`parameters`](Self::parameters) alone. The grade is at best care where the bound exceeds
+    /// the value, or 35 % of the value of a speed derivative. The [`verdict`](Self::verdict) accepts a parameter of grade
+    /// care where the response that it acts on is known.
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
-        let mut judge = Judge { grade: Grade::Good, reasons: Vec::new() };
+        let mut judge = Judge::with(&[]);
         judge.parameter(estimate);
         let own = self.identified.structure.parameter(&estimate.name);
         let expected = own.and_then(|own| self.identified.structure.parameters[own].prior);
@@ -172,9 +176,23 @@ impl Identification {
 struct Judge {
     grade: Grade,
     reasons: Vec<String>,
+    /// Sticks whose on-axis response is known in the band in which a hover is flown.
+    known: Vec<&'static str>,
 }
 
 impl Judge {
+    fn with(axes: &[ResponseUncertainty]) -> Self {
+        let is_known =
+            |axis: &&ResponseUncertainty| axis.cost() <= COST || known_from(axis).is_some();
+        let known = axes.iter().filter(is_known).map(|axis| axis.stick);
+        Self { grade: Grade::Good, reasons: Vec::new(), known: known.collect() }
+    }
+
+    /// Whether the response to the stick of the parameter `name` is known.
+    fn knows_response_of(&self, name: &str) -> bool {
+        self.known.contains(&next::stick_of(name))
+    }
+
     fn say(&mut self, grade: Grade, reason: String) {
         self.grade = self.grade.max(grade);
         self.reasons.push(reason);
@@ -225,10 +243,7 @@ impl Judge {
         if cost <= COST {
             return;
         }
-        let is_rotation = matches!(output, "p" | "q");
-        let from = axis.known_from_radps.filter(|from| is_rotation && *from <= ATTITUDE_RADPS);
-        if let Some(from) = from.filter(|_| axis.between_structures.is_none_or(|cost| cost <= COST))
-        {
+        if let Some(from) = known_from(axis) {
             return self.say(Grade::Good, format!(
                 "{stick} to {output}: the response is known from {from:.1} rad/s on; below, an attitude loop suppresses it"
             ));
@@ -337,7 +352,9 @@ impl Judge {
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
-                self.say(Grade::Care, known);
+                // A design depends on the response. A damping derivative that errs with its stick's leaves it as it is.
+                let is_enough = self.knows_response_of(name);
+                self.say(if is_enough { Grade::Good } else { Grade::Care }, known);
             }
         } else if is_damping(name) && is_free {
             if *value >= 0.0 {
@@ -362,6 +379,13 @@ impl Judge {
             }
         }
     }
+}
+
+/// Frequency, rad/s, from which on the response of roll or pitch is known, if an attitude loop suppresses what is below.
+fn known_from(axis: &ResponseUncertainty) -> Option<f64> {
+    let is_rotation = matches!(axis.output, "p" | "q");
+    let is_one_structure = axis.between_structures.is_none_or(|cost| cost <= COST);
+    axis.known_from_radps.filter(|from| is_rotation && is_one_structure && *from <= ATTITUDE_RADPS)
 }
 
 fn is_damping(name: &str) -> bool {

@@ -117,6 +117,9 @@ pub struct Experiment {
     pub inputs: DMatrix<f64>,
     /// Outputs, samples × outputs.
     pub outputs: DMatrix<f64>,
+    /// Whether the inputs move smoothly between samples, as after decimation. Otherwise each value is held until the
+    /// next sample.
+    pub is_smooth: bool,
 }
 
 /// The trim of an experiment: one constant per signal.
@@ -162,8 +165,15 @@ impl Experiment {
         inputs: DMatrix<f64>,
         outputs: DMatrix<f64>,
     ) -> Result<Self, ExperimentError> {
-        let experiment =
-            Self { name: name.into(), period_s, input_names, output_names, inputs, outputs };
+        let experiment = Self {
+            name: name.into(),
+            period_s,
+            input_names,
+            output_names,
+            inputs,
+            outputs,
+            is_smooth: false,
+        };
         experiment.check()?;
         Ok(experiment)
     }
@@ -271,14 +281,15 @@ impl Experiment {
             Ok(columns)
         };
         let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
-        Self::new(
+        let chosen = Self::new(
             self.name.clone(),
             self.period_s,
             owned(inputs),
             owned(outputs),
             gather(inputs)?,
             gather(outputs)?,
-        )
+        )?;
+        Ok(Self { is_smooth: self.is_smooth, ..chosen })
     }
 
     /// The samples of a range of rows, under the same name.
@@ -358,6 +369,7 @@ impl Experiment {
             output_names: self.output_names.clone(),
             inputs: DMatrix::zeros(0, 0),
             outputs: DMatrix::zeros(0, 0),
+            is_smooth: self.is_smooth,
         }
     }
 }

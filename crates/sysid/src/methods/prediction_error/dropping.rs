@@ -8,6 +8,9 @@ use super::settings::{Dropping, Settings};
 use super::statistics;
 use crate::methods::least_squares::{Cost as _, Limits, Minimum, minimise};
 
+/// Predicted decrease of the cost at which an intermediate search ends: far below the rise that decides about a parameter.
+const COARSE: f64 = 0.05;
+
 /// Searches, drops the parameters that the data do not identify, several at once, and searches again.
 pub(super) fn search(
     mut problem: Problem<'_>,
@@ -15,28 +18,29 @@ pub(super) fn search(
 ) -> Result<Identified, PredictionErrorError> {
     let mut iterations = settle(&mut problem, settings)?;
     let theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
-    let mut minimum = minimised(&problem, &theta, settings.limits)?;
+    let least_decrease = COARSE.max(settings.limits.least_decrease);
+    let coarse = Limits { least_decrease, ..settings.limits };
+    let mut minimum = minimised(&problem, &theta, coarse)?;
     iterations += minimum.iterations;
     if problem.priors().next().is_some() {
         weigh_priors(&mut problem, &minimum, settings)?;
-        minimum = minimised(&problem, &minimum.theta, settings.limits)?;
+        minimum = minimised(&problem, &minimum.theta, coarse)?;
         iterations += minimum.iterations;
     }
     let (mut log, mut dropped, mut kept) = (Vec::new(), Vec::new(), Vec::new());
-    let estimates = loop {
+    while let Some(limits) = &settings.dropping {
         let estimates = summarise(&problem, &minimum, settings, &dropped)?;
-        let Some(limits) = &settings.dropping else { break estimates };
         let mut weak = unknown(&problem, &estimates, limits);
         weak.retain(|(index, ..)| !kept.contains(index));
         if weak.is_empty() {
-            break estimates;
+            break;
         }
         // All whose values chance alone explains; half of them where their likelihoods do not add up.
         weak.sort_by(|one, other| one.1.total_cmp(&other.1));
         loop {
             let before = (problem.base.clone(), problem.free.clone());
             let theta = leave_out(&mut problem, &minimum, &weak);
-            let without = minimised(&problem, &theta, settings.limits);
+            let without = minimised(&problem, &theta, coarse);
             let inflation = weak.iter().map(|weak| weak.2).fold(1.0, f64::max);
             let rise = without.as_ref().map_or(f64::INFINITY, |without| {
                 2.0 * (without.at.cost - minimum.at.cost) / inflation
@@ -74,7 +78,10 @@ pub(super) fn search(
             }
             weak.truncate(weak.len().div_ceil(2));
         }
-    };
+    }
+    minimum = minimised(&problem, &minimum.theta, settings.limits)?;
+    iterations += minimum.iterations;
+    let estimates = summarise(&problem, &minimum, settings, &dropped)?;
     finish(&problem, &minimum, estimates, iterations, log, &dropped)
 }
 

@@ -15,6 +15,8 @@ pub(super) struct Record {
     pub samples: usize,
     inputs: Vec<f64>,
     pub outputs: Vec<f64>,
+    /// Whether the inputs move smoothly between samples, and are not held.
+    is_smooth: bool,
 }
 
 impl Record {
@@ -25,12 +27,13 @@ impl Record {
             samples: chosen.samples(),
             inputs: chosen.inputs.transpose().as_slice().to_vec(),
             outputs: chosen.outputs.transpose().as_slice().to_vec(),
+            is_smooth: experiment.is_smooth,
         })
     }
 
     /// A record of outputs only, samples × outputs row by row.
     pub fn of_outputs(outputs: Vec<f64>, samples: usize) -> Self {
-        Self { name: String::new(), samples, inputs: Vec::new(), outputs }
+        Self { name: String::new(), samples, inputs: Vec::new(), outputs, is_smooth: false }
     }
 
     /// A piece of this record, given by its outputs; its delayed inputs come from the whole record.
@@ -42,7 +45,8 @@ impl Record {
     /// delays, then by the lags.
     ///
     /// A delay of d samples and a fraction f of a sample gives f times the older value plus 1 − f times the newer. That
-    /// is the mean of the delayed, held input over the interval.
+    /// is the mean of the delayed, held input over the interval. Between the samples of a smooth input it would attenuate
+    /// fast movements; there a polynomial through six samples gives the value.
     pub fn delayed(
         &self,
         structure: &Structure,
@@ -56,15 +60,18 @@ impl Record {
             let Some(parameter) = *parameter else { continue };
             let whole = (theta[parameter] / period_s).floor();
             let fraction = theta[parameter] / period_s - whole;
-            let at = |sample: f64| {
-                let last = self.samples as f64 - 1.0;
-                self.inputs[sample.clamp(0.0, last) as usize * m + input]
-            };
+            let weights = if self.is_smooth { between(fraction) } else { held(fraction) };
+            let last = self.samples as f64 - 1.0;
             for sample in 0..self.samples {
-                let newer = at(sample as f64 - whole);
-                let older = at(sample as f64 - whole - 1.0);
-                delayed[sample * m + input] = fraction * older + (1.0 - fraction) * newer;
-                rate[2 * sample * m + input] = (older - newer) / period_s;
+                let (mut value, mut slope) = (0.0, 0.0);
+                for (older, weight, change) in &weights {
+                    let at = (sample as f64 - whole - older).clamp(0.0, last);
+                    let own = self.inputs[at as usize * m + input];
+                    value += weight * own;
+                    slope += change * own;
+                }
+                delayed[sample * m + input] = value;
+                rate[2 * sample * m + input] = slope / period_s;
             }
         }
         for (input, parameter) in structure.lags.iter().enumerate() {
@@ -80,6 +87,30 @@ impl Record {
         }
         (delayed, rate)
     }
+}
+
+/// Weights of the values around `fraction` of a sample: how many samples older than the newer neighbour, weight, and its
+/// derivative.
+type Weights = Vec<(f64, f64, f64)>;
+
+/// The mean of a held input over the interval.
+fn held(fraction: f64) -> Weights {
+    vec![(0.0, 1.0 - fraction, -1.0), (1.0, fraction, 1.0)]
+}
+
+/// Lagrange's polynomial through six values, the middle two of which are the neighbours.
+fn between(fraction: f64) -> Weights {
+    const NODES: [f64; 6] = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+    let weight = |node: f64| {
+        let others = || NODES.into_iter().filter(move |other| *other != node);
+        let factor = |other: f64| (fraction - other) / (node - other);
+        let change = others().map(|left_out| {
+            let rest = others().filter(|other| *other != left_out);
+            rest.map(factor).product::<f64>() / (node - left_out)
+        });
+        (node, others().map(factor).product(), change.sum())
+    };
+    NODES.map(weight).to_vec()
 }
 
 /// A first-order lag of a held input, averaged over each interval.
@@ -346,5 +377,33 @@ fn words(names: &[String]) -> Vec<&str> {
 fn subtract_product(into: &mut [f64], matrix: &DMatrix<f64>, values: &[f64]) {
     for (column, &value) in values.iter().enumerate() {
         add(into, -value, matrix.column(column).as_slice());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn a_fast_smooth_input_keeps_its_size_half_way_between_two_samples() {
+        let sine = |angle: f64, weights: Weights| {
+            let terms = weights.into_iter().map(|(older, weight, change)| {
+                [weight * (-older * angle).sin(), change * (-older * angle).sin()]
+            });
+            terms.fold([0.0; 2], |sum, term| [sum[0] + term[0], sum[1] + term[1]])
+        };
+        for fraction in [0.0, 0.3, 0.5, 0.9] {
+            let angle = 1.0;
+            let [value, slope] = sine(angle, between(fraction));
+            assert_abs_diff_eq!(value, (-fraction * angle).sin(), epsilon = 4e-3);
+            assert_abs_diff_eq!(slope, -angle * (-fraction * angle).cos(), epsilon = 0.03);
+            assert_abs_diff_eq!(
+                between(fraction).iter().map(|own| own.1).sum::<f64>(),
+                1.0,
+                epsilon = 1e-12
+            );
+        }
+        assert!((sine(1.0, held(0.5))[0] - (-0.5f64).sin()).abs() > 0.05);
     }
 }

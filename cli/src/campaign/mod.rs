@@ -1,5 +1,7 @@
 //! `hovernav campaign`: many simulated closed-loop flights with random conditions.
 
+mod words;
+
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Instant;
@@ -10,12 +12,13 @@ use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
 use hovernav_pages::campaign::CampaignPage;
 use hovernav_sim::campaign::{
-    Campaign, CampaignResult, Measure, Outcome, PERCENTILES, count, percentiles_csv, results_csv,
+    Campaign, CampaignResult, Measure, Outcome, PERCENTILES, count, failures, percentiles_csv,
+    results_csv,
 };
 use serde_json::{Value, json};
 
-use crate::arguments::{FORCED, designed_for_another, refuse_unflyable, within};
-use crate::output;
+use crate::arguments::{FORCED, designed_for_another, finite, flown, refuse_unflyable, within};
+use crate::{output, simulate};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -32,10 +35,19 @@ pub struct Arguments {
     /// run
     #[arg(long, value_name = "K/N", default_value = "1/1")]
     shard: Shard,
-    /// Model to design the autopilot for: a model.toml or raptor60; if the model has a covariance, airframes are drawn
-    /// from it
+    /// Model to design the autopilot for: a model.toml, raptor60, thesis or r50; if the model has a covariance,
+    /// airframes are drawn from it
     #[arg(long, default_value = "raptor60")]
     model: String,
+    /// Vehicle to fly: raptor60, the nonlinear 60-class helicopter, or a linear model of any vehicle, a model.toml, r50
+    /// or thesis [default: --model]
+    #[arg(long, value_name = "VEHICLE")]
+    vehicle: Option<String>,
+    /// Relative error, one sigma, of a property that differs from flight to flight, independent of the others; may be
+    /// repeated. NAME is that of a column of results.csv, without "factor_" [default: 0.05 for mass, 0.1 for others, or
+    /// the covariance of the model]
+    #[arg(long, value_name = "NAME=SHARE")]
+    spread: Vec<Spread>,
     /// The autopilot.toml to fly with, instead of a design for the model
     #[arg(long, value_name = "FILE")]
     autopilot: Option<PathBuf>,
@@ -52,9 +64,12 @@ pub struct Arguments {
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = within(0.0, 1.0, ""))]
     jams: f64,
     /// Fuel in a full tank, kg: each flight starts with a random amount between its consumption and a full tank; 0 for
-    /// an aircraft without fuel
-    #[arg(long, value_name = "KG", default_value_t = 0.4, value_parser = within(0.0, 2.0, "kg"))]
-    fuel: f64,
+    /// an aircraft without fuel [default: 0.4, or 0 for a linear model, which has no mass]
+    #[arg(long, value_name = "KG", value_parser = within(0.0, 2.0, "kg"))]
+    fuel: Option<f64>,
+    /// Fly only the flight of this seed, and write its record, estimate and page to DIR/seed-SEED
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["flights", "seed", "shard"])]
+    record: Option<u64>,
     /// Directory to write
     #[arg(long, value_name = "DIR", default_value = "out/campaign")]
     out: PathBuf,
@@ -82,11 +97,35 @@ impl FromStr for Shard {
     }
 }
 
+/// A spread in the form NAME=SHARE.
+#[derive(Clone)]
+struct Spread {
+    name: String,
+    share: f64,
+}
+
+impl FromStr for Spread {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('=').and_then(|(name, share)| {
+            let share = finite(share).filter(|share| (0.0..=1.0).contains(share))?;
+            Some(Self { name: name.trim().to_owned(), share })
+        });
+        parts.ok_or_else(|| format!("found \"{text}\", expected NAME=SHARE with SHARE from 0 to 1"))
+    }
+}
+
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let Shard { own, of } = arguments.shard;
     let mut warnings = Vec::new();
     let campaign = campaign(arguments, &mut warnings)?;
+    if let Some(seed) = arguments.record {
+        let out = arguments.out.join(format!("seed-{seed}"));
+        let flight = campaign.flight(&campaign.draw(seed))?;
+        return simulate::record(&flight, &out, !arguments.no_report, warnings, started);
+    }
     output::create(&arguments.out)?;
 
     let seeds: Vec<u64> = Campaign::seeds(arguments.seed, arguments.flights, own, of).collect();
@@ -101,7 +140,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let results = flown?;
     let flying_s = started.elapsed().as_secs_f64();
 
-    output::write(&arguments.out.join("results.csv"), results_csv(&results))?;
+    output::write(&arguments.out.join("results.csv"), results_csv(&campaign, &results))?;
     output::write(&arguments.out.join("percentiles.csv"), percentiles_csv(&results))?;
     if !arguments.no_report {
         let page = CampaignPage::new(&campaign, &results, &warnings);
@@ -113,7 +152,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary["warnings"] = json!(warnings);
     output::write_json(&summary, &arguments.out.join("summary.json"))?;
 
-    output::say_text(in_words(&results));
+    output::say_text(words::in_words(&campaign, &results));
     for warning in &warnings {
         output::say(format_args!("warning: {warning}"));
     }
@@ -130,23 +169,40 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<Campaign> {
     let model = shipped::open(&arguments.model)?;
+    let flown = flown(arguments.vehicle.as_deref(), Some(&arguments.model))?;
     let autopilot = match &arguments.autopilot {
         Some(path) => hovernav_record::read_autopilot(path)?,
         None => {
             refuse_unflyable(&model, &arguments.model, FORCED)?;
-            warnings.extend(designed_for_another(&model));
+            warnings.extend(designed_for_another(&model, flown.as_ref()));
             let design = HoverDesign::for_model(&model);
             let gains = design.synthesise(&model).with_context(|| arguments.model.clone())?;
             HoverConfig::new(design.period_s, gains)
         }
     };
-    let mut campaign = Campaign::of_model(&model, autopilot);
+    let mut campaign = match &flown {
+        None => {
+            let mut campaign = Campaign::of_model(&model, autopilot);
+            campaign.fuel_kg = arguments.fuel.unwrap_or(campaign.fuel_kg);
+            campaign
+        }
+        Some(flown) => {
+            let lacks = |what| format!("{}: a linear model has no {what}", flown.name());
+            ensure!(arguments.power_loss == 0.0, "--power-loss: {}", lacks("engine"));
+            ensure!(arguments.fuel.unwrap_or(0.0) == 0.0, "--fuel: {}", lacks("mass"));
+            Campaign::linear(autopilot, flown)?
+        }
+    };
+    for Spread { name, share } in &arguments.spread {
+        let airframe = std::mem::take(&mut campaign.airframe);
+        campaign.airframe = airframe.with_spread(name, *share).context("--spread")?;
+    }
     campaign.duration_s = arguments.duration;
     campaign.most_wind_mps = arguments.wind;
     campaign.outage_share = arguments.outages;
     campaign.power_loss_share = arguments.power_loss;
     campaign.jam_share = arguments.jams;
-    campaign.fuel_kg = arguments.fuel;
+    campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
 }
 
@@ -158,6 +214,18 @@ fn summary(
 ) -> Value {
     let outcomes: serde_json::Map<String, Value> = (Outcome::ALL.into_iter())
         .map(|outcome| (outcome.name().into(), count(results, outcome, None).into()))
+        .collect();
+    let failures: serde_json::Map<String, Value> = failures(results)
+        .into_iter()
+        .map(|(failure, counts)| {
+            let own = Outcome::ALL.into_iter().zip(counts);
+            let own = own.map(|(outcome, count)| (outcome.name().into(), count.into()));
+            (failure.name(), Value::Object(own.collect()))
+        })
+        .collect();
+    let crashes: Vec<Value> = results
+        .iter()
+        .filter_map(|result| Some(json!({ "seed": result.draw.seed, "cause": result.cause()? })))
         .collect();
     let percentiles: serde_json::Map<String, Value> = Measure::ALL
         .iter()
@@ -183,24 +251,10 @@ fn summary(
         "threads": rayon::current_num_threads(),
         "flights_per_second": results.len() as f64 / flying_s,
         "identified": campaign.airframe.identified(),
+        "vehicle": campaign.nominal.model.as_ref().map_or("60-class helicopter", |own| own.name()),
         "outcomes": outcomes,
+        "failures": failures,
+        "crashes": crashes,
         "percentiles": percentiles,
     })
-}
-
-fn in_words(results: &[CampaignResult]) -> String {
-    let mut text = String::new();
-    for outcome in Outcome::ALL {
-        let found = count(results, outcome, None);
-        if found > 0 {
-            text += &format!("{:<32} {found}\n", outcome.name());
-        }
-    }
-    let heads = PERCENTILES.map(|p| format!("{:>9}", format!("{p} %"))).join("");
-    text += &format!("{:<32}{heads}\n", "percentile");
-    for measure in &Measure::ALL {
-        let numbers = measure.percentiles(results, None).map(|value| format!("{value:>9.3}"));
-        text += &format!("  {:<30}{}\n", measure.name, numbers.join(""));
-    }
-    text
 }
