@@ -121,7 +121,8 @@ fn a_million_hostile_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
     let rolls = station.store.series(Id::Roll).between(0.0, f64::INFINITY);
     let shown = 0.25f64.to_degrees();
     assert!(rolls.into_iter().all(|(_, roll)| roll.is_nan() || (roll - shown).abs() < 0.01));
-    for id in [Id::RateP, Id::Latitude, Id::Altitude] {
+    assert_eq!(newest(&station, Id::RateP), 0.0);
+    for id in [Id::Latitude, Id::Altitude] {
         assert!(newest(&station, id).is_nan(), "{id:?}");
     }
     assert!(station.store.texts_from(0).0.all(|line| !line.text.contains("hostile")));
