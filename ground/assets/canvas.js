@@ -1,4 +1,4 @@
-// What the drawings on canvases share.
+// Common parts of the drawings on canvases.
 
 export const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 export const radians = (degrees) => degrees * Math.PI / 180;

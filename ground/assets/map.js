@@ -12,7 +12,7 @@ const MODES = { 3: ["pilot", "--three"], 4: ["autopilot", "--one"], 5: ["failsaf
 let byMode = false;
 let whole = false;
 
-/** The value of a series at a time; `null` if there is none within a second. Times must be asked in order. */
+/** The value of a series at a time; `null` without one within a second. Times must be in order. */
 function follower([times, values]) {
   let k = 0;
   return (t) => {

@@ -128,7 +128,7 @@ fn a_copy_with_faults_is_written_whole_or_not_at_all() {
     leaves_nothing_cut(&out, &arguments, &[0, 1 << 12], "");
 }
 
-/// A full disk at the start of a flight, as after a restart in the air: the flight goes on, and says so.
+/// A full disk at the start of a flight, as after a restart in the air: the flight goes on, with a message.
 #[cfg(feature = "fly")]
 #[test]
 fn a_flight_without_room_for_its_record_flies_on_unless_the_record_is_required() {

@@ -127,7 +127,7 @@ mod tests {
         let mut own = [seats.take(operator).unwrap(), seats.take(operator).unwrap()];
         let lost: Vec<bool> = held.iter_mut().map(is_lost).collect();
         assert_eq!(lost, [false, false, false, false, true, true]);
-        // All have two now: nobody takes one from another.
+        // All have two now, and keep them.
         assert!([a, b, operator].iter().all(|address| !seats.has_room(*address)));
         assert!([a, b, operator].iter().all(|address| seats.take(*address).is_none()));
         assert!(!own.iter_mut().any(is_lost));

@@ -55,7 +55,7 @@ fn the_record_of_the_flight_computer_opens_with_its_solutions_and_events() {
     let csv = get(&served, &path);
     let rows = csv.lines().filter(|line| line.ends_with(",5,40,1.5,-0.25,50")).count();
     assert!(rows > 320, "{rows} rows of {csv:.2000}");
-    // A file that no program of this project wrote says so.
+    // A file of another program is refused by its kind.
     std::fs::write(served.place.path().join("records/other.mcap"), [0x89; 100]).unwrap();
     client.ask(r#"{"do":"open","name":"other"}"#);
     let error = client.hear("error");

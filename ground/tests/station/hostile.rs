@@ -1,4 +1,4 @@
-//! A million hostile frames and ten thousand hostile requests: nothing of them is shown, nothing of the vehicle's is lost.
+//! A million hostile frames and ten thousand hostile requests: no value of theirs is shown, no frame of the vehicle is lost.
 
 use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpStream};
@@ -109,7 +109,7 @@ fn a_million_hostile_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
             hostile += 1;
         }
     }
-    // What looks like the start of a long frame ends.
+    // The zeros end a supposed long frame.
     station.receive(&[0; 600], time_s);
     let link = station.link(time_s);
     println!("{} of {sent} frames, {} damaged, {} lost", link.frames, link.damaged, link.lost);

@@ -53,8 +53,8 @@ impl Mavlink {
         common::MESSAGE_INTERVAL_DATA { interval_us, message_id: id as u16 }
     }
 
-    /// Sets the interval of message `id`, µs: −1 is off, 0 the configured one. A rate above the configured one is denied,
-    /// because the line has no room for it; so is a slower heartbeat, by which stations know the vehicle.
+    /// Sets the interval of message `id`, µs: −1 is off, 0 the configured one. A rate above the configured one is refused,
+    /// because the line has no room for it. A slower heartbeat is refused too, because stations know the vehicle by it.
     pub(super) fn set_interval(&mut self, id: u32, interval_us: f32) -> MavResult {
         let present = self.interval(id).interval_us;
         let Some((schedule, configured_hz)) = self.schedule(id) else {
