@@ -21,7 +21,7 @@ function follower([times, values]) {
   };
 }
 
-/** The points of the track in the time window of the plots: `[t, latitude, longitude, mode]`. */
+/** The points of the track in the time window of the plots: `[t, latitude, longitude, mode]`; `null` is a gap. */
 function flown() {
   const [times, latitudes] = seriesOf("lat_deg");
   const [longitude, mode] = [follower(seriesOf("lon_deg")), follower(seriesOf("system_mode"))];
@@ -30,7 +30,7 @@ function flown() {
   times.forEach((t, k) => {
     if (t < from || t > to) return;
     const [x, y] = [longitude(t), latitudes[k]];
-    if (known(x) && known(y)) points.push([t, y, x, mode(t)]);
+    points.push(known(x) && known(y) ? [t, y, x, mode(t)] : null);
   });
   return points;
 }
@@ -48,15 +48,16 @@ export function turnExtent() { whole = !whole; return whole; }
 export function map(canvas) {
   const sheet = fresh(canvas);
   const points = flown();
+  const real = points.filter(Boolean);
   const here = known(now.get("lat_deg")) && known(now.get("lon_deg")) ? [now.get("lat_deg"), now.get("lon_deg")] : null;
   const { home, fence } = scene;
-  const origin = home ?? here ?? (points.length ? points[0].slice(1, 3) : fence && [fence.lat_deg, fence.lon_deg]);
+  const origin = home ?? here ?? (real.length ? real[0].slice(1, 3) : fence && [fence.lat_deg, fence.lon_deg]);
   if (!origin) return unknown(sheet, "position");
   const { context, width, height } = sheet;
   const narrow = Math.cos(radians(origin[0]));
   const metres = ([latitude, longitude]) => [(longitude - origin[1]) * METRES * narrow, (latitude - origin[0]) * METRES];
 
-  const shown = points.map(([, ...place]) => metres(place)).concat([here, home].filter(Boolean).map(metres));
+  const shown = real.map(([, ...place]) => metres(place)).concat([here, home].filter(Boolean).map(metres));
   if (fence && (whole || !shown.length)) {
     const [x, y] = metres([fence.lat_deg, fence.lon_deg]);
     shown.push([x - fence.radius_m, y - fence.radius_m], [x + fence.radius_m, y + fence.radius_m]);
@@ -94,7 +95,7 @@ export function map(canvas) {
   const seen = new Set();
   for (let k = 1; k < points.length; k += 1) {
     const [a, b] = [points[k - 1], points[k]];
-    if (b[0] - a[0] > GAP) continue;
+    if (!a || !b || b[0] - a[0] > GAP) continue;
     const [name, colour] = (byMode && MODES[b[3]]) || [byMode ? "other" : null, byMode ? "--soft" : "--one"];
     if (name) seen.add(name);
     context.strokeStyle = style(colour);
