@@ -20,6 +20,7 @@ use signal_hook::consts::{
 };
 
 use crate::arguments::read_fly_config;
+use crate::output::escaped;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -108,7 +109,7 @@ fn print(opening: &[String], notifications: &Receiver<Notification>) {
     let quiet = crate::output::is_quiet();
     // A write error is ignored: the terminal may be gone.
     for line in opening.iter().filter(|_| !quiet) {
-        let _ = writeln!(stderr(), "{line}");
+        let _ = writeln!(stderr(), "{}", escaped(line));
     }
     for Notification { time, level, part, text, .. } in notifications {
         if quiet && level == Level::Info {
@@ -123,7 +124,8 @@ fn print(opening: &[String], notifications: &Receiver<Notification>) {
         // The part that caused the message; information has no such part.
         let whose = if level.is_empty() { String::new() } else { format!(" [{}]", part.name()) };
         // A write error is ignored: the terminal may be gone.
-        let _ = writeln!(stderr(), "{:9.3}  {level}{text}{whose}", time.seconds());
+        let line = format!("{:9.3}  {level}{text}{whose}", time.seconds());
+        let _ = writeln!(stderr(), "{}", escaped(&line));
     }
 }
 

@@ -18,8 +18,9 @@ use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The link to the vehicle: a serial port with an optional speed, such as /dev/ttyUSB0:57600, or udp:PORT; without
-    /// a link, recorded flights can be viewed
+    /// The link to the vehicle: a serial port with an optional speed, such as /dev/ttyUSB0:57600, udp:PORT for a program
+    /// on this computer, or udp:ADDRESS:PORT with this computer's address in the vehicle's network (0.0.0.0: any);
+    /// without a link, recorded flights can be viewed
     #[arg(value_name = "LINK")]
     link: Option<Source>,
     /// The protocol of the vehicle [default: detected]
@@ -66,13 +67,15 @@ fn token(text: &str) -> Result<String, String> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let (rigging, manifest) = match &arguments.config {
+    let (rigging, manifest, fence) = match &arguments.config {
         Some(path) => {
             let config = read_fly_config(path)?;
             let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
-            (Rigging { channels, swashplate }, config.navigation)
+            let autopilot = config.autopilot.as_ref();
+            let fence = autopilot.and_then(|own| own.fence_about(config.site.as_ref()));
+            (Rigging { channels, swashplate }, config.navigation, fence)
         }
-        None => (Rigging::default(), Manifest::default()),
+        None => (Rigging::default(), Manifest::default(), None),
     };
     let mut manifest = manifest;
     // Telemetry carries the attitude of the estimator, not of the inertial unit.
@@ -95,8 +98,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .context("cannot draw a token")?;
     let page_token = access.token().map(|token| format!("#token={token}")).unwrap_or_default();
     let address = SocketAddr::new(arguments.address, arguments.port);
-    let config =
-        ServerConfig { address, access, folder, command: std::env::current_exe().ok(), manifest };
+    let command = std::env::current_exe().ok();
+    let config = ServerConfig { address, access, folder, command, manifest, fence };
     let bound = Bound::new(config, Arc::clone(&station))
         .with_context(|| format!("cannot serve at {address}"))?;
     let _link = match &arguments.link {

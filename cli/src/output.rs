@@ -51,7 +51,7 @@ pub fn complain(line: impl Display) {
 
 /// `text` with its control characters spelt out, except line ends and tabs. Names in a log must not command the
 /// terminal.
-fn escaped(text: &str) -> Cow<'_, str> {
+pub fn escaped(text: &str) -> Cow<'_, str> {
     let is_command = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
     if !text.contains(is_command) {
         return Cow::Borrowed(text);

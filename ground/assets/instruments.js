@@ -1,37 +1,7 @@
-// Attitude, heading and track on canvases.
+// Attitude and heading on canvases, and their numbers.
 
-import { now, told, write } from "./station.js";
-import { range, seriesOf } from "./plots.js";
-
-const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const radians = (degrees) => degrees * Math.PI / 180;
-
-/** The context of a canvas, cleared, with its size in CSS pixels. */
-function fresh(canvas) {
-  const ratio = devicePixelRatio || 1;
-  canvas.dataset.width ??= canvas.width;
-  canvas.dataset.height ??= canvas.height;
-  const [width, height] = [Number(canvas.dataset.width), Number(canvas.dataset.height)];
-  if (canvas.width !== Math.round(width * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-    canvas.style.width = `${width}px`;
-    canvas.style.aspectRatio = `${width} / ${height}`;
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
-}
-
-function unknown({ context, width, height }, what) {
-  context.fillStyle = style("--soft");
-  context.textAlign = "center";
-  context.font = "14px system-ui, sans-serif";
-  context.fillText(`no ${what}`, width / 2, height / 2);
-}
-
-const known = (value) => value !== null && value !== undefined;
+import { known, now, told, write } from "./station.js";
+import { fresh, radians, style, unknown } from "./canvas.js";
 
 export function attitude(canvas) {
   const sheet = fresh(canvas);
@@ -112,85 +82,6 @@ export function heading(canvas) {
   if (known(asked)) arrow(asked - yaw, "--one", 50, []);
   arrow(0, "--two", 30, []);
   context.restore();
-}
-
-const METRES = 111_195;
-
-/** The values of a series at the times of another. Both are thinned independently, so their times differ. */
-function paired(times, [own, values]) {
-  let k = 0;
-  return times.map((t) => {
-    while (k + 1 < own.length && Math.abs(own[k + 1] - t) <= Math.abs(own[k] - t)) k += 1;
-    return own.length && Math.abs(own[k] - t) < 1 ? values[k] : null;
-  });
-}
-
-/** The horizontal track in the time window of the plots, north up, on a grid. */
-export function track(canvas) {
-  const sheet = fresh(canvas);
-  const [times, latitudes] = seriesOf("lat_deg");
-  const longitudes = paired(times, seriesOf("lon_deg"));
-  const [from, to] = range();
-  const points = [];
-  const first = latitudes.findIndex((value, k) => known(value) && known(longitudes[k]));
-  if (first < 0) return unknown(sheet, "position");
-  const origin = [latitudes[first], longitudes[first]];
-  const narrow = Math.cos(radians(origin[0]));
-  const metres = (latitude, longitude) => [(longitude - origin[1]) * METRES * narrow, (latitude - origin[0]) * METRES];
-  for (let k = 0; k < times.length; k += 1) {
-    if (times[k] >= from && times[k] <= to && known(latitudes[k]) && known(longitudes[k])) points.push(metres(latitudes[k], longitudes[k]));
-    else if (points.length && points[points.length - 1]) points.push(null);
-  }
-  const here = known(now.get("lat_deg")) && known(now.get("lon_deg")) ? metres(now.get("lat_deg"), now.get("lon_deg")) : null;
-  const real = points.filter(Boolean).concat(here ? [here] : []);
-  if (!real.length) return unknown(sheet, "position");
-  const { context, width, height } = sheet;
-  const edge = (axis, best) => best(...real.map((point) => point[axis]));
-  const [west, east, south, north] = [edge(0, Math.min), edge(0, Math.max), edge(1, Math.min), edge(1, Math.max)];
-  const scale = Math.min((width - 40) / Math.max(east - west, 4), (height - 40) / Math.max(north - south, 4));
-  const place = ([x, y]) => [width / 2 + (x - 0.5 * (west + east)) * scale, height / 2 - (y - 0.5 * (south + north)) * scale];
-  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000].find((one) => one * scale > 45) ?? 20_000;
-  context.strokeStyle = style("--grid");
-  context.lineWidth = 1;
-  const [left, bottom] = [0.5 * (west + east) - width / 2 / scale, 0.5 * (south + north) - height / 2 / scale];
-  for (let x = Math.ceil(left / step) * step; x < left + width / scale; x += step) stroke(context, [place([x, bottom]), place([x, bottom + height / scale])]);
-  for (let y = Math.ceil(bottom / step) * step; y < bottom + height / scale; y += step) stroke(context, [place([left, y]), place([left + width / scale, y])]);
-  context.strokeStyle = style("--one");
-  context.lineWidth = Number(style("--width")) + 0.5;
-  stroke(context, points.map((point) => point && place(point)));
-  context.fillStyle = style("--ink");
-  context.font = "12px system-ui, sans-serif";
-  context.textAlign = "left";
-  context.fillText(`grid ${step} m · N ↑`, 8, height - 8);
-  if (!here) return;
-  const [x, y] = place(here);
-  const sigma = now.get("sigma_horizontal_m");
-  if (known(sigma)) {
-    context.strokeStyle = style("--soft");
-    context.setLineDash([3, 3]);
-    context.beginPath();
-    context.arc(x, y, Math.min(3 * sigma * scale, 2000), 0, 2 * Math.PI);
-    context.stroke();
-    context.setLineDash([]);
-  }
-  context.save();
-  context.translate(x, y);
-  context.rotate(radians(now.get("yaw_deg") ?? 0));
-  context.fillStyle = style("--two");
-  context.beginPath();
-  context.moveTo(0, -11); context.lineTo(7, 8); context.lineTo(0, 4); context.lineTo(-7, 8);
-  context.fill();
-  context.restore();
-}
-
-function stroke(context, points) {
-  context.beginPath();
-  let draws = false;
-  for (const point of points) {
-    if (point) { if (draws) context.lineTo(...point); else context.moveTo(...point); }
-    draws = Boolean(point);
-  }
-  context.stroke();
 }
 
 export function angles(node) {

@@ -3,7 +3,8 @@
 import { ask, clock, connect, element, now, on, time, write } from "./station.js";
 import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, seriesOf, setMarkers, shift, stay, watch, zoom } from "./plots.js";
 import { choose, question, say } from "./chooser.js";
-import { angles, attitude, heading, track } from "./instruments.js";
+import { angles, attitude, heading } from "./instruments.js";
+import { map, turnColours, turnExtent } from "./map.js";
 import { clear, hover } from "./panels.js";
 import { turnSound } from "./warning.js";
 import * as records from "./records.js";
@@ -100,6 +101,8 @@ byId("add").onclick = addPlot;
 byId("record").onclick = record;
 byId("mark").onclick = mark;
 byId("theme").onclick = turnTheme;
+byId("track").onclick = () => { turnExtent(); map(byId("track")); };
+byId("colours").onclick = () => { write(byId("colours"), turnColours() ? "Track: by mode" : "Track: by time"); map(byId("track")); };
 byId("sound").onclick = turnSound;
 for (const button of document.querySelectorAll("nav button")) button.onclick = () => show(button.dataset.tab);
 
@@ -174,7 +177,7 @@ on("tick", () => {
     hover();
   }
   if (beat % 6 === 0) {
-    track(byId("track"));
+    map(byId("track"));
     const [from, to] = range();
     write(byId("range"), axis.follows ? "" : `${time(from)} to ${time(to)}, ${(to - from).toFixed(1)} s`);
   }
@@ -182,4 +185,6 @@ on("tick", () => {
 
 paint();
 connect();
-Object.assign(window, { station: { clock, now, axis, seriesOf } });
+// For the tests.
+const fixed = () => boards.plots.plots.map((plot) => plot.y !== null);
+Object.assign(window, { station: { clock, now, axis, seriesOf, fixed } });

@@ -1,11 +1,10 @@
 // Lamps, alarms, the hover view, the test points and the log.
 
 import { warn } from "./warning.js";
-import { ask, channels, element, now, on, told, time, write } from "./station.js";
+import { ask, channels, element, known, now, on, told, time, write } from "./station.js";
 
 const byId = (name) => document.getElementById(name);
 const SIGNS = { good: "✓", care: "!", bad: "✖", unknown: "?" };
-const known = (value) => value !== null && value !== undefined;
 
 function lamp(node, light, name, why) {
   if (!node.firstChild) node.append(element("b", "sign"), element("span"), element("em"));
@@ -33,6 +32,7 @@ on("state", (state) => {
     lamp(place.children[k], one.light, one.name, one.why);
   });
   alarms(state);
+  readyChip(what.control.engagement);
   write(byId("flies"), what.control.mode ? `${what.control.flies} · ${what.control.mode}` : what.control.flies);
   const chip = byId("recording");
   chip.hidden = !recording;
@@ -49,6 +49,14 @@ on("state", (state) => {
   points(what);
 });
 
+/** Whether an engagement is possible, in the bar; nothing for a vehicle that does not report it. */
+function readyChip({ light, why }) {
+  const chip = byId("can");
+  chip.hidden = light === "unknown";
+  write(chip, why);
+  chip.className = `chip ${light}`;
+}
+
 const LOST = "no connection to the station";
 
 /** Without the station, nothing on the page describes the vehicle. */
@@ -56,6 +64,7 @@ on("lost", (why) => {
   lamp(byId("link"), "bad", LOST, "");
   for (const node of byId("lamps").children) lamp(node, "unknown", node.children[1].textContent, LOST);
   write(byId("flies"), LOST);
+  readyChip({ light: "unknown", why: LOST });
   control({ control: { flies: LOST, mode: null, states: [], refusals: [], engagement: { light: "unknown", why: LOST } } }, Infinity);
   stepNow(null, LOST);
   warn(LOST, true);
@@ -70,8 +79,9 @@ function linkLamp(link, silence, record) {
   const counts = `${link.lost} lost, ${link.damaged} damaged, ${link.late} late`;
   const words = silence
     ? known(link.age_s) ? silence : `${silence} (${link.port || link.name})`
-    : `${link.rate_hz.toFixed(0)} Hz · ${(link.bytes_per_s / 1000).toFixed(1)} kB/s · ${counts}`;
-  lamp(byId("link"), light, words, "");
+    : `${link.rate_hz.toFixed(0)} Hz`;
+  const detail = silence ? "" : ` · ${(link.bytes_per_s / 1000).toFixed(1)} kB/s · ${counts}`;
+  lamp(byId("link"), light, words, detail);
   byId("link").title = `${link.name}, ${link.protocol ?? "protocol unknown"}: ${link.frames} frames, ${counts}, silent ${link.outages} times, last frame ${known(link.age_s) ? link.age_s.toFixed(2) : "–"} s ago`;
 }
 

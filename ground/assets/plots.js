@@ -28,9 +28,9 @@ export function dragPans(value) { pans = value; }
 export function redraw() { dirty = true; }
 export const seriesOf = (name) => data.get(name) ?? [[], []];
 
-/** The channels of the shown plots, plus latitude and longitude for the track. */
+/** The channels of the shown plots, plus those of the map's track. */
 function wanted() {
-  const names = new Set(["lat_deg", "lon_deg"]);
+  const names = new Set(["lat_deg", "lon_deg", "system_mode"]);
   for (const plot of shown?.plots ?? []) {
     for (const name of plot.names) {
       names.add(name);
@@ -162,6 +162,9 @@ export class Board {
 
 export function hideAll() { shown = null; watch(); }
 
+/** The plots share the pointer, not the box that is dragged: it would change the values of all of them. */
+const points = (type) => type === "mousemove" || type === "mouseleave";
+
 class Plot {
   constructor(board, names) {
     Object.assign(this, { board, names, y: null, chart: null, at: null });
@@ -209,20 +212,27 @@ class Plot {
       scales: { x: { time: true, range: () => range() }, y: { range: (_, low, high) => this.span(low, high) } },
       axes: [
         { ...plain, space: 80, size: 28, values: (_, ticks, axis, space, step) => ticks.map((t) => (step < 1 ? `${time(t)}${(t % 1).toFixed(2).slice(1)}` : time(t))) },
-        { ...plain, size: 58, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(8)))) },
+        this.valueAxis({ ...plain, size: 58 }),
       ],
       series,
       bands: band ? [{ series: [2, 3], fill: style("--band") }] : [],
-      cursor: { sync: { key: "plots", setSeries: false }, drag: { x: true, y: true, uni: 30, setScale: false }, points: { show: false }, focus: { prox: -1 } },
+      cursor: { sync: { key: "plots", setSeries: false, filters: { pub: points, sub: points } }, drag: { x: true, y: true, uni: 30, setScale: false }, points: { show: false }, focus: { prox: -1 } },
       hooks: { setSelect: [(u) => this.selected(u)], setCursor: [(u) => this.pointed(u)], draw: [(u) => this.mark(u)] },
     }, this.table(band), this.place);
     this.band = band;
     this.gestures(this.chart.over);
   }
+  /** The axis of the values; states have names in place of numbers. */
+  valueAxis(plain) {
+    const names = channels.get(this.names[0])?.names;
+    if (!names?.length) return { ...plain, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toPrecision(8)))) };
+    return { ...plain, size: 96, space: 14, incrs: [1, 2, 5], values: (_, ticks) => ticks.map((tick) => names[tick] ?? "") };
+  }
   /** The range of the values, with a margin. */
   span(low, high) {
     if (this.y) return this.y;
     if (low === null || high === null) return [-1, 1];
+    if (channels.get(this.names[0])?.names?.length) return [low - 0.6, high + 0.6];
     const digits = channels.get(this.names[0])?.digits ?? 2;
     const room = Math.max(0.08 * (high - low), 2 * 10 ** -digits);
     return [low - room, high + room];

@@ -62,6 +62,8 @@ on("state", (state) => {
   span = state.what.span;
   byId("player").hidden = !record;
   byId("mark").disabled = Boolean(record);
+  // A record has one control for play and pause: that of the player.
+  byId("pause").hidden = Boolean(record);
   if (record && span) {
     write(byId("play"), record.plays ? "❚❚ Pause" : "▶ Play");
     const seconds = record.at - span[0];

@@ -31,6 +31,8 @@ function tell(what, value) {
 export const channels = new Map();
 export const now = new Map();
 export const clock = { t: null, received: 0, delay: 0 };
+/** Home and geofence, for the map. */
+export const scene = { home: null, fence: null };
 /** Time without a message after which the connection is lost, ms; the station sends every 40 ms. */
 const SILENT = 2000;
 let order = [];
@@ -68,8 +70,10 @@ export function connect() {
     } else if (message.hello) {
       order = message.hello.channels.map((channel) => channel.name);
       for (const channel of message.hello.channels) channels.set(channel.name, channel);
+      scene.fence = message.hello.fence;
       tell("hello", message.hello);
     } else {
+      if (message.state) scene.home = message.state.what.home;
       for (const what of ["state", "view", "records", "recorded", "error"]) {
         if (message[what] !== undefined) tell(what, message[what]);
       }
@@ -99,9 +103,13 @@ setInterval(() => {
   if (socket?.readyState === WebSocket.OPEN && performance.now() - heard > SILENT) lose();
 }, 500);
 
-/** A value with its significant decimals. */
+export const known = (value) => value !== null && value !== undefined;
+
+/** A value with its significant decimals, or its name. */
 export function told(name, value) {
-  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (!known(value) || Number.isNaN(value)) return "–";
+  const names = channels.get(name)?.names;
+  if (names?.length) return names[value] ?? String(value);
   return value.toFixed(channels.get(name)?.digits ?? 2);
 }
 

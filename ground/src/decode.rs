@@ -86,8 +86,8 @@ impl Decoder {
         Counts { bytes: self.bytes, frames, damaged, lost }
     }
 
-    /// Decodes bytes and calls `arrived` for each item.
-    pub fn receive(&mut self, bytes: &[u8], mut arrived: impl FnMut(Arrived)) {
+    /// Decodes bytes that arrived at `arrival_s`, s, and calls `arrived` for each item.
+    pub fn receive(&mut self, bytes: &[u8], arrival_s: f64, mut arrived: impl FnMut(Arrived)) {
         self.bytes += bytes.len() as u64;
         if self.protocol != Some(Protocol::Mavlink) {
             for byte in bytes {
@@ -108,7 +108,7 @@ impl Decoder {
             }
         }
         if self.protocol != Some(Protocol::Frames) {
-            self.mavlink.receive(bytes, |said| {
+            self.mavlink.receive(bytes, arrival_s, |said| {
                 arrived(match said {
                     Said::Values(time_s, values) => Arrived::Values(time_s, values),
                     Said::Text(level, text) => Arrived::Text(level, text),

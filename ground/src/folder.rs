@@ -71,6 +71,21 @@ impl Folder {
         Ok(self.root.join(format!("{}.results", checked(name)?)))
     }
 
+    /// Whether the results of a record with this name would be written through a link, to another place.
+    ///
+    /// # Errors
+    /// As [`Folder::record`].
+    pub fn results_are_elsewhere(&self, name: &str) -> Result<bool, NameError> {
+        let results = self.results(name)?;
+        let inside = [
+            results.clone(),
+            results.join("estimate"),
+            results.join("identify"),
+            results.join("dataset"),
+        ];
+        Ok(inside.iter().any(|path| path.is_symlink()))
+    }
+
     /// The records, newest first.
     ///
     /// # Errors
@@ -85,7 +100,11 @@ impl Folder {
             let Some(name) = name.filter(|name| is_record && checked(name).is_ok()) else {
                 continue;
             };
-            let Ok(metadata) = entry.metadata() else { continue };
+            // A link counts as its target. A pipe or a device is never opened, so it is not offered.
+            let Ok(metadata) = std::fs::metadata(&path) else { continue };
+            if !metadata.is_file() {
+                continue;
+            }
             let since = metadata.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
             listed.push(Listed {
                 name: name.to_owned(),
@@ -163,6 +182,9 @@ mod tests {
         for file in ["a.mcap", "b.txt", ".c.mcap", "con.mcap"] {
             std::fs::write(place.path().join(file), b"x").unwrap();
         }
+        std::fs::create_dir(place.path().join("d.mcap")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("/dev/zero", place.path().join("e.mcap")).unwrap();
         let names: Vec<_> = folder.list().unwrap().into_iter().map(|one| one.name).collect();
         assert_eq!(names, ["a"]);
     }

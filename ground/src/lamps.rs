@@ -21,6 +21,21 @@ pub enum Light {
     Unknown,
 }
 
+/// The kinds of a fix, by their numbers.
+const FIXES: [&str; 7] =
+    ["no receiver", "no fix", "2D fix", "3D fix", "differential fix", "RTK float", "RTK fixed"];
+
+/// The names of a channel's values 0, 1, 2, …; empty for a channel of numbers.
+#[must_use]
+pub fn value_names(id: Id) -> Vec<&'static str> {
+    match id {
+        Id::SystemMode => (0..).map_while(SystemMode::from_code).map(SystemMode::name).collect(),
+        Id::AutopilotMode => Mode::ALL.iter().map(|mode| mode.name()).collect(),
+        Id::GpsFix => FIXES.to_vec(),
+        _ => Vec::new(),
+    }
+}
+
 /// One lamp.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lamp {
@@ -79,9 +94,7 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     let why = either(status.imu, "samples arrive", "no valid samples");
     light("inertial unit", known.imu, or(status.imu, Light::Bad), why);
     let fix = value(Id::GpsFix);
-    let kinds =
-        ["no receiver", "no fix", "2D fix", "3D fix", "differential fix", "RTK float", "RTK fixed"];
-    let kind = kinds.get(fix as usize).copied().unwrap_or("unknown fix");
+    let kind = FIXES.get(fix as usize).copied().unwrap_or("unknown fix");
     let mut why = format!("{kind}, {}", said(value(Id::Satellites), 0, "satellites"));
     let age_s = value(Id::GpsAge);
     if !age_s.is_nan() {

@@ -5,6 +5,7 @@ mod clock;
 mod csv;
 pub mod decode;
 pub mod evaluate;
+mod flight_record;
 pub mod folder;
 pub mod frames;
 pub mod lamps;

@@ -1,7 +1,7 @@
 //! The link to the vehicle: a serial port or UDP, read by its own thread.
 
 use std::fmt;
-use std::net::{SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -33,14 +33,14 @@ pub enum Source {
         /// Baud rate.
         baud: u32,
     },
-    /// UDP datagrams that arrive at this address.
+    /// UDP datagrams that arrive at this address. A port alone is one of this computer, for programs on it.
     Udp(SocketAddr),
 }
 
 /// A text that is not a valid link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "found \"{0}\", expected a serial port with an optional speed, such as /dev/ttyUSB0:57600, or udp:PORT or udp:ADDRESS:PORT"
+    "found \"{0}\", expected a serial port with an optional speed, such as /dev/ttyUSB0:57600, or udp:PORT for programs on this computer, or udp:ADDRESS:PORT with this computer's address in the vehicle's network"
 )]
 pub struct SourceError(String);
 
@@ -51,7 +51,7 @@ impl FromStr for Source {
         let error = || SourceError(text.chars().take(80).collect());
         if let Some(address) = text.strip_prefix("udp:") {
             let address = match address.parse::<u16>() {
-                Ok(port) => SocketAddr::from(([0, 0, 0, 0], port)),
+                Ok(port) => SocketAddr::from((Ipv4Addr::LOCALHOST, port)),
                 Err(_) => address.parse().map_err(|_| error())?,
             };
             return if address.port() == 0 { Err(error()) } else { Ok(Self::Udp(address)) };
@@ -232,7 +232,8 @@ mod tests {
         let serial = |path: &str, baud| Ok(Source::Serial { path: path.into(), baud });
         assert_eq!("/dev/ttyUSB0".parse(), serial("/dev/ttyUSB0", 57_600));
         assert_eq!("COM3:115200".parse(), serial("COM3", 115_200));
-        assert_eq!("udp:14550".parse(), Ok(Source::Udp(([0, 0, 0, 0], 14_550).into())));
+        assert_eq!("udp:14550".parse(), Ok(Source::Udp(([127, 0, 0, 1], 14_550).into())));
+        assert_eq!("udp:0.0.0.0:9".parse(), Ok(Source::Udp(([0, 0, 0, 0], 9).into())));
         assert_eq!("udp:127.0.0.1:9".parse(), Ok(Source::Udp(([127, 0, 0, 1], 9).into())));
         for bad in ["", "udp:", "udp:0", "udp:nowhere:3", "/dev/x:fast", "/dev/x:5", ":9600"] {
             let error = bad.parse::<Source>().unwrap_err();

@@ -19,9 +19,8 @@ use translate::Translator;
 
 /// Largest number of unknown message types whose layout is remembered.
 const STRANGERS: usize = 256;
-/// Number of heartbeats from another autopilot, with none from the present vehicle in between, after which the decoder
-/// switches to that autopilot.
-const GONE: u8 = 5;
+/// Silence of the present vehicle, s, after which the decoder switches to another autopilot, however often that one sends.
+const GONE_S: f64 = 5.0;
 
 /// Counts of the stream.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,6 +47,8 @@ pub struct Decoder {
     pub is_spoken: bool,
     /// Counts of the stream.
     pub counts: Counts,
+    /// Arrival time of the present bytes, s.
+    now_s: f64,
 }
 
 /// The followed vehicle.
@@ -55,22 +56,23 @@ struct Vehicle {
     sender: (u8, u8),
     /// Whether its heartbeat identifies it as an autopilot.
     is_autopilot: bool,
-    /// Number of heartbeats of other autopilots since the vehicle's last message.
-    others: u8,
+    /// Time of the vehicle's last message, s.
+    heard_s: f64,
     sequence: Sequence,
     translator: Translator,
 }
 
 impl Vehicle {
-    fn new(sender: (u8, u8), is_autopilot: bool) -> Self {
+    fn new(sender: (u8, u8), is_autopilot: bool, heard_s: f64) -> Self {
         let translator = Translator::default();
-        Self { sender, is_autopilot, others: 0, sequence: Sequence::default(), translator }
+        Self { sender, is_autopilot, heard_s, sequence: Sequence::default(), translator }
     }
 }
 
 impl Decoder {
-    /// Decodes bytes and calls `said` for each item.
-    pub fn receive(&mut self, bytes: &[u8], mut said: impl FnMut(Said)) {
+    /// Decodes bytes that arrived at `arrival_s`, seconds on any clock, and calls `said` for each item.
+    pub fn receive(&mut self, bytes: &[u8], arrival_s: f64, mut said: impl FnMut(Said)) {
+        self.now_s = arrival_s;
         self.bytes.extend_from_slice(bytes);
         // Moved out, so that a frame can borrow the bytes while `self` changes.
         let bytes = std::mem::take(&mut self.bytes);
@@ -122,7 +124,7 @@ impl Decoder {
         if let Some(MavMessage::HEARTBEAT(beat)) = &message {
             self.introduce(frame.sender, beat.autopilot != MavAutopilot::MAV_AUTOPILOT_INVALID);
         } else if self.vehicle.is_none() {
-            self.vehicle = Some(Vehicle::new(frame.sender, false));
+            self.vehicle = Some(Vehicle::new(frame.sender, false, self.now_s));
         }
         if !self.count(frame) {
             return;
@@ -145,12 +147,11 @@ impl Decoder {
                 }
             }
             Some(vehicle) if is_autopilot => {
-                vehicle.others = vehicle.others.saturating_add(1);
-                if !vehicle.is_autopilot || vehicle.others > GONE {
-                    self.vehicle = Some(Vehicle::new(sender, true));
+                if !vehicle.is_autopilot || self.now_s - vehicle.heard_s > GONE_S {
+                    self.vehicle = Some(Vehicle::new(sender, true, self.now_s));
                 }
             }
-            None if is_autopilot => self.vehicle = Some(Vehicle::new(sender, true)),
+            None if is_autopilot => self.vehicle = Some(Vehicle::new(sender, true, self.now_s)),
             _ => {}
         }
     }
@@ -160,7 +161,7 @@ impl Decoder {
         let Some(vehicle) = self.vehicle.as_mut().filter(|it| it.sender == frame.sender) else {
             return false;
         };
-        vehicle.others = 0;
+        vehicle.heard_s = self.now_s;
         self.counts.messages += 1;
         vehicle.sequence.hear(frame.sequence);
         self.counts.missing = vehicle.sequence.missing();
@@ -185,7 +186,7 @@ mod tests {
         let mut decoder = Decoder::default();
         let mut rolls = Vec::new();
         for piece in stream.chunks(3) {
-            decoder.receive(piece, |said| {
+            decoder.receive(piece, 0.0, |said| {
                 if let Said::Values(_, values) = said {
                     let roll = values.iter().find(|(id, _)| *id == Id::Roll);
                     rolls.extend(roll.and_then(|(_, value)| *value));

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::flight_record;
 use crate::record::RecordError;
 use crate::store::{Batch, Store};
 use crate::test_points::TestPoints;
@@ -23,12 +24,17 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Reads the record in `path`.
+    /// Reads the record in `path`, of a ground station or of a flight computer.
     ///
     /// # Errors
     /// If the file is not a record, or cannot be read.
     pub fn read(path: &std::path::Path, name: &str) -> Result<Self, RecordError> {
-        let (store, is_cut) = record::read(path)?;
+        let (store, is_cut) = match record::read(path) {
+            Err(RecordError::NotARecord { .. }) => {
+                flight_record::read(path).map_err(|source| RecordError::Flight { source })?
+            }
+            read => read?,
+        };
         let mut test_points = TestPoints::default();
         const STICKS: [Id; 4] =
             [Id::StickLateral, Id::StickLongitudinal, Id::StickCollective, Id::StickPedal];

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufWriter};
+use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use hovernav_log::open_file;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::write::NoSeek;
@@ -60,6 +61,12 @@ pub enum RecordError {
         path: PathBuf,
         /// Its size.
         found: u64,
+    },
+    /// The file is neither a record of a ground station nor a readable one of a flight computer.
+    #[error("{source}")]
+    Flight {
+        /// The cause.
+        source: hovernav_log::LogError,
     },
     /// The file is not a record of a ground station.
     #[error("{}: found {found}, expected the topic `{TELEMETRY}` of a ground station's record", path.display())]
@@ -332,7 +339,9 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
     if found > LARGEST {
         return Err(RecordError::TooLarge { path: path.to_path_buf(), found });
     }
-    let bytes = std::fs::read(path).map_err(failed)?;
+    let mut bytes = Vec::new();
+    let file = open_file(path, LARGEST).map_err(failed)?;
+    file.take(LARGEST).read_to_end(&mut bytes).map_err(failed)?;
     let not = |found: String| RecordError::NotARecord { path: path.to_path_buf(), found };
     if !bytes.starts_with(mcap::MAGIC) {
         return Err(not("a file without the MCAP signature".into()));

@@ -133,7 +133,7 @@ impl Station {
     /// Decodes bytes that arrived at `arrival_s`, seconds since the start of 1970.
     pub fn receive(&mut self, bytes: &[u8], arrival_s: f64) {
         let mut arrived = Vec::new();
-        self.decoder.receive(bytes, |what| arrived.push(what));
+        self.decoder.receive(bytes, arrival_s, |what| arrived.push(what));
         if !arrived.is_empty() {
             if let Some(last_s) = self.last_frame_s {
                 let since_s = (arrival_s - last_s).clamp(0.0, LONGEST_PERIOD_S);

@@ -64,6 +64,7 @@ pub struct Store {
     markers: VecDeque<Marker>,
     markers_gone: u64,
     span: Option<(f64, f64)>,
+    home: Option<(f64, f64)>,
 }
 
 impl Store {
@@ -81,6 +82,7 @@ impl Store {
             markers: VecDeque::new(),
             markers_gone: 0,
             span: None,
+            home: None,
         }
     }
 
@@ -90,10 +92,23 @@ impl Store {
         if !time_s.is_finite() {
             return;
         }
+        if self.home.is_none() {
+            let of = |wanted| {
+                let found = batch.values.iter().find(|(id, _)| *id == wanted);
+                found.map(|(_, value)| *value).filter(|value| value.is_finite())
+            };
+            self.home = of(Id::Latitude).zip(of(Id::Longitude));
+        }
         for &(id, value) in &batch.values {
             self.series[id as usize].push(time_s, value);
         }
         self.span = Some(self.span.map_or((time_s, time_s), |(from, to)| (from, to.max(time_s))));
+    }
+
+    /// The first known position: latitude and longitude, degrees.
+    #[must_use]
+    pub const fn home(&self) -> Option<(f64, f64)> {
+        self.home
     }
 
     /// Stores a text.

@@ -110,7 +110,7 @@ pub struct Arguments {
     /// With --lines: an action of the pilot or a failure of the sensors, ACT@START[:DURATION] in seconds, such as
     /// `engage@30:60` or `stick-pedal=0.3@50:2`; may be repeated. ACT is one of engage, stick-CHANNEL=VALUE, still,
     /// pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, no-fix, frozen-fix, wild-fix,
-    /// frozen-imu, wild-packet, dmu-noise, servos-cut. Without DURATION it lasts to the end
+    /// frozen-imu, wild-packet, dmu-noise, gps-noise, servos-cut. Without DURATION it lasts to the end
     #[cfg(feature = "lines")]
     #[arg(long = "do", value_name = "ACT", requires = "lines")]
     pub act: Vec<hovernav_hil::TimedAct>,

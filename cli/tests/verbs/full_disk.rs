@@ -128,6 +128,34 @@ fn a_copy_with_faults_is_written_whole_or_not_at_all() {
     leaves_nothing_cut(&out, &arguments, &[0, 1 << 12], "");
 }
 
+/// A full disk at the start of a flight, as after a restart in the air: the flight goes on, with a message.
+#[cfg(feature = "fly")]
+#[test]
+fn a_flight_without_room_for_its_record_flies_on_unless_the_record_is_required() {
+    let directory = place("full-fly");
+    let fly = |more: &str| {
+        let ports = format!(
+            "[dmu]\nport = \"no-unit\"\n[receiver]\nport = \"no-receiver\"\nprotocol = \"ubx\"\n\
+             [site]\nlatitude_deg = 1.3521\nlongitude_deg = 103.8198\nheight_m = 0.0\n{more}"
+        );
+        let (config, record) = (directory.join("fly.toml"), directory.join("flight.mcap"));
+        fs::write(&config, ports).expect("writable");
+        let arguments =
+            ["fly", "--config", text(&config), "--record", text(&record), "--duration", "1"];
+        let run = on_a_full_disk(0, &arguments);
+        let left: Vec<_> = files(&directory).into_iter().filter(|file| *file != config).collect();
+        assert!(left.is_empty(), "{left:?}");
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        (run.status.code(), said, String::from_utf8_lossy(&run.stdout).into_owned())
+    };
+    let (status, said, report) = fly("");
+    assert_eq!(status, Some(0), "{said}");
+    assert!(said.contains("the flight is not recorded, and goes on"), "{said}");
+    assert!(report.contains("no file: the flight was not recorded"), "{report}");
+    let (status, said, _) = fly("[record]\nrequired = true\n");
+    assert!(status == Some(1) && said.contains("File too large"), "{said}");
+}
+
 /// A limit above the size of all results changes nothing.
 #[test]
 fn a_disk_with_room_changes_nothing() {

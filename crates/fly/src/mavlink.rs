@@ -5,6 +5,7 @@
 mod answers;
 pub mod frame;
 mod pacing;
+mod rates;
 mod states;
 
 use mavlink::dialects::common;
@@ -135,7 +136,7 @@ impl Mavlink {
             self.send(&message, out);
         }
         if self.gps_raw.is_due(now) {
-            self.send(&self.gps_raw_message(snapshot), out);
+            self.send_gps_raw(snapshot, out);
         }
         if self.servo_output.is_due(now) {
             self.send(&self.servo_output_message(snapshot), out);
@@ -341,6 +342,22 @@ impl Mavlink {
             vz,
             hdg: hundredths(heading_deg.map(|heading| heading.min(359.99))),
         })
+    }
+
+    /// Appends GPS_RAW_INT with its extension: the ellipsoid's altitude and the accuracies, 0 where unknown.
+    fn send_gps_raw(&mut self, snapshot: &Snapshot, out: &mut Vec<u8>) {
+        let gps = &snapshot.gps;
+        let millimetres = |metres: Option<f64>| libm::round(metres.unwrap_or_default() * 1e3);
+        let mut extension = [0; 16];
+        let altitude = (millimetres(gps.height_m) as i32).to_le_bytes();
+        let accuracies = [gps.horizontal_sigma_m, gps.vertical_sigma_m, gps.velocity_sigma_mps]
+            .map(|sigma| (millimetres(sigma) as u32).to_le_bytes());
+        let fields = [altitude].into_iter().chain(accuracies);
+        extension
+            .chunks_exact_mut(4)
+            .zip(fields)
+            .for_each(|(to, field)| to.copy_from_slice(&field));
+        self.send_extended(&self.gps_raw_message(snapshot), &extension, out);
     }
 
     fn gps_raw_message(&self, snapshot: &Snapshot) -> common::GPS_RAW_INT_DATA {

@@ -93,9 +93,14 @@ impl LiveFlight {
         let of = || Arc::clone(&plant);
         let source = LiveDmu { plant: of(), span };
         let device = DmuDevice::measuring_by(source);
-        let dmu = LiveUnit { plant: of(), device, sent: 0 };
-        let gps =
-            LiveGps { plant: of(), device: GpsDevice::new(protocol, &[], 0.0), latency_s, span };
+        let dmu = LiveUnit { plant: of(), device, noise: Noise::default() };
+        let gps = LiveGps {
+            plant: of(),
+            device: GpsDevice::new(protocol, &[], 0.0),
+            latency_s,
+            span,
+            noise: Noise::default(),
+        };
         let pilot = LivePilot { plant: of(), next: Time::ZERO, ready: None };
         let servos = LiveServos { plant: of() };
         let ports = vec![
@@ -199,12 +204,30 @@ impl PacketSource for LiveDmu {
 struct LiveUnit {
     plant: SharedPlant,
     device: DmuDevice<LiveDmu>,
-    /// Number of bytes sent.
-    sent: usize,
+    noise: Noise,
 }
 
 /// Interval of the damaged bytes of a noisy line.
 const DAMAGED_EVERY: usize = 100;
+
+/// Damage to the bytes of a line.
+#[derive(Default)]
+struct Noise {
+    /// Number of bytes sent.
+    sent: usize,
+}
+
+impl Noise {
+    /// Passes `bytes` on; if the line `is_noisy`, one in a hundred is changed.
+    fn pass(&mut self, bytes: &mut [u8], is_noisy: bool) {
+        for byte in bytes {
+            self.sent += 1;
+            if is_noisy && self.sent.is_multiple_of(DAMAGED_EVERY) {
+                *byte ^= 0x24;
+            }
+        }
+    }
+}
 
 impl Device for LiveUnit {
     fn receive(&mut self, bytes: &[u8], now: Time) {
@@ -222,12 +245,7 @@ impl Device for LiveUnit {
             let mut plant = lock(&self.plant);
             plant.unit_sent(now);
             let is_noisy = plant.has(Act::DmuNoise, now);
-            for byte in wire.iter_mut().skip(before) {
-                self.sent += 1;
-                if is_noisy && self.sent.is_multiple_of(DAMAGED_EVERY) {
-                    *byte ^= 0x24;
-                }
-            }
+            self.noise.pass(&mut wire[before..], is_noisy);
         }
     }
 
@@ -246,6 +264,7 @@ struct LiveGps {
     device: GpsDevice,
     latency_s: f64,
     span: (Time, Time),
+    noise: Noise,
 }
 
 impl Device for LiveGps {
@@ -263,8 +282,11 @@ impl Device for LiveGps {
         for fix in plant.fixes.drain(..) {
             self.device.will_have(&fix, self.latency_s);
         }
+        let is_noisy = plant.has(Act::GpsNoise, now);
         drop(plant);
+        let before = wire.len();
         self.device.transmit(now, wire);
+        self.noise.pass(&mut wire[before..], is_noisy);
     }
 
     fn span(&self) -> Option<(Time, Time)> {

@@ -39,13 +39,15 @@ pub enum Act {
     WildPacket,
     /// One byte in a hundred of the IMU's packets is damaged.
     DmuNoise,
+    /// One byte in a hundred of the receiver's messages is damaged.
+    GpsNoise,
     /// Packets to the servos do not arrive: the microcontroller passes the pilot's pulses through.
     ServosCut,
 }
 
 impl Act {
     /// Names of all acts except `stick`.
-    const NAMED: [(&'static str, Self); 16] = [
+    const NAMED: [(&'static str, Self); 17] = [
         ("engage", Self::Engage),
         ("still", Self::Still),
         ("pilot-lost", Self::PilotLost),
@@ -61,6 +63,7 @@ impl Act {
         ("frozen-imu", Self::FrozenImu),
         ("wild-packet", Self::WildPacket),
         ("dmu-noise", Self::DmuNoise),
+        ("gps-noise", Self::GpsNoise),
         ("servos-cut", Self::ServosCut),
     ];
 }
@@ -87,7 +90,7 @@ impl TimedAct {
 #[error(
     "found \"{found}\", expected ACT@START[:DURATION] in seconds, ACT one of engage, \
      stick-CHANNEL=VALUE, still, pilot-lost, failsafe, aux-lost, dmu-cut, dmu-pulled, gps-cut, gps-pulled, \
-     no-fix, frozen-fix, wild-fix, frozen-imu, wild-packet, dmu-noise, servos-cut"
+     no-fix, frozen-fix, wild-fix, frozen-imu, wild-packet, dmu-noise, gps-noise, servos-cut"
 )]
 pub struct ActError {
     found: String,

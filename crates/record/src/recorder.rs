@@ -68,7 +68,11 @@ impl Recorder {
         let unready = Path::new(&unready);
         let file = fresh_file(unready).map_err(LogError::io(unready))?;
         let to_sync = file.try_clone().map_err(LogError::io(unready))?;
-        let mut recorder = Self::start(file, header).map_err(LogError::io(unready))?;
+        let mut recorder = Self::start(file, header).map_err(|error| {
+            // An unreadable rest would only take the place of a record. The first error is reported.
+            let _ = std::fs::remove_file(unready);
+            LogError::io(unready)(error)
+        })?;
         std::fs::rename(unready, path).map_err(LogError::io(path))?;
         // The new name survives a loss of power once its directory is on the disk.
         if let Some(directory) = path.parent().and_then(|directory| File::open(directory).ok()) {

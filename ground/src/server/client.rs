@@ -1,22 +1,23 @@
 //! The connection of one client: requests in, ticks and states out.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{Query, State};
+use axum::extract::{ConnectInfo, Query, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
+use super::listener::Peer;
 use super::request::Request;
+use super::seats::Seat;
 use super::session::Session;
-use super::{CLIENTS, STUCK, Server};
+use super::{STUCK, Server};
 
 /// Interval of the ticks.
 const TICK: Duration = Duration::from_millis(40);
@@ -37,6 +38,7 @@ pub struct Ticket {
 
 pub async fn socket(
     State(server): super::State,
+    ConnectInfo(Peer(address)): ConnectInfo<Peer>,
     Query(ticket): Query<Ticket>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
@@ -44,37 +46,22 @@ pub async fn socket(
     if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
     }
-    let Some(seat) = Seat::take(&server) else {
+    let full = || {
         let why = "too many clients are connected";
-        return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
+        (StatusCode::SERVICE_UNAVAILABLE, why).into_response()
     };
     // A refused page repeats the request without an upgrade, because a browser does not pass it the reason otherwise.
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade,
+        Err(_) if !server.clients.has_room(address.ip()) => return full(),
         Err(rejection) => return rejection.into_response(),
     };
+    let Some(seat) = server.clients.take(address.ip()) else { return full() };
     upgrade
         .max_message_size(LONGEST)
         .max_frame_size(LONGEST)
         .max_write_buffer_size(8 << 20)
-        .on_upgrade(move |socket| converse(socket, seat))
-}
-
-/// One of the client slots, freed when dropped.
-struct Seat(Arc<Server>);
-
-impl Seat {
-    fn take(server: &Arc<Server>) -> Option<Self> {
-        let more = |taken| (taken < CLIENTS).then_some(taken + 1);
-        server.clients.fetch_update(Ordering::AcqRel, Ordering::Acquire, more).ok()?;
-        Some(Self(Arc::clone(server)))
-    }
-}
-
-impl Drop for Seat {
-    fn drop(&mut self) {
-        self.0.clients.fetch_sub(1, Ordering::AcqRel);
-    }
+        .on_upgrade(move |socket| converse(socket, server, seat))
 }
 
 /// Requests that the client may still send.
@@ -93,8 +80,8 @@ impl Allowance {
     }
 }
 
-async fn converse(mut socket: WebSocket, seat: Seat) {
-    let mut session = Session::new(Arc::clone(&seat.0.shared));
+async fn converse(mut socket: WebSocket, server: Arc<Server>, mut seat: Seat) {
+    let mut session = Session::new(Arc::clone(&server.shared));
     let mut allowance = Allowance { left: REQUESTS.1, at: Instant::now() };
     let mut ticks = interval(TICK);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -104,6 +91,11 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
     }
     loop {
         tokio::select! {
+            () = seat.lost() => {
+                let why = "found too many clients; this connection gave its place to another address";
+                send(&mut socket, &json!({"error": why})).await;
+                return;
+            }
             received = socket.recv() => {
                 let Some(Ok(message)) = received else { return };
                 // Every message costs, also pings, because it must be read.
@@ -140,7 +132,8 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
                 if count.is_multiple_of(STATES) && !send(&mut socket, &session.state()).await {
                     return;
                 }
-                if count % PINGS == PINGS - 1 && socket.send(Message::Ping(Bytes::new())).await.is_err() {
+                let pings = count % PINGS == PINGS - 1;
+                if pings && !pass(&mut socket, Message::Ping(Bytes::new())).await {
                     return;
                 }
                 count = count.wrapping_add(1);
@@ -151,6 +144,9 @@ async fn converse(mut socket: WebSocket, seat: Seat) {
 
 /// Sends a message. Returns whether the client received it in time.
 async fn send(socket: &mut WebSocket, message: &Value) -> bool {
-    let sent = timeout(STUCK, socket.send(Message::Text(message.to_string().into()))).await;
-    matches!(sent, Ok(Ok(())))
+    pass(socket, Message::Text(message.to_string().into())).await
+}
+
+async fn pass(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(timeout(STUCK, socket.send(message)).await, Ok(Ok(())))
 }

@@ -1,6 +1,6 @@
 //! Downloads: a time range as CSV, and the pages of an evaluation.
 
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Component, Path as FilePath};
 use std::pin::Pin;
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_T
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse as _, Response};
 use futures_core::Stream;
+use hovernav_log::open_file;
 use serde::Deserialize;
 use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio::time::timeout;
@@ -172,8 +173,9 @@ pub async fn result(
     };
     let page = tokio::task::block_in_place(|| {
         is_inside(&file)?;
-        let size = std::fs::metadata(&file).ok()?.len();
-        if size > LARGEST { None } else { std::fs::read(&file).ok() }
+        let mut page = Vec::new();
+        open_file(&file, LARGEST).ok()?.take(LARGEST).read_to_end(&mut page).ok()?;
+        Some(page)
     });
     match page {
         // The page is sandboxed and cannot send requests to this server.

@@ -1,74 +1,45 @@
-//! Connections: a limited number, without idle ones.
+//! Connections: a limited number, without idle and stuck ones.
 
-use std::collections::HashMap;
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use axum::serve::Listener;
+use axum::extract::connect_info::Connected;
+use axum::serve::{IncomingStream, Listener};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Sleep, sleep};
+
+use super::seats::{Seat, Seats};
 
 /// Idle time after which a connection is closed.
 const SILENT: Duration = Duration::from_secs(60);
+/// Time after which a connection whose client reads nothing is closed.
+const STUCK: Duration = Duration::from_secs(20);
 /// Pause after a failed accept.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// A listener with a limited number of connections; further ones wait until one ends. One address gets at most three
-/// quarters of them, so that idle connections of one host cannot block all others.
+/// A listener with a limited number of connections. Further ones are closed at once; see [`Seats`].
 pub struct Limited {
     listener: TcpListener,
-    room: Arc<Semaphore>,
     seats: Seats,
 }
 
 impl Limited {
     pub fn new(listener: TcpListener, connections: usize) -> Self {
-        let room = Arc::new(Semaphore::new(connections));
-        let seats = Seats { of_one: connections * 3 / 4, taken: Arc::default() };
-        Self { listener, room, seats }
+        Self { listener, seats: Seats::new(connections) }
     }
 }
 
-/// The number of connections of each address, and its limit.
-struct Seats {
-    of_one: usize,
-    taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
-}
+/// The address of a client.
+#[derive(Clone, Copy)]
+pub struct Peer(pub SocketAddr);
 
-impl Seats {
-    /// A connection slot for `address`; `None` at its limit.
-    fn take(&self, address: IpAddr) -> Option<Seat> {
-        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        let count = taken.entry(address).or_default();
-        if *count >= self.of_one {
-            return None;
-        }
-        *count += 1;
-        Some(Seat { taken: Arc::clone(&self.taken), address })
-    }
-}
-
-/// One connection slot of an address, freed when dropped.
-struct Seat {
-    taken: Arc<Mutex<HashMap<IpAddr, usize>>>,
-    address: IpAddr,
-}
-
-impl Drop for Seat {
-    fn drop(&mut self) {
-        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(count) = taken.get_mut(&self.address) {
-            *count -= 1;
-            if *count == 0 {
-                taken.remove(&self.address);
-            }
-        }
+impl Connected<IncomingStream<'_, Limited>> for Peer {
+    fn connect_info(stream: IncomingStream<'_, Limited>) -> Self {
+        Self(*stream.remote_addr())
     }
 }
 
@@ -78,19 +49,13 @@ impl Listener for Limited {
 
     async fn accept(&mut self) -> (Connection, SocketAddr) {
         loop {
-            let Ok(permit) = Arc::clone(&self.room).acquire_owned().await else {
-                // The semaphore is never closed.
-                sleep(RETRY).await;
-                continue;
-            };
             match self.listener.accept().await {
                 Ok((stream, address)) => {
                     let Some(seat) = self.seats.take(address.ip()) else { continue };
                     // Small messages are sent at once, because late ones are useless.
                     let _ = stream.set_nodelay(true);
                     let silence = Box::pin(sleep(SILENT));
-                    let connection = Connection { stream, silence, _places: (permit, seat) };
-                    return (connection, address);
+                    return (Connection { stream, silence, stuck: None, seat }, address);
                 }
                 Err(_) => sleep(RETRY).await,
             }
@@ -102,11 +67,20 @@ impl Listener for Limited {
     }
 }
 
-/// A connection that frees its slots when it ends.
+/// A connection that frees its slot when it ends.
 pub struct Connection {
     stream: TcpStream,
     silence: Pin<Box<Sleep>>,
-    _places: (OwnedSemaphorePermit, Seat),
+    /// Since the client's buffer is full.
+    stuck: Option<Pin<Box<Sleep>>>,
+    seat: Seat,
+}
+
+impl Connection {
+    /// Ready with an error once another address has taken the slot.
+    fn poll_lost(&mut self, context: &mut Context<'_>) -> Poll<io::Error> {
+        self.seat.poll_lost(context).map(|()| io::ErrorKind::ConnectionAborted.into())
+    }
 }
 
 impl AsyncRead for Connection {
@@ -115,6 +89,9 @@ impl AsyncRead for Connection {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
+        if let Poll::Ready(error) = self.poll_lost(context) {
+            return Poll::Ready(Err(error));
+        }
         if let Poll::Ready(read) = Pin::new(&mut self.stream).poll_read(context, buffer) {
             let until = tokio::time::Instant::now() + SILENT;
             self.silence.as_mut().reset(until);
@@ -133,7 +110,18 @@ impl AsyncWrite for Connection {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
+        if let Poll::Ready(error) = self.poll_lost(context) {
+            return Poll::Ready(Err(error));
+        }
+        if let Poll::Ready(written) = Pin::new(&mut self.stream).poll_write(context, bytes) {
+            self.stuck = None;
+            return Poll::Ready(written);
+        }
+        let stuck = self.stuck.get_or_insert_with(|| Box::pin(sleep(STUCK)));
+        match stuck.as_mut().poll(context) {
+            Poll::Ready(()) => Poll::Ready(Err(io::ErrorKind::TimedOut.into())),
+            Poll::Pending => Poll::Pending,
+        }
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -142,23 +130,5 @@ impl AsyncWrite for Connection {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(context)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_address_that_has_enough_leaves_room_for_others_and_gets_it_back() {
-        let seats = Seats { of_one: 3, taken: Arc::default() };
-        let [one, other] = [1, 2].map(|last| IpAddr::from([10, 0, 0, last]));
-        let mut held: Vec<_> = (0..3).map(|_| seats.take(one).unwrap()).collect();
-        assert!(seats.take(one).is_none());
-        assert!(seats.take(other).is_some());
-        held.pop();
-        assert!(seats.take(one).is_some());
-        held.clear();
-        assert!(seats.taken.lock().unwrap().is_empty());
     }
 }

@@ -6,6 +6,7 @@ mod client;
 mod download;
 mod listener;
 mod request;
+mod seats;
 mod session;
 mod shared;
 
@@ -16,7 +17,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::Router;
@@ -27,13 +28,15 @@ use axum::http::header::{
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
+use hovernav::flight_control::Fence;
 use hovernav_log::Manifest;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 
 use crate::folder::Folder;
 use crate::link::SharedStation;
-use listener::Limited;
+use listener::{Limited, Peer};
+use seats::Seats;
 use shared::Shared;
 
 /// Largest number of clients.
@@ -59,13 +62,15 @@ pub struct ServerConfig {
     pub command: Option<PathBuf>,
     /// Mounting of the vehicle's sensors.
     pub manifest: Manifest,
+    /// The vehicle's geofence, for the map.
+    pub fence: Option<Fence>,
 }
 
 /// The state shared by the handlers.
 struct Server {
     shared: Arc<Shared>,
     access: Access,
-    clients: AtomicUsize,
+    clients: Seats,
     /// Slots for exports.
     exports: Arc<Semaphore>,
 }
@@ -88,11 +93,12 @@ impl Bound {
         let listener = std::net::TcpListener::bind(config.address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let shared = Shared::new(station, config.folder, config.command, config.manifest);
+        let shared =
+            Shared::new(station, config.folder, config.command, config.manifest, config.fence);
         let server = Server {
             shared: Arc::new(shared),
             access: config.access,
-            clients: AtomicUsize::new(0),
+            clients: Seats::new(CLIENTS),
             exports: Arc::new(Semaphore::new(EXPORTS)),
         };
         Ok(Self { listener, server: Arc::new(server), address })
@@ -124,6 +130,7 @@ impl Bound {
                 .route("/results/{record}/{*path}", get(download::result))
                 .layer(middleware::from_fn(guarded))
                 .with_state(self.server);
+            let app = app.into_make_service_with_connect_info::<Peer>();
             let served = axum::serve(Limited::new(listener, CONNECTIONS), app).into_future();
             tokio::select! {
                 result = served => result,

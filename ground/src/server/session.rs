@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::request::{Request, channels};
 use super::shared::Shared;
-use crate::channel::{CHANNELS, Id};
-use crate::lamps::{control, lamps};
+use crate::channel::Id;
+use crate::lamps::{control, lamps, value_names};
 use crate::link::lock;
 use crate::player::Player;
 use crate::series::Point;
@@ -47,19 +47,28 @@ impl Session {
 
     /// The first message to a client.
     pub fn hello(&self) -> Value {
-        let channels: Vec<Value> = CHANNELS
-            .iter()
-            .map(|channel| {
+        let channels: Vec<Value> = Id::all()
+            .map(|id| {
+                let channel = id.channel();
                 let (below, above) = channel.alarm;
                 json!({
                     "name": channel.name, "label": channel.label, "unit": channel.unit,
                     "group": channel.group, "digits": channel.digits,
                     "alarm": [finite(below), finite(above)],
+                    "names": value_names(id),
                     "sigma": channel.sigma.map(|id| id.channel().name),
                 })
             })
             .collect();
-        json!({"hello": {"version": env!("CARGO_PKG_VERSION"), "channels": channels}})
+        let fence = self.shared.fence.map(|fence| {
+            json!({
+                "lat_deg": fence.centre.latitude_deg(), "lon_deg": fence.centre.longitude_deg(),
+                "radius_m": fence.radius_m,
+            })
+        });
+        json!({"hello": {
+            "version": env!("CARGO_PKG_VERSION"), "channels": channels, "fence": fence,
+        }})
     }
 
     /// Handles a request. Returns the answer, if there is one.
@@ -216,7 +225,7 @@ impl Session {
                 .collect();
             let under_way = test_points.under_way().filter(|_| silence.is_none());
             json!({
-                "since": store.in_mode_since(at_s), "span": store.span(), "silence": silence,
+                "since": store.in_mode_since(at_s), "span": store.span(), "home": store.home(), "silence": silence,
                 "lamps": lamps(value, silence), "control": control(value, silence),
                 "alarms": alarms, "steps": test_points.steps(),
                 "progress": test_points.progress(), "under_way": under_way,

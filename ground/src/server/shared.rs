@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use hovernav::flight_control::Fence;
 use hovernav_log::Manifest;
 
 use crate::evaluate::{Evaluation, Job, SharedJob};
@@ -21,6 +22,8 @@ pub struct Shared {
     pub command: Option<PathBuf>,
     /// Mounting of the sensors.
     pub manifest: Manifest,
+    /// The vehicle's geofence.
+    pub fence: Option<Fence>,
     loaded: Mutex<Vec<Arc<Loaded>>>,
     job: SharedJob,
 }
@@ -31,9 +34,10 @@ impl Shared {
         folder: Folder,
         command: Option<PathBuf>,
         manifest: Manifest,
+        fence: Option<Fence>,
     ) -> Self {
         let (loaded, job) = (Mutex::default(), SharedJob::default());
-        Self { station, folder, command, manifest, loaded, job }
+        Self { station, folder, command, manifest, fence, loaded, job }
     }
 
     /// Starts a record in a new file with this name.
@@ -68,6 +72,9 @@ impl Shared {
         let command = self.command.clone().ok_or("this station cannot run the command hovernav")?;
         if !record.is_file() {
             return Err(format!("found no record {name}"));
+        }
+        if self.folder.results_are_elsewhere(name).map_err(|error| error.to_string())? {
+            return Err(format!("found a link in the results of {name}, expected a directory"));
         }
         if lock(&self.station).recording().is_some_and(|one| one.name == name) {
             return Err(format!("found {name} still being written, expected a finished record"));

@@ -4,6 +4,7 @@
 pub mod browser;
 pub mod sender;
 
+use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -13,6 +14,7 @@ use std::time::{Duration, Instant};
 use hovernav::autopilot::Mode;
 use hovernav::controls::{Channel, Channels};
 use hovernav::earth::Geodetic;
+use hovernav::flight_control::Fence;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::telemetry::{
     FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, Supplement,
@@ -81,6 +83,7 @@ pub fn snapshot(time_s: f64) -> Snapshot {
             down_velocity_mps: Some(0.1),
             hdop: Some(1.1),
             vdop: Some(1.8),
+            ..GpsSummary::default()
         },
         innovations: Innovations {
             position: Some(1.0),
@@ -146,6 +149,11 @@ pub fn serve(token: Option<&str>) -> Served {
         folder: Folder::open(&place.path().join("records")).unwrap(),
         command: None,
         manifest: Manifest::default(),
+        fence: Some(Fence {
+            centre: Geodetic::from_degrees(1.35, 103.82, 0.0).unwrap(),
+            radius_m: 40.0,
+            height_m: 50.0,
+        }),
     };
     let bound = Bound::new(config, Arc::clone(&station)).unwrap();
     let address = bound.address();
@@ -215,6 +223,29 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
         assert!(Instant::now() < end, "{what}: not within 20 s");
         std::thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// Sends raw bytes and returns the answer of the server.
+pub fn raw(served: &Served, request: &str) -> String {
+    let mut stream = TcpStream::connect(served.address).unwrap();
+    // The server closes the connection within a request that is too long, before or after its last byte.
+    let _ = stream.write_all(request.as_bytes());
+    let stays_open = !request.contains("Connection: close");
+    let (mut answer, mut buffer) = (String::new(), [0; 4096]);
+    // A connection that stays open has answered with the end of its headers.
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        answer.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        if stays_open && answer.contains("\r\n\r\n") {
+            break;
+        }
+    }
+    answer
+}
+
+/// The answer to a request for `path`.
+pub fn get(served: &Served, path: &str) -> String {
+    let host = served.address;
+    raw(served, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"))
 }
 
 /// Resident memory of this process, bytes.

@@ -107,6 +107,8 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     // Zoom box, zoom keys, pan, and reset.
     page.drag("#plots .u-over", (0.7, 0.2), (0.9, 0.8));
     page.wait("!station.axis.follows && station.axis.to - station.axis.from < 30");
+    // The box changes the values of the dragged plot alone.
+    page.wait("station.fixed().join() === 'true,false,false,false,false,false'");
     let span = page.eval("station.axis.to - station.axis.from").as_f64().unwrap();
     page.key("+");
     page.wait(&format!("station.axis.to - station.axis.from < {span} * 0.6"));
@@ -174,6 +176,13 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.key("l");
     page.wait("document.getElementById('player').hidden");
 
+    // The map is drawn, and its track has another colour by mode.
+    let map = "document.getElementById('track').toDataURL()";
+    let by_time = page.eval(map);
+    page.click("#colours");
+    page.wait("document.getElementById('colours').textContent === 'Track: by mode'");
+    assert_ne!(page.eval(map), by_time);
+
     // The other views, themes, and a phone.
     for (key, name) in [("2", "hover"), ("5", "log"), ("3", "points")] {
         page.key(key);
@@ -195,6 +204,16 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.size(390, 844, true);
     // Nothing is cut off.
     page.wait("innerWidth === 390 && document.documentElement.scrollWidth <= innerWidth");
+    // The first plot is in the first screen. The bar stays where the page is scrolled.
+    page.wait(
+        "document.querySelector('#plots .chart').getBoundingClientRect().bottom < innerHeight",
+    );
+    page.eval("scrollTo(0, 3000)");
+    for node in ["link", "flies", "can", "record", "mark"] {
+        let place = format!("document.getElementById('{node}').getBoundingClientRect()");
+        page.wait(&format!("{place}.top >= 0 && {place}.bottom < 140 && {place}.height > 0"));
+    }
+    page.eval("scrollTo(0, 0)");
     page.keep("phone");
 
     // The layout is kept over a reload, and no frame is lost.
@@ -214,6 +233,16 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     }
     page.wait("document.querySelectorAll('#lamps .lamp:not(.unknown)').length === 0");
     page.wait("station.now.size === 0 && document.title.includes('no connection')");
+}
+
+/// Not a test: a page to look at, for ten minutes.
+#[test]
+#[ignore = "serves a page to look at"]
+fn serves_a_page_to_look_at() {
+    let served = serve(None);
+    let _vehicle = Vehicle::fly(Arc::clone(&served.station));
+    println!("http://{}/", served.address);
+    thread::sleep(Duration::from_secs(600));
 }
 
 #[test]

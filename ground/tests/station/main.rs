@@ -3,8 +3,10 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod aboard;
 mod browser;
 mod cut;
+mod hostile;
 mod keeping;
 mod link;
 mod readiness;

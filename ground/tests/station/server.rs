@@ -1,33 +1,10 @@
 //! The server with valid and with malicious clients.
 
-use std::io::{Read as _, Write as _};
-use std::net::TcpStream;
+use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::time::Duration;
 
-use crate::common::{Client, Served, cycle, serve};
+use crate::common::{Client, Served, cycle, get, raw, serve, until};
 use tungstenite::Message;
-
-/// Sends raw bytes and returns the answer.
-fn raw(served: &Served, request: &str) -> String {
-    let mut stream = TcpStream::connect(served.address).unwrap();
-    // The server closes the connection within a request that is too long, before or after its last byte.
-    let _ = stream.write_all(request.as_bytes());
-    let stays_open = !request.contains("Connection: close");
-    let (mut answer, mut buffer) = (String::new(), [0; 4096]);
-    // A connection that stays open has answered with the end of its headers.
-    while let Ok(count @ 1..) = stream.read(&mut buffer) {
-        answer.push_str(&String::from_utf8_lossy(&buffer[..count]));
-        if stays_open && answer.contains("\r\n\r\n") {
-            break;
-        }
-    }
-    answer
-}
-
-fn get(served: &Served, path: &str) -> String {
-    let host = served.address;
-    raw(served, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"))
-}
 
 /// Flies a range of cycles, counted from the start of the server.
 fn fly(served: &Served, cycles: std::ops::Range<u32>) {
@@ -243,8 +220,13 @@ fn twenty_clients_look_at_once_and_more_than_the_room_are_refused() {
     let served = serve(None);
     fly(&served, 0..33);
     let mut clients: Vec<_> = (0..20).map(|_| Client::connect(&served, "").unwrap()).collect();
+    let (from, to) = (served.start_s, served.start_s + 1.0);
+    let view = format!(r#"{{"do":"view","id":1,"from":{from},"to":{to},"columns":100}}"#);
     for client in &mut clients {
         client.ask(r#"{"do":"watch","channels":["roll_deg","pitch_deg","yaw_deg","vel_n_mps","vel_e_mps","vel_u_mps"]}"#);
+        // Requests are handled in order: after the view, the channels are watched.
+        client.ask(&view);
+        client.hear("view");
         client.hear("tick");
     }
     fly(&served, 33..99);
@@ -264,4 +246,91 @@ fn twenty_clients_look_at_once_and_more_than_the_room_are_refused() {
         Client::connect(&served, "").is_ok()
     });
     assert!(again, "slots are freed");
+}
+
+/// A connection from another address of this computer.
+#[cfg(target_os = "linux")]
+fn connect_from(served: &Served, last: u8) -> Option<TcpStream> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().unwrap();
+    let stream = runtime.block_on(async {
+        let socket = tokio::net::TcpSocket::new_v4()?;
+        socket.bind(SocketAddr::new(IpAddr::from([127, 0, 0, last]), 0))?;
+        socket.connect(served.address).await?.into_std()
+    });
+    let stream = stream.ok()?;
+    stream.set_nonblocking(false).unwrap();
+    Some(stream)
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn two_addresses_that_hold_every_connection_and_every_place_do_not_shut_out_the_operator() {
+    let served = serve(None);
+    fly(&served, 0..33);
+    let client = |last| {
+        let url = format!("ws://{}/socket", served.address);
+        Some(Client(tungstenite::client(url, connect_from(&served, last)?).ok()?.0))
+    };
+    let clients: Vec<_> = (0..16).flat_map(|_| [client(2), client(3)]).collect();
+    assert_eq!(clients.iter().flatten().count(), 32);
+    // Many more connections than there is room for.
+    let idle: Vec<_> =
+        (0..200).flat_map(|_| [2, 3]).map(|last| connect_from(&served, last)).collect();
+    assert!(get(&served, "/").starts_with("HTTP/1.1 200"));
+    let mut operator = Client::connect(&served, "").unwrap();
+    assert!(!operator.hear("tick")["now"].as_array().unwrap().is_empty());
+    drop((clients, idle));
+}
+
+#[test]
+fn a_client_that_does_not_read_loses_its_place() {
+    let served = serve(None);
+    fly(&served, 0..330);
+    let mut deaf: Vec<_> = (0..32).map(|_| Client::connect(&served, "").unwrap()).collect();
+    assert!(Client::connect(&served, "").is_err());
+    let all: Vec<_> = hovernav_ground::channel::CHANNELS.iter().map(|one| one.name).collect();
+    let (from, to) = (served.start_s, served.start_s + 10.0);
+    for client in &mut deaf {
+        client.ask(&serde_json::json!({"do": "watch", "channels": all[..48]}).to_string());
+        for id in 0..200 {
+            let view = serde_json::json!({"do": "view", "id": id, "from": from, "to": to, "columns": 2000});
+            // The server may have closed the connection already.
+            let _ = client.0.send(Message::text(view.to_string()));
+        }
+    }
+    until("a place is free", || Client::connect(&served, "").is_ok());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_pipe_or_a_device_among_the_records_is_neither_listed_nor_opened() {
+    let served = serve(None);
+    let folder = served.place.path().join("records");
+    let made = std::process::Command::new("mkfifo").arg(folder.join("pipe.mcap")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return hovernav_testing::skip("mkfifo does not start");
+    }
+    std::os::unix::fs::symlink("/dev/zero", folder.join("device.mcap")).unwrap();
+    std::os::unix::fs::symlink(folder.join("pipe.mcap"), folder.join("link.mcap")).unwrap();
+    std::fs::create_dir_all(folder.join("flight.results/estimate")).unwrap();
+    std::os::unix::fs::symlink(
+        folder.join("pipe.mcap"),
+        folder.join("flight.results/estimate/report.html"),
+    )
+    .unwrap();
+    let mut client = Client::connect(&served, "").unwrap();
+    client.ask(r#"{"do":"list"}"#);
+    assert_eq!(client.hear("records"), serde_json::json!([]));
+    for name in ["pipe", "device", "link"] {
+        for verb in ["open", "evaluate"] {
+            client.ask(&serde_json::json!({"do": verb, "name": name}).to_string());
+            let error = client.hear("error");
+            let expected = if verb == "open" { "found a pipe or a device" } else { "" };
+            assert!(error.as_str().unwrap().contains(expected), "{verb} {name}: {error}");
+        }
+        let export = format!("/export.csv?record={name}&from=0&to=1");
+        assert!(get(&served, &export).starts_with("HTTP/1.1 400"));
+    }
+    let page = get(&served, "/results/flight/estimate/report.html");
+    assert!(page.starts_with("HTTP/1.1 404"), "{page}");
 }

@@ -42,6 +42,7 @@ fn full() -> Snapshot {
             down_velocity_mps: Some(0.1),
             hdop: Some(1.1),
             vdop: Some(1.8),
+            ..GpsSummary::default()
         },
         innovations: Innovations {
             position: Some(1.25),

@@ -1,5 +1,6 @@
 //! The receiver's last fix.
 
+use crate::frames::Vector;
 use crate::gps::{Correction, Dimension, ReceiverFix};
 use crate::time::Time;
 
@@ -71,6 +72,12 @@ pub struct GpsSummary {
     pub hdop: Option<f64>,
     /// Vertical dilution of precision.
     pub vdop: Option<f64>,
+    /// One-sigma by the receiver of the horizontal position, m. The packed frames do not contain it.
+    pub horizontal_sigma_m: Option<f64>,
+    /// One-sigma by the receiver of the height, m. The packed frames do not contain it.
+    pub vertical_sigma_m: Option<f64>,
+    /// Largest one-sigma by the receiver of the velocity, m/s. The packed frames do not contain it.
+    pub velocity_sigma_mps: Option<f64>,
 }
 
 impl GpsSummary {
@@ -96,6 +103,12 @@ impl GpsSummary {
             down_velocity_mps: fix.down_velocity_mps,
             hdop: fix.dilution.horizontal,
             vdop: fix.dilution.vertical,
+            horizontal_sigma_m: fix.position_sigma_m.map(|sigma_m| sigma_m.x().max(sigma_m.y())),
+            vertical_sigma_m: fix.position_sigma_m.map(Vector::z),
+            velocity_sigma_mps: fix.velocity_sigma_mps.map(|sigma_mps| {
+                let [north, east, down] = sigma_mps.to_array();
+                north.max(east).max(down)
+            }),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The line to the ground: a serial port or UDP.
 
 use std::io;
-use std::net::UdpSocket;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, ToSocketAddrs as _, UdpSocket};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -102,9 +102,24 @@ impl GroundLine {
 
 impl Udp {
     fn open(&self) -> io::Result<UdpSocket> {
-        let socket = UdpSocket::bind("0.0.0.0:0").or_else(|_| UdpSocket::bind("[::]:0"))?;
-        socket.connect(&self.address)?;
-        Ok(socket)
+        let mut outcome = Err(io::ErrorKind::NotFound.into());
+        for ground in self.address.to_socket_addrs()? {
+            // Connected, the socket receives datagrams of the ground alone; before, of this computer at most.
+            let own: IpAddr = match ground.ip() {
+                IpAddr::V4(ip) if ip.is_loopback() => Ipv4Addr::LOCALHOST.into(),
+                IpAddr::V6(ip) if ip.is_loopback() => Ipv6Addr::LOCALHOST.into(),
+                IpAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
+                IpAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
+            };
+            outcome = UdpSocket::bind((own, 0)).and_then(|socket| {
+                socket.connect(ground)?;
+                Ok(socket)
+            });
+            if outcome.is_ok() {
+                break;
+            }
+        }
+        outcome
     }
 
     fn read_until(&mut self, buffer: &mut [u8], deadline: Time) -> usize {
@@ -130,6 +145,25 @@ impl Udp {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ground_at_an_address_of_version_6_is_reached_and_only_it_is_heard() {
+        let Ok(ground) = UdpSocket::bind("[::1]:0") else { return };
+        ground.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
+        let clock = Clock::start();
+        let address = ground.local_addr().unwrap().to_string();
+        let mut line = GroundLine::new(None, 0, Some(&address), &clock);
+        let mut buffer = [0; 16];
+        line.read_until(&mut buffer, clock.now() + 0.002);
+        assert!(line.write(b"frame", clock.now()));
+        let (_, vehicle) = ground.recv_from(&mut buffer).unwrap();
+        assert!(vehicle.ip().is_loopback());
+        let stranger = UdpSocket::bind("[::1]:0").unwrap();
+        stranger.send_to(b"$$$", vehicle).unwrap();
+        ground.send_to(b"#", vehicle).unwrap();
+        assert_eq!(line.read_until(&mut buffer, clock.now() + 5.0), 1);
+        assert_eq!(buffer[0], b'#');
+    }
 
     #[test]
     fn datagrams_reach_the_address_and_its_answer_is_received() {

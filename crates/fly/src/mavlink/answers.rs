@@ -163,10 +163,8 @@ impl Mavlink {
                 self.explain("arming is the pilot's: the servos follow the transmitter");
                 MavResult::MAV_RESULT_DENIED
             }
-            MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL => {
-                self.explain("rates are those of [mavlink.rates] in fly.toml");
-                MavResult::MAV_RESULT_DENIED
-            }
+            MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL => self.set_interval(params[0] as u32, params[1]),
+            MavCmd::MAV_CMD_GET_MESSAGE_INTERVAL => self.on_request(244, params[0], now),
             MavCmd::MAV_CMD_DO_SET_MODE => {
                 self.explain("the pilot's switch selects the mode");
                 MavResult::MAV_RESULT_DENIED
@@ -176,19 +174,23 @@ impl Mavlink {
         self.acknowledge(command, result, sender);
     }
 
-    /// Queues message `id`; `which` is the index of an AVAILABLE_MODES, 0 for all.
+    /// Queues message `id`; `which` is the index of an AVAILABLE_MODES, 0 for all, or the message of a MESSAGE_INTERVAL.
     fn on_request(&mut self, id: u32, which: f32, now: Time) -> MavResult {
         let snapshot = self.last.unwrap_or_else(|| Snapshot::at(now));
         match id {
             0 => self.reply(|own, out| own.send(&super::states::heartbeat(&snapshot), out)),
             1 => self.reply(|own, out| own.send(&own.system_status(&snapshot), out)),
-            24 => self.reply(|own, out| own.send(&own.gps_raw_message(&snapshot), out)),
+            24 => self.reply(|own, out| own.send_gps_raw(&snapshot, out)),
             148 => self.reply(|own, out| own.send(&version(), out)),
             230 => self.reply(|own, out| own.send(&own.estimator_status_message(&snapshot), out)),
             242 => match self.home() {
                 Some(home) => self.reply(|own, out| own.send(&home, out)),
                 None => return MavResult::MAV_RESULT_TEMPORARILY_REJECTED,
             },
+            244 => {
+                let interval = self.interval(which as u32);
+                self.reply(|own, out| own.send(&interval, out));
+            }
             245 => self.reply(|own, out| own.send(&super::states::extended_state(), out)),
             300 => self.reply(|own, out| own.send(&protocol(), out)),
             435 => {
@@ -240,7 +242,7 @@ impl Mavlink {
         self.reply(|own, out| own.send(&answer, out));
     }
 
-    fn explain(&mut self, text: &str) {
+    pub(super) fn explain(&mut self, text: &str) {
         self.reply(|own, out| own.encode_text(Level::Warning, text, out));
     }
 

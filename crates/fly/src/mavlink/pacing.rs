@@ -19,6 +19,16 @@ impl Schedule {
         Self { period_s: 1.0 / rate_hz, due: start }
     }
 
+    /// The rate, Hz; 0 if the message is off.
+    pub fn rate_hz(&self) -> f64 {
+        if self.period_s > 0.0 && self.period_s.is_finite() { 1.0 / self.period_s } else { 0.0 }
+    }
+
+    /// Changes the rate, from the next message on; 0 turns it off.
+    pub fn set_rate(&mut self, rate_hz: f64) {
+        self.period_s = 1.0 / rate_hz;
+    }
+
     pub fn is_due(&mut self, now: Time) -> bool {
         // Messages with a rate of 0, a negative rate or NaN are never due.
         let sends = self.period_s > 0.0 && self.period_s.is_finite();

@@ -66,6 +66,31 @@ pub(super) fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage
 }
 
 #[test]
+fn the_receivers_accuracies_are_in_the_extension_of_its_fix() {
+    let mut snapshot = flying(at(2.0));
+    snapshot.gps.height_m = Some(-12.5);
+    snapshot.gps.horizontal_sigma_m = Some(1.25);
+    snapshot.gps.vertical_sigma_m = Some(2.5);
+    snapshot.gps.velocity_sigma_mps = Some(0.3);
+    let mut bytes = Vec::new();
+    Mavlink::new(MavlinkConfig::default(), Time::ZERO).encode(&snapshot, &mut bytes);
+    let mut rest = &bytes[..];
+    let payload = loop {
+        let (frame, after) = rest.split_at(12 + usize::from(rest[1]));
+        if frame[7..10] == [24, 0, 0] {
+            break &frame[10..frame.len() - 2];
+        }
+        rest = after;
+    };
+    let fields = payload[30..].chunks(4).map(|field| {
+        let mut whole = [0; 4];
+        whole[..field.len()].copy_from_slice(field);
+        i32::from_le_bytes(whole)
+    });
+    assert_eq!(fields.collect::<Vec<_>>(), [-12_500, 1_250, 2_500, 300]);
+}
+
+#[test]
 fn messages_have_the_units_of_the_message_set() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(10.0));
     let messages = told(&mut mavlink, &flying(at(12.5)));

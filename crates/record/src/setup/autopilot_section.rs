@@ -148,6 +148,14 @@ impl AutopilotSection {
         Ok(config)
     }
 
+    /// The geofence, with its centre at `site`; `None` without either.
+    #[must_use]
+    pub fn fence_about(&self, site: Option<&SiteSection>) -> Option<Fence> {
+        let (fence, site) = self.fence.zip(site)?;
+        let centre = Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)?;
+        Some(Fence { centre, radius_m: fence.radius_m, height_m: fence.height_m })
+    }
+
     /// Configuration of flight control; `None` before the autopilot's file is loaded.
     #[must_use]
     pub fn flight_control(
@@ -156,11 +164,6 @@ impl AutopilotSection {
         site: Option<&SiteSection>,
     ) -> Option<FlightControlConfig> {
         let steers = self.pilot == PilotRole::Steer;
-        let fence = self.fence.zip(site).and_then(|(fence, site)| {
-            let centre =
-                Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)?;
-            Some(Fence { centre, radius_m: fence.radius_m, height_m: fence.height_m })
-        });
         let mut config = FlightControlConfig::new(self.flown?);
         config.switch = self.switch;
         config.signal = servo.signal;
@@ -168,7 +171,7 @@ impl AutopilotSection {
         config.steering = steers.then_some(self.steering);
         config.hold_throttle = self.throttle == ThrottleSource::Hold;
         config.failsafe = self.failsafe;
-        config.fence = fence;
+        config.fence = self.fence_about(site);
         config.excitation = self.excitation.as_ref().and_then(|section| section.programme().ok());
         config.channels = servo.channels;
         config.swashplate = servo.swashplate;

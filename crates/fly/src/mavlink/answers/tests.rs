@@ -78,7 +78,7 @@ fn every_command_is_acknowledged_and_none_changes_the_flight() {
         (MAV_CMD_COMPONENT_ARM_DISARM, 1.0, MAV_RESULT_DENIED),
         (MAV_CMD_COMPONENT_ARM_DISARM, 0.0, MAV_RESULT_DENIED),
         (MAV_CMD_DO_SET_MODE, 0.0, MAV_RESULT_DENIED),
-        (MAV_CMD_SET_MESSAGE_INTERVAL, 30.0, MAV_RESULT_DENIED),
+        (MAV_CMD_GET_MESSAGE_INTERVAL, 30.0, MAV_RESULT_ACCEPTED),
         (MAV_CMD_NAV_TAKEOFF, 0.0, MAV_RESULT_UNSUPPORTED),
         (MAV_CMD_REQUEST_MESSAGE, 9_999.0, MAV_RESULT_UNSUPPORTED),
         (MAV_CMD_REQUEST_MESSAGE, 148.0, MAV_RESULT_ACCEPTED),
@@ -109,6 +109,54 @@ fn every_command_is_acknowledged_and_none_changes_the_flight() {
         .collect();
     assert_eq!(names.len(), 6);
     assert_eq!(names[3..5], ["the pilot", "the autopilot"]);
+}
+
+/// Requests an interval, µs, of a message. Returns the result and the interval that the vehicle reports afterwards.
+fn interval(mavlink: &mut Mavlink, id: f32, interval_us: f32) -> (MavResult, i32) {
+    let MavMessage::COMMAND_LONG(mut set) = command(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, id)
+    else {
+        unreachable!()
+    };
+    set.param2 = interval_us;
+    let get = command(MavCmd::MAV_CMD_GET_MESSAGE_INTERVAL, id);
+    let (mut result, mut reported) = (None, None);
+    for message in answers(mavlink, &[MavMessage::COMMAND_LONG(set), get]) {
+        match message {
+            MavMessage::COMMAND_ACK(ack) => _ = result.get_or_insert(ack.result),
+            MavMessage::MESSAGE_INTERVAL(interval) => reported = Some(interval.interval_us),
+            _ => {}
+        }
+    }
+    (result.unwrap(), reported.unwrap())
+}
+
+#[test]
+fn an_interval_is_set_where_the_line_has_room_and_reported_as_it_is() {
+    use MavResult::*;
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    for (id, asked_us, expected) in [
+        (30.0, 100_000.0, (MAV_RESULT_ACCEPTED, 100_000)),
+        (30.0, 10_000.0, (MAV_RESULT_DENIED, 100_000)),
+        (30.0, f32::NAN, (MAV_RESULT_DENIED, 100_000)),
+        (30.0, -7.0, (MAV_RESULT_DENIED, 100_000)),
+        (30.0, 0.0, (MAV_RESULT_ACCEPTED, 30_303)),
+        (30.0, -1.0, (MAV_RESULT_ACCEPTED, -1)),
+        (0.0, -1.0, (MAV_RESULT_DENIED, 1_000_000)),
+        (1.0, 100_000.0, (MAV_RESULT_DENIED, 1_000_000)),
+        (1.0, 0.0, (MAV_RESULT_ACCEPTED, 1_000_000)),
+        (9_999.0, 100_000.0, (MAV_RESULT_UNSUPPORTED, 0)),
+    ] {
+        assert_eq!(interval(&mut mavlink, id, asked_us), expected, "{id} {asked_us}");
+    }
+    let count = |mavlink: &mut Mavlink| {
+        let heard = (0..330).flat_map(|k| told(mavlink, &flying(at(3.0 + f64::from(k) / 33.0))));
+        heard.filter(|message| matches!(message, MavMessage::ATTITUDE(_))).count()
+    };
+    assert_eq!(count(&mut mavlink), 0, "it is off");
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    interval(&mut mavlink, 30.0, 500_000.0);
+    let heard = count(&mut mavlink);
+    assert!((20..=21).contains(&heard), "{heard} in 10 s");
 }
 
 #[test]
