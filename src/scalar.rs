@@ -215,7 +215,7 @@ fn sincos_double(angle_rad: f64) -> (f64, f64) {
     // Added to so large a number, a fraction rounds to a whole number.
     let quarters = (angle_rad * core::f64::consts::FRAC_2_PI + 6_755_399_441_055_744.0)
         - 6_755_399_441_055_744.0;
-    // π/2 in parts; the first parts have so few digits that their products are exact.
+    // π/2 in parts; the first parts are short, so that their products are exact.
     let rest = angle_rad
         - quarters * 1.570_796_326_734_125_6
         - quarters * 6.077_100_506_303_966e-11

@@ -134,7 +134,7 @@ fn beneath(ballast: usize, top: usize, run: &mut dyn FnMut()) -> usize {
 const STACK: usize = 64 * 1024;
 const CASE: &str = "HOVERNAV_STACK_CASE";
 
-/// The stack of a child process overflows, not that of the test.
+/// Measures in a child process: an overflow of its stack ends the child, not the test.
 #[test]
 fn child() {
     let Ok(case) = std::env::var(CASE) else { return };

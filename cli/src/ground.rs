@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     station.want_frames(arguments.link.is_some());
     let station = Arc::new(Mutex::new(station));
     let access = Access::new(arguments.address.is_loopback(), arguments.token.clone())
-        .context("cannot draw a token")?;
+        .context("cannot generate a random token; set one with --token")?;
     let page_token = access.token().map(|token| format!("#token={token}")).unwrap_or_default();
     let address = SocketAddr::new(arguments.address, arguments.port);
     let command = std::env::current_exe().ok();

@@ -60,7 +60,7 @@
 // Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 #define HOVERNAV_SIZE 34816
 
-// The same for a library built without heading-search.
+// Largest memory of an object in a library built without heading-search, bytes.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
 
 // Alignment of an object's memory, bytes.
@@ -318,7 +318,7 @@ enum {
     HOVERNAV_UNUSED_REASON_TOO_OLD = 2,
     // Later than the inertial samples.
     HOVERNAV_UNUSED_REASON_AHEAD_OF_IMU = 3,
-    // The same as before, although the vehicle moves.
+    // The reading repeats the previous one, although the vehicle moves.
     HOVERNAV_UNUSED_REASON_REPEATED = 4,
     // Too soon after the previous one to add information at its noise; no fault.
     HOVERNAV_UNUSED_REASON_TOO_SOON = 5,
@@ -1096,7 +1096,7 @@ typedef struct HovernavSolution {
     double height_m;
     // Velocity over ground north, east, down, m/s.
     double velocity_ned_mps[3];
-    // The same in body axes: u, v, w, m/s.
+    // Velocity in body axes: u, v, w, m/s.
     double velocity_body_mps[3];
     // Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
     double body_to_ned[4];
@@ -1192,7 +1192,7 @@ typedef struct HovernavExpected {
     double height_m;
     // Velocity of the sensor over ground north, east, down, m/s.
     double velocity_ned_mps[3];
-    // The same in body axes, m/s.
+    // Velocity of the sensor over ground in body axes, m/s.
     double velocity_body_mps[3];
     // Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
     double body_to_ned[4];

@@ -94,7 +94,7 @@ pub enum UnusedReason {
     TooOld = 2,
     /// Later than the inertial samples.
     AheadOfImu = 3,
-    /// The same as before, although the vehicle moves.
+    /// The reading repeats the previous one, although the vehicle moves.
     Repeated = 4,
     /// Too soon after the previous one to add information at its noise; no fault.
     TooSoon = 5,

@@ -19,7 +19,7 @@ pub const HOVERNAV_ABI: u32 = 9;
 /// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
 pub const HOVERNAV_SIZE: usize = 34_816;
 
-/// The same for a library built without heading-search.
+/// Largest memory of an object in a library built without heading-search, bytes.
 pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 28_672;
 
 /// Alignment of an object's memory, bytes.

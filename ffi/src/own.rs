@@ -27,7 +27,7 @@ pub struct Expected {
     pub height_m: f64,
     /// Velocity of the sensor over ground north, east, down, m/s.
     pub velocity_ned_mps: [f64; 3],
-    /// The same in body axes, m/s.
+    /// Velocity of the sensor over ground in body axes, m/s.
     pub velocity_body_mps: [f64; 3],
     /// Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
     pub body_to_ned: [f64; 4],

@@ -23,7 +23,7 @@ pub struct Solution {
     pub height_m: f64,
     /// Velocity over ground north, east, down, m/s.
     pub velocity_ned_mps: [f64; 3],
-    /// The same in body axes: u, v, w, m/s.
+    /// Velocity in body axes: u, v, w, m/s.
     pub velocity_body_mps: [f64; 3],
     /// Attitude as a quaternion w, x, y, z that turns body axes into north, east, down.
     pub body_to_ned: [f64; 4],

@@ -31,7 +31,7 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     pub measured: [[T; Y]; U],
     /// Stick per hidden state.
     pub hidden: [[T; H]; U],
-    /// Stick per command under way: the delay of one sample.
+    /// Stick per pending command: the delay of one sample.
     pub pending: [[T; U]; U],
     /// Stick per s of measured error: zero except for states without steady error.
     pub integral_per_s: [[T; Y]; U],
@@ -98,8 +98,8 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> RegulatorGains<Y
     }
 }
 
-/// State feedback u = −K·(x − reference) + integral. x holds the measured states, the hidden states and the command
-/// under way. A model predicts the hidden states from the measured states and the commands.
+/// State feedback u = −K·(x − reference) + integral. x holds the measured states, the hidden states and the pending
+/// command. A model predicts the hidden states from the measured states and the commands.
 ///
 /// The prediction has no correction gain: the measured states enter it directly. The hidden states forget their
 /// initial value as fast as rotor and servos do. Commands are deviations from trim.
@@ -139,7 +139,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         }
     }
 
-    /// Restarts at trim, with the commands under way `pending`.
+    /// Restarts at trim, with the `pending` commands.
     pub fn start(&mut self, pending: [T; U]) {
         *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
     }

@@ -26,7 +26,8 @@ pub(super) struct Excess {
     mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
     refused: (Time, Option<f32>),
-    /// Same for the vertical velocity, innovation in m/s; zero after a reset to the measurement.
+    /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
+    /// measurement.
     refused_down: (Time, Option<f32>),
     /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
     reopened_down: (Time, Option<f32>),
@@ -68,7 +69,7 @@ const STEP_S: f64 = 2.0;
 /// Time, s, within which rejected innovations must grow by the factor `GROWN` to indicate a step.
 const GROWING_S: f64 = 0.9;
 const GROWN: f64 = 1.5;
-/// Same for vertical innovations, s.
+/// Time, s, within which rejected vertical innovations must grow by `GROWN`.
 const GROWING_DOWN_S: f64 = 1.9;
 /// Longest time, s, between two resets of the vertical velocity to the same side that indicate a step.
 const AGAIN_S: f64 = 10.0;

@@ -141,8 +141,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Covariance of the solution's position (north, east, down, m), velocity (m/s) and roll, pitch and yaw (rad), at the
-    /// point of the solution. Its diagonal is the square of the solution's one-sigmas, except that those of position also
-    /// contain an ambiguity (equation K9) and that of an undefined yaw is limited to π.
+    /// point of the solution. Its diagonal is the square of the solution's one-sigmas, with two exceptions: the one-sigmas
+    /// of position also contain an ambiguity (equation K9), and that of an undefined yaw is limited to π.
     ///
     /// # Source
     /// Equations (K11) and (K12) of docs/equations.md.

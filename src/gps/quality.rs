@@ -186,7 +186,7 @@ impl QualityCheck {
     /// All failed checks of `fix`. Call it for every fix, in the order of arrival.
     ///
     /// A jump must exceed its limit from both the last good fix and the last fix of any kind. Two consecutive fixes
-    /// that agree are therefore accepted, so that a wrong first fix does not reject all that follow.
+    /// in agreement are therefore accepted: a wrong first fix does not reject all later ones.
     pub fn check(&mut self, fix: &ReceiverFix) -> Failures {
         let limits = &self.limits;
         let sigma = fix.position_sigma_m.map(|sigma| sigma.to_array());

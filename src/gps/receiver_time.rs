@@ -131,7 +131,7 @@ impl ReceiverTime {
         if leap_ns >= (MOST_LEAP_SECONDS + 1) * NS_PER_S {
             return None;
         }
-        // The quotient has so few digits that rounding cannot carry it across a whole number.
+        // The quotient is short: rounding cannot carry it across a whole number.
         let leap_seconds = (leap_ns as f64 / NS_PER_S as f64) as u8;
         let week = u16::try_from(day.div_euclid(7) + turned).ok()?;
         Some(Self::Gps { week: Some(week), time_of_week_ns, leap_seconds: Some(leap_seconds) })

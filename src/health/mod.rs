@@ -50,7 +50,7 @@ pub struct HealthLimits<T = f64> {
     pub dead_reckoning_s: T,
     /// Time of rejected fixes, s, after which they contradict the estimate.
     pub disagreement_s: T,
-    /// Time, s, for which a quantity must be good before a better mode is flown on it again.
+    /// Time, s, for which a quantity must be good before a better mode uses it again.
     pub recovery_s: T,
 }
 

@@ -194,10 +194,11 @@ const USUAL_S: f64 = 5.0;
 const LEAST_SEEN_S: f64 = 1.0;
 /// Number of successive repetitions that indicate an inertial unit that does not measure.
 const STUCK: u8 = 2;
-/// Number of successive samples on a straight line that indicate interpolation by a logger, and their least duration,
-/// s. Then the largest deviation from the line, as a share of the usual noise.
+/// Number of successive samples on a straight line that indicate interpolation by a logger.
 const STRAIGHT: u8 = 5;
+/// Least duration of these samples, s.
 const STRAIGHT_S: f64 = 0.1;
+/// Their largest deviation from the line, as a share of the usual noise.
 const STRAIGHT_SHARE: f64 = 0.02;
 /// Least accelerometer noise, (m/s²)², at which straight lines count: less may be that of a simulation.
 const LEAST_NOISE: f64 = 1e-4;

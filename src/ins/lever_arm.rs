@@ -89,7 +89,7 @@ impl<const W: usize> Default for AngularAcceleration<W> {
 
 impl<const W: usize> AngularAcceleration<W> {
     /// Feeds the next angular rate, rad/s, and returns the slope, rad/s², once the window is full. Ignores a rate that
-    /// is not finite or not later than the previous one. After a gap of more than a second the window starts empty.
+    /// is not finite or not later than the previous one. After a gap above one second the window starts empty.
     pub fn push(&mut self, time: Time, angular_rate_radps: Vector<Body>) -> Option<Vector<Body>> {
         let newest = self.samples.last().map_or(Time::ZERO, |&(time, _)| time);
         if !angular_rate_radps.is_finite() || (self.filled > 0 && time <= newest) {

@@ -116,7 +116,7 @@ impl ChannelConfig {
 }
 
 impl Channels<ChannelConfig> {
-    /// Checks all five: see [`ChannelConfig::check`].
+    /// Checks the configurations of all five channels: see [`ChannelConfig::check`].
     ///
     /// # Errors
     /// The first setting out of its range, with its channel.

@@ -165,7 +165,10 @@ pub fn run(
             && flying.elapsed_s().is_none()
             && ready.elapsed() >= Duration::from_secs_f64(longest_s)
         {
-            bail!("no flight: no flight computer opened all lines within {longest_s} s");
+            bail!(
+                "no flight: no flight computer opened all lines within {longest_s} s; run `hovernav fly \
+                 --config` with the same file"
+            );
         }
         let seconds = flying.elapsed_s().unwrap_or_default() as u64;
         if seconds >= told + 10

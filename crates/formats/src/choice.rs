@@ -22,8 +22,8 @@ impl Tally {
         self.messages - self.good
     }
 
-    /// Whether a sensor with this tally replaces one that comes before it: it has many more good messages, or more
-    /// where the other is bad for a large part of the log, or where only the other is ever bad.
+    /// Whether a sensor with this tally replaces an `other` sensor that precedes it. It needs many more good messages.
+    /// More are enough if a large share of the other's messages is bad, or only the other has bad ones.
     fn replaces(self, other: Self) -> bool {
         let is_bad = other.bad() as f64 > BAD * other.messages as f64;
         let is_healthy = self.bad() == 0 && other.bad() > 0;

@@ -12,7 +12,7 @@ use hovernav_log::{Dataset, LogError};
 /// Memory of a flight record or a log of another format, divided by its file size. Measured on ULog: 1.9.
 const OF_A_FILE: u64 = 2;
 
-/// The same for a file compressed by Zstandard.
+/// Memory of a log compressed by Zstandard, divided by its file size.
 const OF_A_PACKED_FILE: u64 = 20;
 
 /// Approximate memory that [`open`](crate::open) needs for `log`, bytes: from the rows of a dataset directory, else

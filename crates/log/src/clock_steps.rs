@@ -255,8 +255,8 @@ impl FirstClock {
         added
     }
 
-    /// The first row after the break `one` of a clock that breaks with the first one, but whose rows are too far apart
-    /// to show a step back; `None` for a clock that goes on.
+    /// First row after the break `one` of the first clock, for a clock that breaks with it. The rows of this clock are
+    /// too far apart to show the step back. `None` if this clock goes on.
     fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
         let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
         let interval_s = |index: &usize| times[*index] - times[index - 1];

@@ -150,8 +150,9 @@ struct ControlRows {
     remarks: Remarks,
     /// Largest valid value.
     largest: f64,
-    /// Number of rows with a value beyond it, and the largest value of all.
+    /// Number of rows with a value beyond `largest`.
     beyond: usize,
+    /// Largest value of all rows.
     furthest: f64,
 }
 

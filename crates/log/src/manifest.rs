@@ -39,8 +39,8 @@ pub struct Manifest {
     /// Description of the vehicle and its flight.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub vehicle: String,
-    /// Kind of the vehicle: `helicopter`, `multirotor`, `fixed-wing`, `wheeled`, `boat` or `handheld`. A wheeled vehicle
-    /// is held to its road while fixes are absent. Without a kind, the fixes show whether it rolls on wheels.
+    /// Kind of the vehicle. A wheeled vehicle is held to its road while fixes are absent. Without a kind, the fixes show
+    /// whether it rolls on wheels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vehicle_kind: Option<VehicleKind>,
     /// `recorded` or `simulated`.
@@ -126,7 +126,7 @@ pub struct ImuSection {
     /// back by it.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
-    /// Unit of the accelerations in `imu.csv`, whatever the names of its columns.
+    /// Unit of the accelerations in `imu.csv`; the names of the columns do not matter.
     #[serde(skip_serializing_if = "is_default")]
     pub accel_unit: AccelUnit,
     /// Unit of the angular rates in `imu.csv`.

@@ -61,7 +61,7 @@ impl Remarks {
         tallies.chain(self.others).map(move |sentence| format!("{file}: {sentence}"))
     }
 
-    /// All counts so far in one sentence, for an error.
+    /// All counts in one sentence, for an error.
     #[must_use]
     pub fn summary(&self) -> String {
         let parts: Vec<String> = self

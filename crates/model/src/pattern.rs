@@ -16,7 +16,7 @@ const DAMPED: [&str; 6] = ["p", "q", "r", "u", "v", "w"];
 /// helicopter with a stabilizer bar and a rate gyro does that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepTakenForRate {
-    /// Period of the step as which the matrix is read, s.
+    /// Assumed period of one step of the matrix, s.
     pub period_s: f64,
     /// State, its diagonal term, and its damping if the matrix is a step: ln(term)/period, 1/s.
     pub dampings: Vec<(String, f64, f64)>,

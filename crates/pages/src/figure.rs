@@ -99,7 +99,7 @@ pub struct Axis {
     label: String,
     unit: &'static str,
     logarithmic: bool,
-    /// Whether it has the same scale as the ordinate.
+    /// Whether the abscissa has the same scale as the ordinate.
     to_scale: bool,
     /// The initial limits; `None` shows all data.
     limits: Option<[f64; 2]>,

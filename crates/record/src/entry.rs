@@ -20,7 +20,7 @@ pub enum Line {
     Servo,
 }
 
-/// Bytes of one call of the sensors, or a part of them: see [`Recorder::raw`](crate::Recorder::raw).
+/// Bytes passed to the sensors in one call, or a part of these bytes: see [`Recorder::raw`](crate::Recorder::raw).
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct RawBytes {
     pub(super) line: Line,

@@ -90,7 +90,7 @@ impl<T: Scalar> FixSensitivity<T> {
         })
     }
 
-    /// P Hᵀ of each axis, for a mirrored covariance, and H P Hᵀ of each axis with itself and the later ones.
+    /// P Hᵀ of each axis, and H P Hᵀ of each axis with itself and all later axes. The covariance must be mirrored.
     #[inline(never)]
     pub(super) fn project<L: Layout<N>, const N: usize>(
         &self,

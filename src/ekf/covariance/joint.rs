@@ -131,8 +131,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
-    /// Largest squared normalised innovation of the measurements `members`, each judged after the earlier ones of them:
-    /// measurements that contradict each other then exceed a gate that each of them passes alone.
+    /// Largest squared normalised innovation of the measurements `members`, each computed after the update by its
+    /// predecessors. Measurements that contradict each other then exceed a gate that each of them passes alone.
     #[must_use]
     #[inline(never)]
     pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MOST]) -> T {

@@ -103,7 +103,7 @@ pub struct HeadingSearch<T = f64> {
     is_monitor: bool,
     /// Whether the vehicle was fast enough for its motion to show a heading.
     is_fast: bool,
-    /// Time of the first fix of the present agreement on a heading that motion has shown.
+    /// Start of the present agreement of the guesses on one heading, after sufficient motion.
     agreed_since: Option<Time>,
     /// Information of recent fixes on the heading, rad⁻².
     evidence: f32,

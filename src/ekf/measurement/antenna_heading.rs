@@ -29,9 +29,9 @@ impl AntennaHeadingMemory {
     pub const NONE: Self = Self { used: NEVER, disagreed_at: None };
 }
 
-/// Difference, rad, beyond which a heading is reversed, if the one-sigma of the filter's own is less than `SURE_RAD`,
-/// rad.
+/// Difference from the filter's heading, rad, beyond which a measured heading counts as reversed.
 const REVERSED_RAD: f64 = 2.6;
+/// Largest one-sigma of the filter's heading, rad, at which a measured heading can count as reversed.
 const SURE_RAD: f64 = 0.5;
 /// Least horizontal part of a baseline, as a share of its length, that has a heading.
 const LEAST_LEVEL: f64 = 0.1;

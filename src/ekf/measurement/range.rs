@@ -86,8 +86,8 @@ impl Ground {
 
 /// Longest interval between two readings that counts, s: beyond it the path of the beam is unknown.
 const LONGEST_S: f64 = 10.0;
-/// A sensor is stuck if it repeats a distance bit for bit for this long, s, during a motion. The motion is a turn of
-/// more than `TURNED_RAD`, rad, or a path of more than `MOVED_M`, m, at a speed above `STANDING_MPS`, m/s.
+/// A sensor is stuck if it repeats a distance bit for bit for this long, s, during a motion. The motion is a turn
+/// above `TURNED_RAD`, rad, or a path above `MOVED_M`, m, at a speed above `STANDING_MPS`, m/s.
 const STUCK_S: f64 = 1.0;
 const TURNED_RAD: f64 = 0.02;
 const MOVED_M: f64 = 0.3;

@@ -47,10 +47,10 @@ pub struct Version {
 /// 0x46: health of the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// 0 doing fixes, 1 no GPS time, 2 needs initialisation, 3 PDOP too high, 8 to 11 no, one, two,
-    /// three usable satellites, 12 chosen satellite unusable.
+    /// Status code. 0: computing fixes; 1: no GPS time; 2: needs initialisation; 3: PDOP too high. 8, 9, 10, 11: 0, 1, 2
+    /// or 3 usable satellites; 12: chosen satellite unusable.
     pub status: u8,
-    /// Bit 0 no battery back-up at start, bit 4 antenna line fault.
+    /// Error bits. Bit 0: no battery back-up at start; bit 4: fault of the antenna line.
     pub errors: u8,
 }
 

@@ -161,7 +161,7 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
     None
 }
 
-/// The unit that `text` spells, as mappings spell it, in lower case.
+/// The unit in `text`, in the spelling of mappings, lower case.
 pub(crate) fn unit(text: &str) -> Option<&'static str> {
     let text: String = text
         .to_lowercase()

@@ -11,7 +11,7 @@ use hovernav::gps::Fix;
 const UNIT_TOLERANCE: f64 = 1.07;
 /// Ratio of speed to displacement, either way, beyond which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
-/// The same where directions disagree, as happens where positions scatter.
+/// [`SPEED_TOLERANCE`] where the directions disagree because the positions scatter.
 const SPEED_TOLERANCE_ASTRAY: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
 const LEAST_COSINE: f64 = 0.7;
@@ -37,9 +37,9 @@ pub(super) const COURSE_UNITS: [CourseUnit; 4] =
 pub(crate) struct Told {
     /// Whether a name or the receiver's known format states the unit of the speed.
     pub speed: bool,
-    /// The same for the course.
+    /// Whether the unit of the course is stated.
     pub course: bool,
-    /// The same for the vertical velocity.
+    /// Whether the unit of the vertical velocity is stated.
     pub vertical: bool,
 }
 

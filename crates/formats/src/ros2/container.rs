@@ -21,8 +21,8 @@ const CRC: crc::Crc<u32, crc::Table<16>> =
 /// A channel of one of the files of a log.
 pub(super) type ChannelId = (usize, u16);
 
-/// Passes every record of the files to `take`, with the index of its file and with the byte offset of the record or of
-/// its chunk, counted through all files. A record or chunk with damaged content is skipped; reading of a file ends at
+/// Passes every record of the files to `take`, with the index of its file and a byte offset. The offset is that of the
+/// record or of its chunk, counted through all files. A record or chunk with damaged content is skipped; reading of a file ends at
 /// an impossible length.
 ///
 /// # Errors

@@ -35,7 +35,7 @@ pub struct TableMapping {
     /// UTC since 1970; of the other keys only `offset_s` under `[table.time]` has an effect.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub capture: bool,
-    /// Separator of the fields: `comma`, `semicolon`, `tab` or `spaces`.
+    /// Separator of the fields.
     pub delimiter: Delimiter,
     /// Whether numbers have a decimal comma.
     pub decimal_comma: bool,
@@ -72,8 +72,7 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time: `s`, `ms`, `us`, `ns`, `clock` for dates and times of day, or `hhmmss` for times of day as
-    /// one number, as in NMEA 0183.
+    /// Unit of the time. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
     /// Column of the date of the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -96,12 +95,11 @@ pub struct TimeColumn {
 /// Three columns along axes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Triad<U> {
-    /// The columns of the sensor's x, y and z axes.
+    /// Columns of the sensor's x, y and z axes.
     pub columns: [String; 3],
     /// Unit of the values.
     pub unit: U,
-    /// Sensor axes that point forward, right and down: `x`, `y` or `z`, with `-` where the axis points the opposite
-    /// way.
+    /// Sensor axes that point forward, right and down; `-` where the axis points the opposite way.
     #[serde(default)]
     pub axes: Axes,
     /// Whether rows repeat the last value until there is a new one.
@@ -116,7 +114,7 @@ pub struct AttitudeColumns {
     /// Columns of roll, pitch and yaw; empty for a quaternion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub columns: Vec<String>,
-    /// Unit of the angles: `deg` or `rad`.
+    /// Unit of the angles.
     pub unit: AngleUnit,
     /// Factor of each column: 1 or −1.
     pub signs: [f64; 3],
@@ -139,8 +137,7 @@ pub struct GpsColumns {
     pub latitude: String,
     /// Column of the longitude, east positive.
     pub longitude: String,
-    /// Unit of latitude and longitude: `deg`, `rad`, `deg1e7`, or `ddmm` for degrees and minutes as in NMEA 0183
-    /// (4807.038 is 48° 7.038′).
+    /// Unit of latitude and longitude. `ddmm`: degrees and minutes as in NMEA 0183 (4807.038 is 48° 7.038′).
     pub unit: PlaceUnit,
     /// Column of the letters N and S, where the latitude has no sign.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -150,9 +147,9 @@ pub struct GpsColumns {
     pub east_west: String,
     /// Column of the height.
     pub height: String,
-    /// Unit of the height: `m`, `cm`, `mm` or `ft`.
+    /// Unit of the height.
     pub height_unit: LengthUnit,
-    /// Reference of the height: `ellipsoid` or `sea`.
+    /// Reference of the height.
     pub height_above: HeightAbove,
     /// Height of the geoid above the ellipsoid, m, added to a height above sea level.
     pub geoid_separation_m: f64,
@@ -174,9 +171,9 @@ pub struct GpsColumns {
     /// Column of the course, clockwise from north, with `speed`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub course: String,
-    /// Unit of the course: `deg`, `rad`, `cdeg` or `deg1e5`.
+    /// Unit of the course.
     pub course_unit: CourseUnit,
-    /// Unit of the velocities: `m/s`, `cm/s`, `mm/s`, `km/h`, `kn` or `mph`.
+    /// Unit of the velocities.
     pub speed_unit: SpeedUnit,
     /// Columns of the one-sigma of horizontal and vertical position.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -231,7 +228,7 @@ pub struct GpsColumns {
 pub struct BaroColumn {
     /// Column of the height or pressure.
     pub column: String,
-    /// Its unit: `m` or `ft` for a height, `Pa`, `hPa` or `kPa` for a pressure.
+    /// Unit of the height or pressure.
     pub unit: BaroUnit,
     /// Whether rows repeat the last value until there is a new one.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -244,7 +241,7 @@ pub struct BaroColumn {
 pub struct StickColumns {
     /// Columns of lateral, longitudinal, collective and pedal.
     pub columns: [String; 4],
-    /// Unit of the stick positions: `fraction` (−1 to 1) or `percent`.
+    /// Unit of the stick positions; a `fraction` is −1 to 1.
     pub unit: StickUnit,
     /// Factor of each column: 1 or −1.
     pub signs: [f64; 4],

@@ -25,23 +25,21 @@ const FILES: [(&str, &str, &str); 3] = [
         "Manifest",
         "The vehicle, the mounting and quality of its sensors, and the settings of the filter. The \
          file is in the dataset directory, or is given to `hovernav estimate --config`. Every key \
-         has a default; a key without a shown default is not set. An unknown key has no effect and \
-         causes a warning; in `[alignment]`, `[aiding]` and `[filter]` it is an error.",
+         has a default; a key without a shown default is not set. An unknown key causes a \
+         warning; in `[alignment]`, `[aiding]` and `[filter]` an error.",
     ),
     (
         "fly.toml",
         "FlyConfig",
         "Devices, their serial lines, and the setup of the vehicle, for `hovernav fly --config`. \
          The file may have any name (`play.toml` is an example for played sensors). An unknown key \
-         is an error. The section `[navigation]` has the keys of `dataset.toml`, which are not \
-         repeated here.",
+         is an error. `[navigation]` has the keys of `dataset.toml`.",
     ),
     (
         "mapping.toml",
         "Mapping",
         "The columns of foreign text files, written by `hovernav init` and read by every command \
-         that takes a log. There is one `[[table]]` per file, followed by the sections of its \
-         sensors, such as `[table.gyro]`.",
+         that takes a log: a `[[table]]` per file, then the sections of its sensors.",
     ),
 ];
 
@@ -112,9 +110,9 @@ fn keys_of(name: &str) -> (Vec<Key>, Json) {
 
 fn page() -> String {
     let mut page = String::from(
-        "# Configuration\n\nAll files, columns and keys that hovernav reads, generated from the \
-         types that read them. `hovernav config` prints this page. JSON schemas for editors are in \
-         [`schemas`](schemas).\n\n",
+        "# Configuration\n\nAll files, columns and keys, generated from the types that read them. \
+         `hovernav config` prints this page. [`schemas`](schemas) has JSON schemas for \
+         editors.\n\n",
     );
     page.push_str(include_str!("columns.md"));
     for (file, name, about) in FILES {
@@ -229,6 +227,20 @@ fn every_key_is_on_the_page() {
     for (_, table) in defaults() {
         assert!(table.is_table());
     }
+}
+
+#[test]
+fn every_word_on_the_page_is_accepted_in_a_dataset() {
+    let mut count = 0;
+    for key in keys_of("Manifest").0.iter().filter(|key| key.kind.starts_with("`\"")) {
+        for word in key.kind.split('`').skip(1).step_by(2) {
+            let text = format!("{} = {word}", key.path);
+            let read: Result<Manifest, _> = toml::from_str(&text);
+            assert!(read.is_ok(), "{text}: {}", read.unwrap_err());
+            count += 1;
+        }
+    }
+    assert!(count > 15, "{count}");
 }
 
 #[test]

@@ -188,14 +188,31 @@ fn values(body: &[&str], attributes: &str) -> Vec<Value> {
         if !name.is_empty() && name.starts_with(char::is_uppercase) {
             let renamed = above.attributes.split("rename = \"").nth(1);
             let renamed = renamed.and_then(|rest| rest.split('"').next()).map(str::to_owned);
-            let lower = attributes.contains("rename_all = \"lowercase\"");
-            let name = renamed.unwrap_or(if lower { name.to_lowercase() } else { name });
+            let name = renamed.unwrap_or_else(|| written(&name, attributes));
             let is_default = above.attributes.contains("#[default]");
             values.push(Value { name, is_default });
         }
         above = Above::default();
     }
     values
+}
+
+/// The name of a value as serde writes it, by the attributes of its type.
+fn written(name: &str, attributes: &str) -> String {
+    if attributes.contains("rename_all = \"lowercase\"") {
+        return name.to_lowercase();
+    }
+    if !attributes.contains("rename_all = \"kebab-case\"") {
+        return name.to_owned();
+    }
+    let mut words = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !words.is_empty() {
+            words.push('-');
+        }
+        words.extend(letter.to_lowercase());
+    }
+    words
 }
 
 fn units(body: &[&str]) -> Vec<Value> {

@@ -188,7 +188,7 @@ fn primitive(name: &str, path: &str) -> (&'static str, Json) {
         // The core's settings are generic over the number type `T`, which is `f64` for files.
         "f64" | "T" => ("number", json!({"type": "number"})),
         "u8" | "u16" | "u32" | "u64" => ("whole number", json!({"type": "integer", "minimum": 0})),
-        "bool" => ("`true` or `false`", json!({"type": "boolean"})),
+        "bool" => ("`true`, `false`", json!({"type": "boolean"})),
         "String" => ("text", json!({"type": "string"})),
         "PathBuf" => ("path", json!({"type": "string"})),
         "Datetime" => ("date", json!({"type": "string", "format": "date"})),

@@ -9,7 +9,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Shortest absence that is reported, s.
 const ABSENT_S: f64 = 5.0;
-/// The same in usual intervals of the readings.
+/// Shortest absence that is reported, in usual intervals of the readings.
 const ABSENT_INTERVALS: f64 = 10.0;
 /// Readings that begin later than this, s, after the first inertial sample are late.
 const LATE_S: f64 = 10.0;

@@ -9,7 +9,7 @@ use crate::statistics::quantile;
 const FROZEN_S: f64 = 10.0;
 /// Smallest change of height, m.
 const MOVED_M: f64 = 3.0;
-/// The same in usual steps of the barometer.
+/// Smallest change of height, in usual steps of the barometer.
 const STEPS: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -43,7 +43,7 @@ const PART: usize = 40;
 const LEAST_PARTS: usize = 3;
 /// The same in multiples of the delays' rms distance from a line.
 const OFF_LINE: f64 = 5.0;
-/// Additional share of the changes that a growing delay explains, compared with a constant one.
+/// Least share of the changes explained by a growing delay in addition to those explained by a constant delay.
 const DRIFT_EXPLAINS: f64 = 0.05;
 /// Longer intervals between samples, s, leave the velocity unknown.
 const GAP_S: f64 = 0.3;
