@@ -284,6 +284,10 @@ enum {
     HOVERNAV_NOTICE_KIND_ON_WHEELS = 15,
     // The vehicle is off its wheels: the constraint has ended.
     HOVERNAV_NOTICE_KIND_OFF_WHEELS = 16,
+    // The first samples or fixes show a likely mistake in units, signs or axes; the solution cannot be trusted.
+    // `value`: a HovernavSetupFault, whose text is hovernav_setup_fault_text(); `sigma`: the mean specific force,
+    // m/s^2, the turn reported by the gyros in half a second, rad, or the size of the velocity's unit, m/s; else 0.
+    HOVERNAV_NOTICE_KIND_SETUP_SUSPECT = 17,
 };
 
 // Sources of measurements besides the inertial unit.
@@ -449,6 +453,39 @@ enum {
     HOVERNAV_MODE_REASON_PATIENCE = 5,
     // A reason unknown to this header.
     HOVERNAV_MODE_REASON_OTHER = 6,
+};
+
+// Likely mistakes in the set-up of the sensors.
+typedef uint32_t HovernavSetupFault;
+enum {
+    // A mistake unknown to this header.
+    HOVERNAV_SETUP_FAULT_OTHER = 0,
+    // Accelerations in g instead of m/s^2.
+    HOVERNAV_SETUP_FAULT_FORCE_IN_G = 1,
+    // Accelerations in thousandths of g.
+    HOVERNAV_SETUP_FAULT_FORCE_IN_THOUSANDTHS_OF_G = 2,
+    // Accelerations multiplied by g once too often.
+    HOVERNAV_SETUP_FAULT_FORCE_TIMES_G = 3,
+    // Accelerometers with another range than assumed.
+    HOVERNAV_SETUP_FAULT_FORCE_OTHER_RANGE = 4,
+    // Accelerations without gravity.
+    HOVERNAV_SETUP_FAULT_FORCE_WITHOUT_GRAVITY = 5,
+    // Accelerations of another size than gravity.
+    HOVERNAV_SETUP_FAULT_FORCE_SIZE = 6,
+    // A specific force that does not point along -z: axes other than forward, right, down.
+    HOVERNAV_SETUP_FAULT_FORCE_DIRECTION = 7,
+    // Angular rates in deg/s instead of rad/s.
+    HOVERNAV_SETUP_FAULT_RATES_IN_DEGREES = 8,
+    // A vertical velocity positive up instead of down.
+    HOVERNAV_SETUP_FAULT_VELOCITY_UP = 9,
+    // North and east velocity swapped.
+    HOVERNAV_SETUP_FAULT_VELOCITY_SWAPPED = 10,
+    // A north velocity of the wrong sign.
+    HOVERNAV_SETUP_FAULT_VELOCITY_NORTH_REVERSED = 11,
+    // An east velocity of the wrong sign.
+    HOVERNAV_SETUP_FAULT_VELOCITY_EAST_REVERSED = 12,
+    // A velocity in another unit than m/s.
+    HOVERNAV_SETUP_FAULT_VELOCITY_SCALE = 13,
 };
 
 // Estimator, health, autopilot and sensor lines. The content is private; its size is hovernav_size().
@@ -1431,6 +1468,9 @@ HovernavStatus hovernav_get_covariance(struct Hovernav *nav,
 HovernavStatus hovernav_get_health(struct Hovernav *nav,
                                    int64_t now_ns,
                                    struct HovernavHealth *health);
+
+// The text of a HovernavSetupFault: static, ends with a zero byte, never null.
+const char *hovernav_setup_fault_text(uint32_t fault);
 
 // Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve,
 // more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.

@@ -1,4 +1,4 @@
-//! Settings of the filter's models: name, default, unit, ranges and description in one place.
+//! Settings of the filter's models: name, default, unit, ranges and description in one table.
 
 /// A number among the settings of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq)]

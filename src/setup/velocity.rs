@@ -13,8 +13,12 @@ const LEAST_PARTS: f32 = 20.0;
 const MOST_PARTS: f32 = 60.0;
 /// Least independent velocity on an axis, m/s rms; downwards half of it.
 const LEAST_MPS: f32 = 0.5;
-/// Least share of the displacements that the velocity has to explain.
+/// Least share of the horizontal displacements that the velocity has to explain.
 const EXPLAINED: f32 = 0.8;
+/// Least number of parts, and least explained share, of the vertical displacements: heights scatter by metres, so more
+/// parts have to agree on the sign.
+const LEAST_DOWN_PARTS: f32 = 40.0;
+const EXPLAINED_DOWN: f32 = 0.35;
 /// Scales of a sound receiver.
 const SOUND: core::ops::Range<f32> = 0.6..1.6;
 /// Ratios of the scales of both axes in one unit.
@@ -225,11 +229,11 @@ impl Down {
         *xx += told * told;
         *both += told * moved;
         *yy += moved * moved;
-        if *count < LEAST_PARTS {
+        if *count < LEAST_DOWN_PARTS {
             return None;
         }
         let moves = *xx > 0.25 * LEAST_MPS * LEAST_MPS * *count;
-        let explains = *both * *both > EXPLAINED * *xx * *yy;
+        let explains = *both * *both > EXPLAINED_DOWN * *xx * *yy;
         if moves && explains {
             let fault = (*both < 0.0).then_some(SetupFault::VelocityUp);
             *sums = None;

@@ -21,5 +21,6 @@ mod onboard_innovations;
 mod raw;
 mod ros2;
 mod ros2_reference;
+mod setup_suspect;
 mod ulog_marks;
 mod wide;

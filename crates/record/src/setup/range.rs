@@ -23,6 +23,9 @@ pub(super) struct Range {
 /// A section and its numbers. `*` matches any key, of the section or of the number, without an earlier line of its own.
 pub(super) type Section = (&'static str, &'static [Range]);
 
+/// Unit and remark for bias times: the filter would stop estimating a bias that never changes.
+const BIAS_TIME: &str = "s; write 10000000 for a bias that hardly changes";
+
 /// Range of `key` from `from` to `to`.
 pub(super) const fn range(key: &'static str, from: f64, to: f64, unit: &'static str) -> Range {
     Range { key, from, to, unit, or_zero: false }
@@ -35,8 +38,9 @@ impl Range {
     }
 
     /// The range in flight of a setting of the estimator.
-    const fn of(setting: &Setting) -> Self {
+    fn of(setting: &Setting) -> Self {
         let Setting { name: key, unit, in_flight: [from, to], or_zero, .. } = *setting;
+        let unit = if key.ends_with("bias_time_s") { BIAS_TIME } else { unit };
         Self { key, from, to, unit, or_zero }
     }
 
