@@ -61,6 +61,10 @@ fn near_a_hover_the_airframe_is_its_model() {
             let above = derivative(&airframe, &x, [0.0; 4]);
             for (row, value) in STATES.into_iter().zip(above) {
                 let Ok(to) = model.state(row) else { continue };
+                // The attitude follows from the rates, and not from the model.
+                if ["phi", "theta"].contains(&row) {
+                    continue;
+                }
                 // Gravity is standard gravity, the models' 9.81 m/s², rounded or tilted by the trim.
                 let expected = model.a()[(to, own)];
                 assert_abs_diff_eq!(value / step, expected, epsilon = 0.02);
@@ -111,13 +115,13 @@ fn a_model_that_is_no_vehicle_is_refused_with_the_reason() {
         LinearAirframe::new(&model).unwrap_err().to_string()
     };
     for (from, to, expected) in [
-        ("name = \"w\"", "name = \"inflow\"", "`w`"),
+        ("name = \"w\"", "name = \"inflow\"", "the model has no \"w\""),
         (
             "name = \"p\", unit = \"rad/s\"",
             "name = \"p\", unit = \"deg/s\"",
             "p: found the unit \"deg/s\"",
         ),
-        ("name = \"pedal\"", "name = \"rudder\"", "`pedal`"),
+        ("name = \"pedal\"", "name = \"rudder\"", "the model has no \"pedal\""),
         ("unit = \"%\"", "unit = \"us\"", "found the unit \"us\""),
         ("0.0, 0.0, 0.0, -9.81", "0.0, 0.0, 0.0, 9.81", "row u, column theta: found 9.81"),
         (

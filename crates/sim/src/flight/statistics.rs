@@ -167,6 +167,7 @@ mod tests {
             transitions: Vec::new(),
             aborted: Vec::new(),
             crashed_s: None,
+            crash: None,
         };
         let worst = flight.excursion(10.0, 2.0);
         assert!((worst.tilt_rad - 0.05).abs() < 1e-12 && worst.speed_mps == 2.0, "{worst:?}");
