@@ -59,11 +59,8 @@ fn a_campaign_with_the_design_of_another_helicopter_says_so() {
 #[test]
 fn a_linear_model_flies_itself_and_what_it_lacks_is_refused() {
     let out = place("campaign_linear");
-    let fly = |own: &[&str]| {
-        let all = ["campaign", "--flights", "4", "--duration", "40", "--out", text(&out)];
-        [&all[..], own].concat()
-    };
-    let words = succeeds(&fly(&["--model", "r50", "--no-report"]));
+    let all = ["campaign", "--flights", "4", "--duration", "40", "--out", text(&out)];
+    let words = succeeds(&[&all[..], &["--model", "r50", "--no-report"]].concat());
     let summary = summary(&out);
     assert_eq!(summary["vehicle"], "mettler-r50-hover");
     assert_eq!(summary["outcomes"]["crashed"], 0, "{words}");
@@ -82,7 +79,7 @@ fn a_linear_model_flies_itself_and_what_it_lacks_is_refused() {
         (&["--model", "r50", "--spread", "mass=0.1"], "--spread: found \"mass\", expected one of"),
         (&["--vehicle", "nowhere.toml"], "nowhere.toml"),
     ] {
-        let message = refusal(&fly(own));
+        let message = refusal(&[&all[..], own].concat());
         assert!(message.contains(expected), "{message}");
     }
 }
