@@ -381,7 +381,7 @@ impl Judge {
     }
 }
 
-/// Frequency, rad/s, from which on the response of roll or pitch is known, if an attitude loop suppresses what is below.
+/// Lowest frequency, rad/s, of the known response of roll or pitch, if an attitude loop suppresses lower frequencies.
 fn known_from(axis: &ResponseUncertainty) -> Option<f64> {
     let is_rotation = matches!(axis.output, "p" | "q");
     let is_one_structure = axis.between_structures.is_none_or(|cost| cost <= COST);
