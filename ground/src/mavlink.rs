@@ -146,10 +146,11 @@ impl Decoder {
                     self.vehicle = None;
                 }
             }
-            Some(vehicle) if is_autopilot => {
-                if !vehicle.is_autopilot || self.now_s - vehicle.heard_s > GONE_S {
-                    self.vehicle = Some(Vehicle::new(sender, true, self.now_s));
-                }
+            Some(vehicle)
+                if is_autopilot
+                    && (!vehicle.is_autopilot || self.now_s - vehicle.heard_s > GONE_S) =>
+            {
+                self.vehicle = Some(Vehicle::new(sender, true, self.now_s));
             }
             None if is_autopilot => self.vehicle = Some(Vehicle::new(sender, true, self.now_s)),
             _ => {}
