@@ -8,6 +8,7 @@ use hovernav_model::{LinearAirframe, StateSpace};
 
 /// From the servos' positions to forces and moments.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one for each vehicle, never moved")]
 pub(super) enum Airframe {
     /// The nonlinear helicopter.
     Helicopter { helicopter: Helicopter, engine: Engine },

@@ -93,7 +93,7 @@ fn what_the_mass_is_off_by_shows_in_the_figures_of_a_campaign() {
     let campaign = Campaign { duration_s: 40.0, ..Campaign::new(autopilot) };
     let mut draw = campaign.draw(3);
     let mut mean = |factor| {
-        draw.factors[0] = factor;
+        draw.drawn[0] = factor;
         campaign.fly(&draw).unwrap().hover.unwrap().sticks_mean[2]
     };
     let [light, heavy] = [0.9, 1.1].map(&mut mean);
