@@ -67,7 +67,7 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
 
 /// The modules of the flight core in the order of the tour in `src/lib.rs`, after those outside it. No module imports
 /// one that follows it.
-const TOUR: [&str; 19] = [
+const TOUR: [&str; 20] = [
     "buffer",
     "scalar",
     "time",
@@ -79,6 +79,7 @@ const TOUR: [&str; 19] = [
     "gps",
     "event",
     "sensors",
+    "setup",
     "ins",
     "ekf",
     "health",

@@ -44,10 +44,10 @@ use lost_level::Level;
 ///
 /// | estimator | bytes |
 /// |---|---|
-/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 520 |
-/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 20 500 |
-/// | `Estimator<Full, 28, f32>`, in single precision | at most 14 400 |
-/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 14 700 |
+/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 800 |
+/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 20 800 |
+/// | `Estimator<Full, 28, f32>`, in single precision | at most 14 700 |
+/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 000 |
 ///
 /// and its calls at most 8 kB of stack.
 ///
