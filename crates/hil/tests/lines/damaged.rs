@@ -62,7 +62,7 @@ fn one_damaged_fix_never_ends_an_engagement() {
 #[test]
 fn a_noisy_line_of_a_receiver_without_checksum_moves_nothing() {
     let acts = ["engage@8:30", "gps-noise@12:20"];
-    let protocol = Protocol::Tsip;
+    let protocol = (Protocol::Tsip, "tsip");
     let flights = all_flown(&[()], |()| Setup { protocol, ..Setup::new(40.0, &acts) });
     let events: Vec<_> = flights[0].told().collect();
     let statistics = flights[0].statistics();
