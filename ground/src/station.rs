@@ -35,7 +35,7 @@ pub enum Clock {
     /// The clock of this computer.
     #[default]
     System,
-    /// A clock that stands at this time, seconds since the start of 1970, until it is set again.
+    /// A stopped clock: its time, seconds since the start of 1970, until it is set again.
     Stopped(f64),
 }
 

@@ -61,3 +61,13 @@ def log() -> hn.Log:
 @pytest.fixture(scope="session")
 def solution(log: hn.Log) -> hn.Solution:
     return hn.estimate(log)
+
+
+@pytest.fixture(scope="session")
+def model() -> hn.Model:
+    return hn.Model.open("raptor60")
+
+
+@pytest.fixture(scope="session")
+def autopilot(model: hn.Model) -> hn.Autopilot:
+    return hn.design(model)

@@ -17,16 +17,6 @@ import pytest
 import hovernav as hn
 
 
-@pytest.fixture(scope="module")
-def model() -> hn.Model:
-    return hn.Model.open("raptor60")
-
-
-@pytest.fixture(scope="module")
-def autopilot(model: hn.Model) -> hn.Autopilot:
-    return hn.design(model)
-
-
 def test_a_campaign_is_the_commands_to_the_byte(
     command: Path, tmp_path: Path, model: hn.Model, autopilot: hn.Autopilot
 ) -> None:

@@ -13,11 +13,6 @@ from conftest import FLIGHT
 import hovernav as hn
 
 
-@pytest.fixture(scope="module")
-def autopilot() -> hn.Autopilot:
-    return hn.design(hn.Model.open("raptor60"))
-
-
 def test_a_model_is_the_commands(command: Path, tmp_path: Path) -> None:
     out = tmp_path / "identified"
     options = ["--model", "yaw", "--no-report", "--out", str(out)]

@@ -1,7 +1,8 @@
 //! Size and direction of the mean specific force.
 
-use super::{ForceScale, SetupFault, norm, plus};
+use super::{ForceScale, SetupFault};
 use crate::earth::STANDARD_GRAVITY_MPS2;
+use crate::frames::{Body, Vector};
 
 /// Number of parts of the judgement: 10 s.
 const PARTS: u8 = 20;
@@ -17,23 +18,22 @@ const UPRIGHT: f32 = 0.5;
 pub(super) struct MeanForce {
     parts: u8,
     size_mps2: f32,
-    direction: [f32; 3],
+    direction: Vector<Body, f32>,
 }
 
 impl MeanForce {
-    pub const NONE: Self = Self { parts: 0, size_mps2: 0.0, direction: [0.0; 3] };
+    pub const NONE: Self = Self { parts: 0, size_mps2: 0.0, direction: Vector::ZERO };
 
     /// Adds the mean of a part; judges once.
-    pub fn push(&mut self, force_mps2: [f32; 3]) -> Option<SetupFault> {
+    pub fn push(&mut self, force_mps2: Vector<Body, f32>) -> Option<SetupFault> {
         if self.parts >= PARTS {
             return None;
         }
         self.parts += 1;
-        let size_mps2 = norm(force_mps2);
+        let size_mps2 = force_mps2.norm();
         self.size_mps2 += size_mps2;
         if size_mps2 > 0.0 {
-            self.direction =
-                plus(self.direction, force_mps2.map(|component| component / size_mps2));
+            self.direction += force_mps2 * (1.0 / size_mps2);
         }
         if self.parts < PARTS {
             return None;
@@ -44,9 +44,9 @@ impl MeanForce {
             let scale = ForceScale::of(f64::from(mean_mps2));
             return Some(SetupFault::ForceSize { mean_mps2, scale });
         }
-        let length = norm(self.direction);
-        let up = self.direction.map(|component| component / length);
-        let [.., z] = up;
-        (share * length >= STEADY && -z < UPRIGHT).then_some(SetupFault::ForceDirection { up })
+        let length = self.direction.norm();
+        let up = self.direction * (1.0 / length);
+        (share * length >= STEADY && -up.z() < UPRIGHT)
+            .then(|| SetupFault::ForceDirection { up: up.to_array() })
     }
 }

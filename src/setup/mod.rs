@@ -11,8 +11,9 @@ mod velocity;
 pub use fault::{ForceScale, SetupFault};
 
 use crate::event::Event;
+use crate::frames::{Body, Vector};
 use crate::gps::Fix;
-use crate::imu::{ImuSample, Motion};
+use crate::imu::{ImuSample, MeanRates, Motion};
 use crate::time::Time;
 use force::MeanForce;
 use turning::GravityTurn;
@@ -20,8 +21,9 @@ use velocity::FixMotion;
 
 /// Time over which samples are averaged, s: vibration averages out, turns remain.
 const PART_S: f64 = 0.5;
-/// Longest gap between samples of one average, s.
-const GAP_S: f64 = 0.25;
+const PART_NS: i64 = (PART_S * 1e9) as i64;
+/// Longest gap between samples of one average, ns.
+const GAP_NS: i64 = 250_000_000;
 /// Least number of samples of an average.
 const LEAST_SAMPLES: u16 = 3;
 /// Number of averages after which the samples are no longer checked: ten minutes.
@@ -77,7 +79,8 @@ impl SetupCheck {
     };
 
     /// Processes the next event; returns a fault once, when it has become certain. The specific force is judged after
-    /// 10 s, the gyros within 10 min, the fixes after at least 80 s of motion. Values that are not finite are skipped.
+    /// 10 s, the gyros within 10 min, the fixes after at least 80 s of motion. Half a second with a value that is not finite
+    /// is skipped.
     pub fn push(&mut self, event: &Event) -> Option<SetupFault> {
         match event {
             Event::Imu(sample) => self.push_sample(sample),
@@ -92,8 +95,7 @@ impl SetupCheck {
         }
         let mean = self.part.push(sample)?;
         self.parts += 1;
-        // Both judge the first part that shows them; a force of the wrong size or direction has no known turn.
-        self.force.push(mean.force_mps2).or_else(|| self.turning.push(&mean))
+        self.force.push(mean.specific_force_mps2).or_else(|| self.turning.push(&mean))
     }
 
     fn push_fix(&mut self, fix: &Fix) -> Option<SetupFault> {
@@ -101,21 +103,17 @@ impl SetupCheck {
     }
 }
 
-/// Means over a part, body axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct PartMean {
-    rate_radps: [f32; 3],
-    force_mps2: [f32; 3],
-}
-
-/// Sums of the samples of the current part.
+/// Sums of the samples of the current part. Whole nanoseconds and no division for a sample: a processor without double
+/// precision needs a tenth of a navigation step for both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     start: Time,
     last: Time,
     count: u16,
-    rate_radps: [f32; 3],
-    force_mps2: [f32; 3],
+    /// Number of rates, or sum of the intervals of increments, s.
+    weight: f32,
+    rate_radps: Vector<Body, f32>,
+    force_mps2: Vector<Body, f32>,
 }
 
 impl Part {
@@ -123,59 +121,51 @@ impl Part {
         start: Time::ZERO,
         last: Time::ZERO,
         count: 0,
-        rate_radps: [0.0; 3],
-        force_mps2: [0.0; 3],
+        weight: 0.0,
+        rate_radps: Vector::ZERO,
+        force_mps2: Vector::ZERO,
     };
 
-    /// Adds a sample; returns the means of the part that it ends.
-    fn push(&mut self, sample: &ImuSample) -> Option<PartMean> {
-        if !sample.motion.is_finite() {
-            return None;
-        }
-        let interval_s = sample.time - self.last;
-        let is_next = self.count > 0 && interval_s > 0.0 && interval_s <= GAP_S;
-        if !is_next {
-            // Increments of an unknown interval are left out.
-            let is_rate = matches!(sample.motion, Motion::Rates { .. });
-            *self = Self { start: sample.time, last: sample.time, ..Self::EMPTY };
-            self.count = 1;
-            if is_rate {
-                self.add(sample, 1.0);
-            }
-            return None;
-        }
-        let mean = (sample.time - self.start >= PART_S).then(|| self.mean()).flatten();
-        if sample.time - self.start >= PART_S {
-            *self = Self { start: sample.time, ..Self::EMPTY };
-        }
+    /// Adds a sample; returns the means of the part that it ends. A sample after a gap, of unknown interval, only starts
+    /// a part.
+    fn push(&mut self, sample: &ImuSample) -> Option<MeanRates<f32>> {
+        let now = sample.time.nanoseconds();
+        let interval = now.saturating_sub(self.last.nanoseconds());
         self.last = sample.time;
+        if !(1..=GAP_NS).contains(&interval) {
+            *self = Self { start: sample.time, last: sample.time, ..Self::EMPTY };
+            return None;
+        }
+        let mut mean = None;
+        if now.saturating_sub(self.start.nanoseconds()) >= PART_NS {
+            mean = self.mean();
+            *self = Self { start: sample.time, last: sample.time, ..Self::EMPTY };
+        }
+        let (rate_radps, force_mps2, weight) = match sample.motion.cast() {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                (angular_rate_radps, specific_force_mps2, 1.0)
+            }
+            Motion::Increments { angle_rad, velocity_mps } => {
+                (angle_rad, velocity_mps, 1e-9 * interval as f32)
+            }
+        };
         self.count = self.count.saturating_add(1);
-        self.add(sample, interval_s);
+        self.weight += weight;
+        self.rate_radps += rate_radps;
+        self.force_mps2 += force_mps2;
         mean
     }
 
-    fn add(&mut self, sample: &ImuSample, interval_s: f64) {
-        let mean = sample.motion.mean_rates(interval_s);
-        let sum =
-            |sum: [f32; 3], value: [f64; 3]| plus(sum, value.map(|component| component as f32));
-        self.rate_radps = sum(self.rate_radps, mean.angular_rate_radps.to_array());
-        self.force_mps2 = sum(self.force_mps2, mean.specific_force_mps2.to_array());
+    /// `None` for too few samples, or with one that is not finite.
+    fn mean(&self) -> Option<MeanRates<f32>> {
+        let share = 1.0 / self.weight;
+        let mean = MeanRates {
+            angular_rate_radps: self.rate_radps * share,
+            specific_force_mps2: self.force_mps2 * share,
+        };
+        (self.count >= LEAST_SAMPLES
+            && mean.angular_rate_radps.is_finite()
+            && mean.specific_force_mps2.is_finite())
+        .then_some(mean)
     }
-
-    fn mean(&self) -> Option<PartMean> {
-        let share = 1.0 / f32::from(self.count.max(1));
-        let mean = |sum: [f32; 3]| sum.map(|component| share * component);
-        (self.count >= LEAST_SAMPLES).then(|| PartMean {
-            rate_radps: mean(self.rate_radps),
-            force_mps2: mean(self.force_mps2),
-        })
-    }
-}
-
-fn plus([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [a + x, b + y, c + z]
-}
-
-fn norm([x, y, z]: [f32; 3]) -> f32 {
-    libm::sqrtf(x * x + y * y + z * z)
 }

@@ -3,7 +3,8 @@
 //! In body axes gravity turns opposite to the gyros. If it hardly turns while they report full circles, they are in
 //! °/s. The thrust of a rotor turns with the body in a flip, but no flip lasts a quarter of the time at constant thrust.
 
-use super::{PART_S, PartMean, SetupFault, norm};
+use super::{PART_S, SetupFault};
+use crate::imu::MeanRates;
 
 /// Angle of a fast turn over a part, rad.
 const FAST_RAD: f32 = 0.5;
@@ -19,7 +20,7 @@ const SEEN_SHARE: f32 = 0.3;
 /// Sums over the parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GravityTurn {
-    before: Option<PartMean>,
+    before: Option<MeanRates<f32>>,
     parts: f32,
     fast: f32,
     /// Of the fast parts: squared turn by the gyros and by gravity, rad²; specific force and its square, m/s².
@@ -43,20 +44,17 @@ impl GravityTurn {
     };
 
     /// Adds the means of a part; reports once.
-    pub fn push(&mut self, after: &PartMean) -> Option<SetupFault> {
+    pub fn push(&mut self, after: &MeanRates<f32>) -> Option<SetupFault> {
         let before = self.before.replace(*after)?;
-        let size = norm(before.force_mps2);
+        let size = before.specific_force_mps2.norm();
         if self.is_judged || size <= 0.0 {
             return None;
         }
-        let [x, y, z] = before.force_mps2.map(|component| component / size);
-        let [p, q, r] = mean(before.rate_radps, after.rate_radps);
-        let turned = norm([q * z - r * y, r * x - p * z, p * y - q * x]) * PART_S as f32;
+        let rate_radps = (before.angular_rate_radps + after.angular_rate_radps) * 0.5;
+        let turned = rate_radps.cross(before.specific_force_mps2).norm() / size * PART_S as f32;
         self.parts += 1.0;
         if turned > FAST_RAD {
-            let [a, b, c] = after.force_mps2;
-            let [u, v, w] = before.force_mps2;
-            let change = norm([a - u, b - v, c - w]) / size;
+            let change = (after.specific_force_mps2 - before.specific_force_mps2).norm() / size;
             self.fast += 1.0;
             self.by_gyros += turned * turned;
             self.by_gravity += change * change;
@@ -75,8 +73,4 @@ impl GravityTurn {
             && seen_rad < SEEN_SHARE * reported_rad.min(2.0);
         self.is_judged.then_some(SetupFault::RatesInDegrees { reported_rad, seen_rad })
     }
-}
-
-fn mean([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [0.5 * (a + x), 0.5 * (b + y), 0.5 * (c + z)]
 }

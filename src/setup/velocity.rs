@@ -30,7 +30,7 @@ const TURNED: f32 = 0.25;
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Level {
     count: f32,
-    told: [f32; 3],
+    reported: [f32; 3],
     /// Velocity times displacement rate: north north, north east, east north, east east.
     both: [f32; 4],
     moved: [f32; 2],
@@ -40,7 +40,7 @@ struct Level {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Down {
     count: f32,
-    told: f32,
+    reported: f32,
     both: f32,
     moved: f32,
 }
@@ -106,8 +106,8 @@ impl FixMotion {
         let share = (1.0 / over_s) as f32;
         let [north, east, fallen] = fix.position.displacement_from(&ended.start.1).to_array();
         let [north, east, fallen] = [north, east, fallen].map(|moved| share * moved as f32);
-        let told = ended.along_m.map(|along| share * along);
-        let level = Level::judge(&mut self.level, told, [north, east]);
+        let reported = ended.along_m.map(|along| share * along);
+        let level = Level::judge(&mut self.level, reported, [north, east]);
         let down = ended.down_m.map(|along| share * along);
         level.or_else(|| Down::judge(&mut self.down, down?, fallen))
     }
@@ -129,12 +129,12 @@ impl Part {
 }
 
 impl Level {
-    const NONE: Self = Self { count: 0.0, told: [0.0; 3], both: [0.0; 4], moved: [0.0; 2] };
+    const NONE: Self = Self { count: 0.0, reported: [0.0; 3], both: [0.0; 4], moved: [0.0; 2] };
 
     /// Adds a part to `sums`; ends them with the judgement, which is a fault or `None` for a sound velocity.
-    fn judge(sums: &mut Option<Self>, told: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
+    fn judge(sums: &mut Option<Self>, reported: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
         let level = sums.as_mut()?;
-        level.add(told, moved);
+        level.add(reported, moved);
         if level.count < LEAST_PARTS {
             return None;
         }
@@ -152,8 +152,8 @@ impl Level {
 
     fn add(&mut self, [vn, ve]: [f32; 2], [mn, me]: [f32; 2]) {
         self.count += 1.0;
-        let ([nn, ne, ee], [a, b, c, d], [n, e]) = (self.told, self.both, self.moved);
-        self.told = [nn + vn * vn, ne + vn * ve, ee + ve * ve];
+        let ([nn, ne, ee], [a, b, c, d], [n, e]) = (self.reported, self.both, self.moved);
+        self.reported = [nn + vn * vn, ne + vn * ve, ee + ve * ve];
         self.both = [a + vn * mn, b + vn * me, c + ve * mn, d + ve * me];
         self.moved = [n + mn * mn, e + me * me];
     }
@@ -161,7 +161,7 @@ impl Level {
     /// Rows of the least-squares matrix from velocity to displacement rate; `None` without independent motion on both
     /// axes, or if it explains too little.
     fn fit(&self) -> Option<[[f32; 2]; 2]> {
-        let [nn, ne, ee] = self.told;
+        let [nn, ne, ee] = self.reported;
         let least = LEAST_MPS * LEAST_MPS * self.count;
         let determinant = nn * ee - ne * ne;
         if determinant <= least * nn || determinant <= least * ee {
@@ -221,13 +221,13 @@ impl Verdict {
 }
 
 impl Down {
-    const NONE: Self = Self { count: 0.0, told: 0.0, both: 0.0, moved: 0.0 };
+    const NONE: Self = Self { count: 0.0, reported: 0.0, both: 0.0, moved: 0.0 };
 
-    fn judge(sums: &mut Option<Self>, told: f32, moved: f32) -> Option<SetupFault> {
-        let Self { count, told: xx, both, moved: yy } = sums.as_mut()?;
+    fn judge(sums: &mut Option<Self>, reported: f32, moved: f32) -> Option<SetupFault> {
+        let Self { count, reported: xx, both, moved: yy } = sums.as_mut()?;
         *count += 1.0;
-        *xx += told * told;
-        *both += told * moved;
+        *xx += reported * reported;
+        *both += reported * moved;
         *yy += moved * moved;
         if *count < LEAST_DOWN_PARTS {
             return None;

@@ -202,7 +202,6 @@ fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result
     campaign.outage_share = arguments.outages;
     campaign.power_loss_share = arguments.power_loss;
     campaign.jam_share = arguments.jams;
-    campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
     Ok(campaign)
 }
 

@@ -158,7 +158,7 @@ impl Campaign {
     }
 
     /// Flights of the linear `model` instead of the 60-class helicopter. Its covariance, or else 10 % of every
-    /// derivative, varies. It burns no fuel and has no engine.
+    /// derivative, varies. It burns no fuel and has no engine. The inertial unit has the rate of the autopilot.
     ///
     /// # Errors
     /// [`ModelError`] for a model that does not take its own derivatives as parameters.
@@ -166,6 +166,7 @@ impl Campaign {
         let mut campaign = Self::new(autopilot);
         let (varied, airframe) = AirframeUncertainty::of_linear(model)?;
         campaign.nominal.model = Some(varied);
+        campaign.nominal.dmu.rate_hz = 1.0 / autopilot.period_s;
         (campaign.airframe, campaign.fuel_kg) = (airframe, 0.0);
         Ok(campaign)
     }
