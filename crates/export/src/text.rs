@@ -19,7 +19,7 @@ pub fn xml_date(time: Time) -> String {
     date(Time::from_nanoseconds(rounded)).to_rfc3339_opts(SecondsFormat::Millis, true)
 }
 
-/// Text escaped for XML; characters that XML cannot represent are left out.
+/// Text escaped for XML; characters that XML cannot represent are omitted.
 pub struct Escaped<'a>(pub &'a str);
 
 impl fmt::Display for Escaped<'_> {

@@ -37,7 +37,7 @@ use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
 use steps::Witness;
-use timing::Felt;
+use timing::MeasuredVelocity;
 
 impl Dataset {
     /// Events in a `run` over this log, in order of time, each a span with a sentence. Kinds are outages, gaps,
@@ -79,7 +79,7 @@ struct Looked {
     ends: Ends,
     field: FieldStrength,
     witness: Witness,
-    felt: Felt,
+    felt: MeasuredVelocity,
     setup: SetupLook,
     of_unit: OfUnit,
 }
@@ -88,7 +88,7 @@ impl Looked {
     fn at(log: &Judged<'_>) -> Self {
         let (mut inertial, mut ends) = (Inertial::of(log), Ends::of(log));
         let (mut field, mut witness) = (FieldStrength::default(), Witness::default());
-        let (mut felt, mut setup) = (Felt::default(), SetupLook::default());
+        let (mut felt, mut setup) = (MeasuredVelocity::default(), SetupLook::default());
         let mut of_unit = OfUnit::default();
         let (dataset, apart) = (log.dataset, &log.dataset.magnetometer);
         let own = |sample: &ImuSample| sample.magnetic_field_gauss.filter(|_| apart.is_empty());
