@@ -71,7 +71,7 @@ pub struct FlightLoop {
     last_cycle: Time,
     last_sample: Option<SampleTimes>,
     receiver: ReceiverMonitor,
-    watch: SensorMonitor,
+    sensor_monitor: SensorMonitor,
     utc: UtcClock,
     snapshot: Snapshot,
     supplement: Supplement,
@@ -144,7 +144,7 @@ impl FlightLoop {
             last_cycle: start,
             last_sample: None,
             receiver: ReceiverMonitor::new(start),
-            watch: SensorMonitor::new(cycle_s),
+            sensor_monitor: SensorMonitor::new(cycle_s),
             utc: UtcClock::new(start, unix_ns),
             snapshot,
             supplement: Supplement::at(start),
@@ -204,7 +204,7 @@ impl FlightLoop {
             SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
             SensorOutput::Fix(fix, _) => {
                 let unix_ns = fix.time.and_then(|time| time.unix_ns());
-                let drift = unix_ns.and_then(|utc| self.watch.fix(fix.arrival, utc));
+                let drift = unix_ns.and_then(|utc| self.sensor_monitor.fix(fix.arrival, utc));
                 drift.into_iter().for_each(|found| self.log.found(now, found));
                 if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.observe(fix.arrival, utc))
                 {
@@ -232,8 +232,8 @@ impl FlightLoop {
         self.report.cycles += 1;
         let force_mps2 = sample.motion.mean_rates(interval_s).specific_force_mps2;
         let log = &mut self.log;
-        self.watch.sample(now, interval_s, force_mps2, |found| log.found(now, found));
-        self.snapshot.drops.imu_packets = self.watch.missing();
+        self.sensor_monitor.sample(now, interval_s, force_mps2, |found| log.found(now, found));
+        self.snapshot.drops.imu_packets = self.sensor_monitor.missing();
         let filtered = self.notch.as_mut().map(|notch| Event::Imu(notch.filter(sample)));
         self.estimate(now, filtered.as_ref().unwrap_or(event));
         self.snapshot = self.snapshot.with_imu(sample, interval_s);
@@ -438,7 +438,7 @@ impl FlightLoop {
 
     /// Looks at bytes of the inertial unit's line.
     pub fn unit_bytes(&mut self, now: Time, bytes: &[u8]) {
-        let found = self.watch.unit_bytes(bytes);
+        let found = self.sensor_monitor.unit_bytes(bytes);
         found.into_iter().for_each(|found| self.log.found(now, found));
     }
 

@@ -87,7 +87,7 @@ fn remark_damages(damages: &Damages, to: &mut Assembly) {
     if let Some(first) = damages.first_passed {
         to.say(format!(
             "at byte {first}: found no MAVLink frame; {} such bytes ignored",
-            damages.passed_over
+            damages.skipped
         ));
     }
     if let Some(place) = damages.cut_off {
