@@ -24,7 +24,7 @@ pub struct GyroConfig {
     /// Resolution of the output, °/s; 0 for unlimited. For increments it applies to the mean rate over a sample, and
     /// the rounding error is carried over to the next sample.
     pub resolution_degps: f64,
-    /// Largest output, °/s; infinite for no limit.
+    /// Largest output, °/s; infinite without a limit.
     pub range_degps: f64,
     /// Corner of the first-order low-pass, Hz; infinite without a low-pass.
     pub bandwidth_hz: f64,
@@ -46,7 +46,7 @@ pub struct AccelerometerConfig {
     /// Resolution of the output, m/s²; 0 for unlimited. For increments it applies to the mean over a sample, and the
     /// rounding error is carried over to the next sample.
     pub resolution_mps2: f64,
-    /// Largest output, m/s²; infinite for no limit.
+    /// Largest output, m/s²; infinite without a limit.
     pub range_mps2: f64,
     /// Corner of the first-order low-pass, Hz; infinite without a low-pass.
     pub bandwidth_hz: f64,

@@ -19,7 +19,7 @@ pub struct RangeModel {
     pub least_quality: f64,
     /// One-sigma of its white error, for readings without one, m.
     pub noise_m: f64,
-    /// One-sigma of the additional error, as a share of the distance.
+    /// One-sigma share of the distance that adds to the error.
     pub noise_share: f64,
     /// One-sigma of the change of ground height over a metre, m.
     pub ground_walk_m: f64,

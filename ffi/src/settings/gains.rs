@@ -34,9 +34,9 @@ pub struct YawGains {
     pub integral_per_s: [[f64; 2]; 1],
     /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 2]; 2],
-    /// Propagation of the hidden states from the measured states.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 2]; 2],
-    /// Propagation of the hidden states from the commands under way.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 1]; 2],
     /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
@@ -57,9 +57,9 @@ pub struct RollPitchGains {
     pub integral_per_s: [[f64; 6]; 2],
     /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Propagation of the hidden states from the measured states.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 6]; 6],
-    /// Propagation of the hidden states from the commands under way.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 2]; 6],
     /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
@@ -79,9 +79,9 @@ pub struct AttitudeGains {
     pub integral_per_s: [[f64; 4]; 2],
     /// Propagation of the hidden states over a sample, from themselves.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Propagation of the hidden states from the measured states.
+    /// Propagation from the measured states.
     pub hidden_from_measured: [[f64; 4]; 6],
-    /// Propagation of the hidden states from the commands under way.
+    /// Propagation from the command that acts.
     pub hidden_from_pending: [[f64; 2]; 6],
     /// Time constant with which the integrals follow a limited command, s.
     pub tracking_time_s: f64,
