@@ -2,7 +2,7 @@
 //! The library does the computation.
 //!
 //! A subcommand ("verb" in the code) is a module with `Arguments` and `run`, and a line in [`Verb`] and [`Verb::run`].
-//! A verb that needs a cargo feature also has a line in [`LEFT_OUT`]. Verbs do not use each other. Shared code is in
+//! A verb that needs a cargo feature also has a line in [`MISSING_FEATURES`]. Verbs do not use each other. Shared code is in
 //! [`arguments`], [`emit`], [`memory`], [`output`] and [`summary`]; the crate `hovernav-pages` draws the pages.
 
 mod arguments;
@@ -174,7 +174,7 @@ impl Verb {
 }
 
 /// The subcommands that this build lacks, and the feature that adds each.
-const LEFT_OUT: &[(&str, &str)] = &[
+const MISSING_FEATURES: &[(&str, &str)] = &[
     #[cfg(not(all(feature = "fly", target_os = "linux")))]
     ("fly", "feature `fly` on Linux"),
     #[cfg(not(feature = "fly"))]
@@ -209,7 +209,7 @@ fn main() -> ExitCode {
     let arguments = match parsed() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let Some((verb, feature)) = left_out(&error) else { error.exit() };
+            let Some((verb, feature)) = missing_feature(&error) else { error.exit() };
             output::complain(format_args!(
                 "hovernav: `{verb}` is not in this build, which lacks the {feature}"
             ));
@@ -247,10 +247,12 @@ fn parsed() -> Result<Arguments, clap::Error> {
     Arguments::from_arg_matches(&command.try_get_matches()?)
 }
 
-/// The entry of [`LEFT_OUT`] that the user asked for, if that is the cause of the error.
-fn left_out(error: &clap::Error) -> Option<&'static (&'static str, &'static str)> {
+/// The entry of [`MISSING_FEATURES`] that the user asked for, if that is the cause of the error.
+fn missing_feature(error: &clap::Error) -> Option<&'static (&'static str, &'static str)> {
     match error.get(ContextKind::InvalidSubcommand) {
-        Some(ContextValue::String(asked)) => LEFT_OUT.iter().find(|(verb, _)| verb == asked),
+        Some(ContextValue::String(asked)) => {
+            MISSING_FEATURES.iter().find(|(verb, _)| verb == asked)
+        }
         _ => None,
     }
 }

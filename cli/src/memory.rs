@@ -7,7 +7,7 @@ use hovernav_formats::{Log, Options};
 use hovernav_log::{Dataset, LogError};
 
 /// Memory for a page and files, in addition to the log, bytes.
-const BESIDE: u64 = 64 << 20;
+const RESERVE: u64 = 64 << 20;
 
 /// Opens `log`, unless the estimated memory exceeds the free memory. The estimate is `times` the size of the log in
 /// memory.
@@ -19,7 +19,7 @@ pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
 /// `error`, where a file in a format that this build cannot read names the feature of its reader.
 pub fn in_terms_of_features(error: LogError) -> anyhow::Error {
     match error {
-        LogError::LeftOut { path, format, feature: reader } => {
+        LogError::MissingFeature { path, format, feature: reader } => {
             let feature = if reader == "record" { reader } else { "formats" };
             anyhow!(
                 "{}: found {format}, which this build cannot read: it lacks the feature `{feature}`",
@@ -46,7 +46,7 @@ pub fn check(log: &Path, options: &Options, times: u64) -> anyhow::Result<()> {
 
 /// Rejects a log that is too long to smooth in the free memory, before smoothing starts.
 pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
-    let needed = dataset.smoothing_bytes() + BESIDE;
+    let needed = dataset.smoothing_bytes() + RESERVE;
     let free = free_bytes();
     ensure!(
         needed <= free,

@@ -103,7 +103,7 @@ impl<'a> Field<'a> {
 }
 
 #[test]
-fn what_a_flight_tells_by_udp_is_recorded_and_identified_from() {
+fn what_a_flight_reports_by_udp_is_recorded_and_identified_from() {
     let directory = place("ground-udp");
     let mut field = Field::new(&directory, &["--record", "hover"]);
     let [mut helicopter, _computer] = field.take_off("16", &[]);

@@ -136,7 +136,7 @@ fn hovered(path: &Path, record: &Path) {
 }
 
 #[test]
-fn the_record_of_a_hover_over_the_lines_tells_how_it_went() {
+fn the_record_of_a_hover_over_the_lines_reports_how_it_went() {
     let directory = place("told-hover");
     let at = |name: &str| directory.join(name).display().to_string();
     fs::write(at("loop.toml"), example(&directory)).unwrap();

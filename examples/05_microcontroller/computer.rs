@@ -129,6 +129,6 @@ fn push(
     autopilot: &mut HoverAutopilot,
     event: &Event,
 ) {
-    autopilot.hear(event);
-    estimator.push(event, |notice| autopilot.hear_notice(&notice));
+    autopilot.observe(event);
+    estimator.push(event, |notice| autopilot.observe_notice(&notice));
 }

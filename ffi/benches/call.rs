@@ -84,9 +84,9 @@ fn main() {
     // All processing of a sample by the object.
     let push_without: fn(&mut (Estimator, HealthMonitor, SteplessSolution), &Event) =
         black_box(|(estimator, monitor, stepless), event| {
-            monitor.hear(event);
+            monitor.observe(event);
             estimator.push_traced(event, stepless, |notice| {
-                monitor.hear_notice(&notice);
+                monitor.observe_notice(&notice);
                 black_box(notice);
             });
         });

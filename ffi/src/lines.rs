@@ -122,7 +122,7 @@ unsafe fn push(
         let Hovernav { lines, flight, .. } = nav;
         let lines = lines.as_mut().ok_or(Status::NoLines)?;
         let mut result = LineResult::NOTHING;
-        let hear = |output: SensorOutput| {
+        let observe = |output: SensorOutput| {
             result.note(&output);
             if let SensorOutput::Event(event) = output {
                 flight.push(&event);
@@ -130,10 +130,10 @@ unsafe fn push(
         };
         match line {
             Line::Dmu => {
-                let until = lines.dmu(bytes, now, hear);
+                let until = lines.dmu(bytes, now, observe);
                 result.read_until_ns = until.nanoseconds();
             }
-            Line::Gps => lines.gps(bytes, now, hear),
+            Line::Gps => lines.gps(bytes, now, observe),
         }
         place.write(result);
         Ok(())

@@ -93,14 +93,14 @@ impl Flight {
             _ => None,
         };
         let event = filtered.as_ref().unwrap_or(event);
-        monitor.hear(event);
+        monitor.observe(event);
         if let Some(autopilot) = autopilot {
-            autopilot.hear(event);
+            autopilot.observe(event);
         }
         estimator.push_traced(event, stepless, |notice: Notice| {
-            monitor.hear_notice(&notice);
+            monitor.observe_notice(&notice);
             if let Some(autopilot) = autopilot {
-                autopilot.hear_notice(&notice);
+                autopilot.observe_notice(&notice);
             }
             notices.push(notice);
         });

@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_not_believed() {
+    fn what_cannot_be_is_rejected() {
         let roll = Id::Roll.channel();
         assert_eq!(roll.plausible(Some(12.345_6)), 12.35);
         assert!(roll.plausible(Some(181.0)).is_nan() && roll.plausible(Some(f64::NAN)).is_nan());

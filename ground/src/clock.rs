@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_starts_anew_is_placed_anew() {
+    fn a_vehicle_that_starts_again_is_placed_again() {
         let mut clock = VehicleClock::default();
         clock.place(500.0, 1000.0);
         let placed = clock.place(0.5, 1010.0);

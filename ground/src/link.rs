@@ -158,7 +158,7 @@ fn serial(path: &str, baud: u32, station: &SharedStation, stop: &AtomicBool) {
             Read::Silent => {}
             Read::Changed(event) => {
                 let level = if port.is_open() { TextLevel::Info } else { TextLevel::Warning };
-                lock(station).port_says(level, &format!("port {event}"));
+                lock(station).report_port(level, &format!("port {event}"));
                 asking.said = None;
             }
         }
@@ -188,12 +188,12 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
             });
             match opened {
                 Ok(opened) => {
-                    lock(station).port_says(TextLevel::Info, "address open");
+                    lock(station).report_port(TextLevel::Info, "address open");
                     socket = Some(opened);
                 }
                 Err(error) => {
                     let text = format!("cannot open the address: {error}");
-                    lock(station).port_says(TextLevel::Warning, &text);
+                    lock(station).report_port(TextLevel::Warning, &text);
                     thread::sleep(RETRY);
                 }
             }

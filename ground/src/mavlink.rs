@@ -57,15 +57,15 @@ struct Vehicle {
     /// Whether its heartbeat identifies it as an autopilot.
     is_autopilot: bool,
     /// Time of the vehicle's last message, s.
-    heard_s: f64,
+    received_s: f64,
     sequence: Sequence,
     translator: Translator,
 }
 
 impl Vehicle {
-    fn new(sender: (u8, u8), is_autopilot: bool, heard_s: f64) -> Self {
+    fn new(sender: (u8, u8), is_autopilot: bool, received_s: f64) -> Self {
         let translator = Translator::default();
-        Self { sender, is_autopilot, heard_s, sequence: Sequence::default(), translator }
+        Self { sender, is_autopilot, received_s, sequence: Sequence::default(), translator }
     }
 }
 
@@ -148,7 +148,7 @@ impl Decoder {
             }
             Some(vehicle)
                 if is_autopilot
-                    && (!vehicle.is_autopilot || self.now_s - vehicle.heard_s > GONE_S) =>
+                    && (!vehicle.is_autopilot || self.now_s - vehicle.received_s > GONE_S) =>
             {
                 self.vehicle = Some(Vehicle::new(sender, true, self.now_s));
             }
@@ -162,9 +162,9 @@ impl Decoder {
         let Some(vehicle) = self.vehicle.as_mut().filter(|it| it.sender == frame.sender) else {
             return false;
         };
-        vehicle.heard_s = self.now_s;
+        vehicle.received_s = self.now_s;
         self.counts.messages += 1;
-        vehicle.sequence.hear(frame.sequence);
+        vehicle.sequence.observe(frame.sequence);
         self.counts.missing = vehicle.sequence.missing();
         true
     }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn an_old_autopilot_that_speaks_the_first_version_is_heard() {
+    fn an_old_autopilot_that_speaks_the_first_version_is_received() {
         let mut stream = vec![0xFE, 0x00, 0xFD, 0x41];
         for sequence in 0..20 {
             let (header, message) = attitude(sequence, 0.5);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_goes_over_to_the_second_version_is_heard_on() {
+    fn one_that_goes_over_to_the_second_version_is_received_on() {
         let mut stream = Vec::new();
         for sequence in 0..20 {
             let (header, message) = attitude(sequence, 0.1);

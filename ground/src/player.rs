@@ -41,7 +41,7 @@ impl Loaded {
         let (from_s, to_s) = (f64::NEG_INFINITY, f64::INFINITY);
         for (time_s, _) in store.series(Id::StickLateral).between(from_s, to_s) {
             let values = STICKS.map(|id| (id, store.at(id, time_s))).to_vec();
-            test_points.hear(&Batch { time_s, values });
+            test_points.observe(&Batch { time_s, values });
         }
         test_points.judge(&store);
         Ok(Self { name: name.to_owned(), store, is_cut, test_points })

@@ -34,7 +34,7 @@ pub struct Series {
     /// Times at which the value changed, s, as far back as `points`; only for a channel [`of_states`](Self::of_states).
     changes: Option<VecDeque<f64>>,
     /// Number of received values, up to four.
-    heard: u8,
+    received: u8,
 }
 
 impl Series {
@@ -48,7 +48,7 @@ impl Series {
             last_s: f64::NEG_INFINITY,
             gone_s: f64::NEG_INFINITY,
             changes: None,
-            heard: 0,
+            received: 0,
         }
     }
 
@@ -66,8 +66,8 @@ impl Series {
         }
         let since_s = time_s - self.last_s;
         self.last_s = time_s;
-        self.heard = 4.min(self.heard + 1);
-        if self.heard > 1 {
+        self.received = 4.min(self.received + 1);
+        if self.received > 1 {
             let is_nan = |point: &Point| point.1.is_nan();
             if self.is_outage(since_s) && !self.points.back().is_some_and(is_nan) {
                 self.put((time_s - 0.5 * since_s, f64::NAN));
@@ -83,12 +83,12 @@ impl Series {
     /// Whether `since_s` without a value is an outage. Updates the usual period.
     fn is_outage(&mut self, since_s: f64) -> bool {
         let longest_s = |period_s: f64| (GAP_PERIODS * period_s).clamp(GAP_S.0, GAP_S.1);
-        if self.heard == 2 {
+        if self.received == 2 {
             // The first period is the usual one until the next value.
             self.period_s = since_s.min(GAP_S.1);
             return since_s > GAP_S.1;
         }
-        if self.heard == 3 && self.period_s > longest_s(since_s) {
+        if self.received == 3 && self.period_s > longest_s(since_s) {
             self.period_s = since_s;
             self.part_first_two();
             return false;
@@ -138,7 +138,7 @@ impl Series {
     /// The newest value; `None` in a gap, or if the channel is silent at `now_s`.
     #[must_use]
     pub fn latest(&self, now_s: f64) -> Option<Point> {
-        let period_s = if self.heard > 1 { self.period_s } else { FIRST_PERIOD_S };
+        let period_s = if self.received > 1 { self.period_s } else { FIRST_PERIOD_S };
         let longest_s = SILENT_PERIODS * period_s + SILENT_MARGIN_S;
         let &(last_s, value) = self.points.back()?;
         (now_s - last_s <= longest_s && !value.is_nan()).then_some((last_s, value))
@@ -376,7 +376,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn since_when_a_value_holds_is_what_looking_through_all_tells(
+        fn since_when_a_value_holds_is_what_looking_through_all_reports(
             steps in prop::collection::vec((0u8..3, 1usize..20, 0.02f64..2.0), 1..40),
             room in 1usize..200,
         ) {

@@ -171,7 +171,7 @@ impl Station {
             |&(id, value): &(Id, Option<f64>)| (id, CHANNELS[id as usize].plausible(value));
         let batch = Batch { time_s, values: values.iter().map(plausible).collect() };
         self.store.push(&batch);
-        self.test_points.hear(&batch);
+        self.test_points.observe(&batch);
         if let Some(recorder) = &self.recorder {
             recorder.push(batch);
         }
@@ -280,7 +280,7 @@ impl Station {
     }
 
     /// Stores the state of the port or the socket.
-    pub fn port_says(&mut self, level: TextLevel, text: &str) {
+    pub fn report_port(&mut self, level: TextLevel, text: &str) {
         if self.link.port != text {
             self.link.port = text.to_owned();
             self.note(self.now_s(), level, &format!("link: {text}"));

@@ -119,7 +119,7 @@ struct Flown {
 
 impl TestPoints {
     /// Processes a batch of values.
-    pub fn hear(&mut self, batch: &Batch) {
+    pub fn observe(&mut self, batch: &Batch) {
         let value =
             |id| batch.values.iter().find(|(other, _)| *other == id).map(|(_, value)| *value);
         let mut sticks = [0.0; 4];
@@ -342,7 +342,7 @@ mod tests {
                 continue;
             }
             store.push(&batch);
-            points.hear(&batch);
+            points.observe(&batch);
         }
         points.judge(&store);
         points

@@ -68,7 +68,10 @@ fn with<'a>(group: &'a str, columns: &[&'a str]) -> Vec<&'a str> {
 /// The error for a `fault` in a row, in the words of the reader of a log.
 fn refuse(table: &str, row: usize, fault: Option<&'static str>) -> Result<()> {
     let Some(fault) = fault else { return Ok(()) };
-    let fault = fault.strip_prefix("left out: ").unwrap_or(fault);
+    let fault = ["skipped: ", "rejected: "]
+        .iter()
+        .find_map(|verb| fault.strip_prefix(verb))
+        .unwrap_or(fault);
     Err(Error::Array(format!("{table}: row {row}: {fault}")))
 }
 

@@ -186,7 +186,7 @@ impl Inner {
     }
 }
 
-/// Keeps a notice, unless the measurement is left out by design.
+/// Keeps a notice, unless the measurement is skipped by design.
 fn keep(notices: &mut Vec<Notice>, notice: CoreNotice) {
     let is_by_design = matches!(notice, CoreNotice::NotUsed { reason, .. } if !reason.is_fault());
     if !is_by_design {

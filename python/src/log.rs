@@ -224,7 +224,7 @@ impl PyLog {
     /// ------
     /// ArrayError
     ///     For wrong shapes, unknown columns, times that do not increase, and inertial samples with NaN or beyond any
-    ///     vehicle's motion. Fixes without a position are left out, and named in `warnings`.
+    ///     vehicle's motion. Fixes without a position are skipped, and named in `warnings`.
     /// ConfigError
     ///     For unknown axes or an invalid setting.
     #[staticmethod]

@@ -82,7 +82,7 @@ def test_a_bad_row_is_named(log: hn.Log, column: str, value: float, words: str) 
     assert words in str(error.value)
 
 
-def test_a_fix_without_a_position_is_left_out_and_told(log: hn.Log) -> None:
+def test_a_fix_without_a_position_is_skipped_and_reported(log: hn.Log) -> None:
     copy = hn.Log.from_arrays(log.imu, changed(log.gps, "lat_deg", 3, np.nan), axes="frd")
     assert len(copy.gps["t_s"]) == len(log.gps["t_s"]) - 1
     assert any("a coordinate is missing" in warning for warning in copy.warnings)

@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 const FOLLOWS_PER_S: f64 = 8.0;
 /// The double pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
 const STOPS_PER_S: f64 = 1.0;
-/// Difference from the wanted velocity, m/s, and acceleration, m/s², below which the reference is set to it.
+/// Differences from the commanded velocity, m/s, and acceleration, m/s², below which the reference takes the command.
 const REACHED: f64 = 1e-9;
 /// Largest rate of change of the commanded acceleration, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;

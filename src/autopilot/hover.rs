@@ -227,14 +227,14 @@ impl<T: Scalar> HoverAutopilot<T> {
     }
 
     /// Passes a sensor event to the [`HealthMonitor`], which detects frozen sensors.
-    pub fn hear(&mut self, event: &Event) {
-        self.monitor.hear(event);
+    pub fn observe(&mut self, event: &Event) {
+        self.monitor.observe(event);
     }
 
     /// Passes an estimator notice to the [`HealthMonitor`], which detects missing fixes and fixes that contradict the
     /// estimate.
-    pub fn hear_notice(&mut self, notice: &Notice) {
-        self.monitor.hear_notice(notice);
+    pub fn observe_notice(&mut self, notice: &Notice) {
+        self.monitor.observe_notice(notice);
     }
 
     /// One step: call it every [`HoverConfig::period_s`].
@@ -289,7 +289,7 @@ impl<T: Scalar> HoverAutopilot<T> {
             });
         }
         self.sticks = match self.mode() {
-            Mode::Manual => limits.in_range_beside(faded, wanted),
+            Mode::Manual => limits.in_range_with_pilot(faded, wanted),
             _ => limits.reachable(faded, self.sticks, period_s),
         };
         // The loops do not receive the test input; they respond to its effect on the vehicle, as to a gust.

@@ -68,7 +68,7 @@ impl<T: Scalar> StickLimits<T> {
     /// `wanted` limited to the range, extended to the pilot's sticks `own` where they are beyond it. Only the servos
     /// and the travel of a transmitter, [`FARTHEST_PILOT`], limit the pilot.
     #[must_use]
-    pub fn in_range_beside(&self, wanted: Sticks<T>, own: Sticks<T>) -> Sticks<T> {
+    pub fn in_range_with_pilot(&self, wanted: Sticks<T>, own: Sticks<T>) -> Sticks<T> {
         let farthest = T::of(FARTHEST_PILOT);
         // Written so that a NaN stays one.
         let possible = |stick: T| match stick {

@@ -145,7 +145,7 @@ pub struct Startup {
     mode: Mode,
     attempts_left: u32,
     /// Arrival of the last byte.
-    heard: Time,
+    last_byte: Time,
     step: Step,
 }
 
@@ -153,7 +153,12 @@ impl Startup {
     /// A start-up sequence into packets of `mode`, beginning `now`.
     #[must_use]
     pub const fn new(mode: Mode, now: Time) -> Self {
-        Self { mode, attempts_left: ATTEMPTS - 1, heard: now, step: Step::Send(Command::Polled) }
+        Self {
+            mode,
+            attempts_left: ATTEMPTS - 1,
+            last_byte: now,
+            step: Step::Send(Command::Polled),
+        }
     }
 
     /// Takes bytes that were read; the last of them arrived `now`.
@@ -161,7 +166,7 @@ impl Startup {
         if read.is_empty() {
             return;
         }
-        self.heard = now;
+        self.last_byte = now;
         if let Step::Listen { first, bytes, .. } = &mut self.step {
             *first = first.or(read.first().copied());
             *bytes = bytes.saturating_add(u32::try_from(read.len()).unwrap_or(u32::MAX));
@@ -172,7 +177,7 @@ impl Startup {
     pub fn next_action(&mut self, now: Time) -> StartupAction {
         match self.step {
             Step::Send(command) => {
-                self.heard = now;
+                self.last_byte = now;
                 self.step = if command.reply().is_some() {
                     Step::Listen { command, since: now, first: None, bytes: 0 }
                 } else {
@@ -191,7 +196,7 @@ impl Startup {
     }
 
     fn drain(&mut self, since: Time, insisted: bool, now: Time) -> StartupAction {
-        let (quiet, end) = (self.heard + QUIET_S, since + DRAIN_S);
+        let (quiet, end) = (self.last_byte + QUIET_S, since + DRAIN_S);
         if now >= quiet {
             self.enter(Step::Send(Command::Ping), now)
         } else if now < end {
@@ -216,7 +221,7 @@ impl Startup {
         if bytes > 1 || Some(found) != command.reply() {
             return self.fail(StartupError::WrongReply { command, found, bytes }, now);
         }
-        let quiet = self.heard + QUIET_S;
+        let quiet = self.last_byte + QUIET_S;
         if now < quiet {
             return StartupAction::ReadUntil(quiet);
         }

@@ -246,7 +246,7 @@ settings! {
         /// Innovations beyond this number of one-sigmas are rejected.
         sigmas = 5.0, 2.0..=50.0 "one-sigmas";
         /// Time of rejections, s, before the filter is reset to the measurement if the filter is suspect. It is suspect
-        /// after an absence, after trouble with the inertial samples, or if it was already diverging.
+        /// after an absence, after a gap or clipping of the inertial samples, or if it was already diverging.
         recovery_s = 1.0, 0.1..=120.0 "s";
         /// Time of rejections, s, before a position is accepted that jumped while the velocity still agrees. Shorter if
         /// the previous position was reported for less time.

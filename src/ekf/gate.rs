@@ -4,10 +4,10 @@
 //! distinguishes the two cases:
 //!
 //! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias: the
-//!   sensor is at fault, even if the inertial samples had trouble, because neither a vehicle nor a filter moves like
+//!   sensor is at fault, even after a gap or clipping of the inertial samples, because neither a vehicle nor a filter moves like
 //!   that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). If the position was unknown
 //!   before its last series of fixes, they are rejected for at most the duration of that series.
-//! - Fixes disagree after an absence, after trouble with the inertial samples, or after a series of large innovations:
+//! - Fixes disagree after an absence, after a gap or clipping of the inertial samples, or after a series of large innovations:
 //!   the filter has diverged. It is reset to the measurement after
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) and three rejected fixes.
 //! - Velocity jumped more than any acceleration explains: the receiver is at fault. It resets nothing until its
@@ -103,7 +103,7 @@ impl Contradiction {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// End of the time in which trouble with the inertial samples makes the filter suspect.
+    /// End of the time in which a gap or clipping of the inertial samples makes the filter suspect.
     suspect_until: Time,
     /// End of the time in which a reopened velocity makes the filter suspect.
     diverged_until: Time,
@@ -247,7 +247,8 @@ impl Gates {
         self.heading_is_consistent = false;
     }
 
-    /// Notes a gap in the inertial samples, or clipping: disagreements now are the filter's own fault.
+    /// Notes a gap in the inertial samples, or clipping. Rejections that follow count as errors of the filter, not of the
+    /// sensors.
     pub fn suspect_filter(&mut self, time: Time) {
         self.suspect_until = time + SUSPECT_TIME_S;
     }
@@ -257,12 +258,12 @@ impl Gates {
         self.unconfirmed_until = time + UNCONFIRMED_S;
     }
 
-    /// Whether the inertial samples had trouble within the last [`SUSPECT_TIME_S`].
+    /// Whether [`suspect_filter`](Self::suspect_filter) was called within the last [`SUSPECT_TIME_S`].
     pub fn is_filter_suspect(&self, time: Time) -> bool {
         time < self.suspect_until
     }
 
-    /// Whether the inertial samples have had trouble since `time`.
+    /// Whether [`suspect_filter`](Self::suspect_filter) was called after `time`.
     pub fn was_suspected_after(&self, time: Time) -> bool {
         self.suspect_until - time > SUSPECT_TIME_S
     }

@@ -21,7 +21,7 @@ pub struct Learned {
     pub excess: f64,
     /// Growth of the variance of each accelerometer bias by vibration that comes or goes, (m/s²)²/s (K24).
     pub rectification: [f64; 3],
-    /// Share of the level specific force that counts as motion (K23).
+    /// Share of the horizontal specific force that counts as motion (K23).
     pub level_share: f64,
     /// Ratio of the observed variance of the GPS errors to the stated or configured one: position, horizontal velocity,
     /// vertical velocity (M7).

@@ -19,7 +19,7 @@ pub(super) enum FenceChange {
 
 /// The fence, and whether the vehicle reached it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FenceWatch<T> {
+pub(super) struct FenceMonitor<T> {
     fence: Option<Fence>,
     /// Earth model at the centre.
     local: Option<Local<T>>,
@@ -27,7 +27,7 @@ pub(super) struct FenceWatch<T> {
     home: Option<SetPoint>,
 }
 
-impl<T: Scalar> FenceWatch<T> {
+impl<T: Scalar> FenceMonitor<T> {
     pub fn new(fence: Option<Fence>) -> Self {
         let local = fence.map(|fence| Local::about(&fence.centre));
         Self { fence, local, home: None }

@@ -37,7 +37,7 @@ use crate::scalar::Scalar;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
 use bounces::Bounces;
-use fence::{FenceChange, FenceWatch};
+use fence::{FenceChange, FenceMonitor};
 
 /// Share of its range beyond which a stick counts as at its end.
 const AT_END: f64 = 0.995;
@@ -101,7 +101,7 @@ pub struct FlightControl<T = f64> {
     autopilot: HoverAutopilot<T>,
     switch: Switch,
     /// Whether the notice that the switch must be opened was sent.
-    is_told_closed: bool,
+    is_reported_closed: bool,
     bounces: Bounces,
     engagement: Engagement,
     steering: Option<Steering>,
@@ -112,7 +112,7 @@ pub struct FlightControl<T = f64> {
     period_s: Option<f64>,
     pilot_lost_s: Option<f64>,
     descends: bool,
-    fence: FenceWatch<T>,
+    fence: FenceMonitor<T>,
     saturated_s: f64,
 }
 
@@ -127,7 +127,7 @@ impl<T: Scalar> FlightControl<T> {
         Ok(Self {
             autopilot: HoverAutopilot::new(config.hover.cast())?,
             switch: Switch::new(config.switch)?,
-            is_told_closed: false,
+            is_reported_closed: false,
             bounces: Bounces::default(),
             engagement: Engagement::default(),
             steering: match config.steering {
@@ -140,7 +140,7 @@ impl<T: Scalar> FlightControl<T> {
             period_s: None,
             pilot_lost_s: None,
             descends: false,
-            fence: FenceWatch::new(config.fence),
+            fence: FenceMonitor::new(config.fence),
             saturated_s: 0.0,
             config,
         })
@@ -198,14 +198,14 @@ impl<T: Scalar> FlightControl<T> {
         self.fence.share(position)
     }
 
-    /// Passes a sensor event to the health monitor: see [`HoverAutopilot::hear`].
-    pub fn hear(&mut self, event: &Event) {
-        self.autopilot.hear(event);
+    /// Passes a sensor event to the health monitor: see [`HoverAutopilot::observe`].
+    pub fn observe(&mut self, event: &Event) {
+        self.autopilot.observe(event);
     }
 
-    /// Passes an estimator notice to the health monitor: see [`HoverAutopilot::hear_notice`].
-    pub fn hear_notice(&mut self, notice: &Notice) {
-        self.autopilot.hear_notice(notice);
+    /// Passes an estimator notice to the health monitor: see [`HoverAutopilot::observe_notice`].
+    pub fn observe_notice(&mut self, notice: &Notice) {
+        self.autopilot.observe_notice(notice);
     }
 
     /// Runs one cycle; `notify` receives its notices.
@@ -265,7 +265,7 @@ impl<T: Scalar> FlightControl<T> {
             self.end_programme(why, &mut notify);
         }
         if let Some(transition) = outputs.transition {
-            if self.is_news(&transition, engaged && pilot.is_some()) {
+            if self.is_change(&transition, engaged && pilot.is_some()) {
                 notify(ControlNotice::Mode(transition));
             }
             if engaged && transition.to == Mode::Manual && transition.reason == Reason::Override {
@@ -278,7 +278,7 @@ impl<T: Scalar> FlightControl<T> {
         // In the cycle in which a blind autopilot hands back, its sticks are still used: the next cycle fades from
         // them.
         let flies = engaged && outputs.mode != Mode::Manual;
-        self.watch_ends(flies.then_some(steered), elapsed_s, &mut notify);
+        self.monitor_ends(flies.then_some(steered), elapsed_s, &mut notify);
         let (sticks, widths_ms) = self.command(flies, steered, outputs.mode, &at_stick);
         ControlOutputs {
             sticks,
@@ -318,7 +318,7 @@ impl<T: Scalar> FlightControl<T> {
         }
         let switch_on = self.switch.update(&inputs.pulses.aux, inputs.now, stale_s);
         let must_be_opened = self.switch.must_be_opened();
-        if !core::mem::replace(&mut self.is_told_closed, must_be_opened) && must_be_opened {
+        if !core::mem::replace(&mut self.is_reported_closed, must_be_opened) && must_be_opened {
             notify(ControlNotice::MustBeOpened);
         }
         let bounces = self.bounces.update(switch_on, inputs.now);
@@ -351,7 +351,7 @@ impl<T: Scalar> FlightControl<T> {
 
     /// Whether a change of mode is worth a notice of its own. Another notice reports that the pilot flies. The modes
     /// of a descent without a pilot are not reported, except the loss of all of them.
-    fn is_news(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
+    fn is_change(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
         match transition.to {
             Mode::Manual => false,
             Mode::Neutral => !pilot_takes_over,
@@ -426,7 +426,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    fn watch_ends(
+    fn monitor_ends(
         &mut self,
         sticks: Option<Sticks>,
         elapsed_s: f64,

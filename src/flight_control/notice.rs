@@ -151,7 +151,7 @@ mod tests {
 
     /// Messages contain no identifiers of the program, and fit into a record.
     #[test]
-    fn a_change_of_mode_is_told_in_plain_words_with_what_to_do() {
+    fn a_change_of_mode_is_reported_in_plain_words_with_what_to_do() {
         let distrusts = [
             Distrust::Missing,
             Distrust::NotFinite,

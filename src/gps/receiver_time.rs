@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn every_leap_second_of_the_span_is_told_to_the_half_second() {
+    fn every_leap_second_of_the_span_is_reported_to_the_half_second() {
         let (tow_ns, day) = (3 * DAY_NS + 100 * NS_PER_S, GPS_START_DAY + 2_400 * 7 + 3);
         let leap_of = |ahead_ns: i64| {
             let utc_ns = 100 * NS_PER_S - ahead_ns;
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn times_of_week_beyond_its_ends_are_of_the_weeks_beside_it() {
+    fn times_of_week_beyond_its_ends_are_of_the_weeks_next_to_it() {
         let of = |ms, more_ns| match ReceiverTime::of_gps(Some(2_400), ms, more_ns, None) {
             ReceiverTime::Gps { week, time_of_week_ns, .. } => (week, time_of_week_ns),
             ReceiverTime::Utc { .. } => (None, 0),

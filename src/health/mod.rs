@@ -145,7 +145,7 @@ pub enum Trust {
 
 /// Quantities that are good enough, but degraded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Doubt {
+pub struct DegradedQuantities {
     /// Roll, pitch and heading.
     pub attitude: bool,
     /// Velocity.
@@ -155,11 +155,11 @@ pub struct Doubt {
 }
 
 /// Share of its limit beyond which a one-sigma counts as degraded.
-const DOUBTFUL: f64 = 0.6;
+const DEGRADED: f64 = 0.6;
 /// Share of its limit below which a one-sigma that exceeded the limit is good again.
 const GOOD_AGAIN: f64 = 0.8;
 
-impl Doubt {
+impl DegradedQuantities {
     /// No quantity is degraded.
     pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
 
@@ -169,7 +169,7 @@ impl Doubt {
         let [roll, pitch, yaw] = solution.attitude_sigma_rad;
         let [north, east, down] = solution.velocity_sigma_mps.to_array();
         let [x, y, z] = solution.position_sigma_m.to_array();
-        let near = |sigma: T, limit: T| sigma > T::of(DOUBTFUL) * limit;
+        let near = |sigma: T, limit: T| sigma > T::of(DEGRADED) * limit;
         Self {
             attitude: near(roll.max(pitch), limits.tilt_sigma_rad)
                 || near(yaw, limits.heading_sigma_rad),
@@ -197,7 +197,7 @@ pub struct Health {
     /// Position, all three axes.
     pub position: Result<(), Distrust>,
     /// Quantities that are degraded.
-    pub doubt: Doubt,
+    pub degraded: DegradedQuantities,
     /// Time of the last accepted fix, where it is too long ago: velocity and position are dead-reckoned since then.
     pub dead_reckoning_since: Option<Time>,
 }
@@ -221,7 +221,7 @@ impl Health {
             velocity: Err(why),
             vertical_velocity: Err(why),
             position: Err(why),
-            doubt: Doubt::NONE,
+            degraded: DegradedQuantities::NONE,
             dead_reckoning_since: None,
         }
     }
@@ -229,19 +229,19 @@ impl Health {
     /// Roll, pitch and heading.
     #[must_use]
     pub fn attitude_trust(&self) -> Trust {
-        trust(self.tilt.and(self.heading).is_ok(), self.doubt.attitude)
+        trust(self.tilt.and(self.heading).is_ok(), self.degraded.attitude)
     }
 
     /// Velocity, all three axes.
     #[must_use]
     pub fn velocity_trust(&self) -> Trust {
-        trust(self.velocity.and(self.vertical_velocity).is_ok(), self.doubt.velocity)
+        trust(self.velocity.and(self.vertical_velocity).is_ok(), self.degraded.velocity)
     }
 
     /// Position.
     #[must_use]
     pub fn position_trust(&self) -> Trust {
-        trust(self.position.is_ok(), self.doubt.position)
+        trust(self.position.is_ok(), self.degraded.position)
     }
 
     /// Whether tilt, heading, velocity, vertical velocity and position are good enough, in this order.
@@ -263,11 +263,11 @@ impl Health {
         limits: &HealthLimits<T>,
     ) -> Self {
         let health = Self::within(solution, now, limits, &[true; 5]);
-        let near = health.tilt.is_ok().then(|| Doubt::near(solution, limits));
-        Self { doubt: near.unwrap_or(Doubt::NONE), ..health }
+        let near = health.tilt.is_ok().then(|| DegradedQuantities::near(solution, limits));
+        Self { degraded: near.unwrap_or(DegradedQuantities::NONE), ..health }
     }
 
-    /// Health of `solution` at `now` without [`Doubt`]. A quantity that was not good enough before must be well within
+    /// Health of `solution` at `now` without [`DegradedQuantities`]. A quantity that was not good enough before must be well within
     /// its limit: `was_good` in the order of [`are_good`](Self::are_good).
     fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
@@ -303,7 +303,7 @@ impl Health {
                 Distrust::VerticalVelocity,
             ),
             position: velocity.and(place),
-            doubt: Doubt::NONE,
+            degraded: DegradedQuantities::NONE,
             dead_reckoning_since: None,
         }
     }

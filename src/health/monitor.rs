@@ -1,6 +1,6 @@
 //! Monitors sensor events and estimator notices for the health of the estimate.
 
-use super::{Distrust, Doubt, Health, HealthLimits};
+use super::{DegradedQuantities, Distrust, Health, HealthLimits};
 use crate::earth::Geodetic;
 use crate::ekf::{Channel, Notice, Solution, Verdict};
 use crate::event::Event;
@@ -16,7 +16,7 @@ const FIX_FROZEN_S: f64 = 1.5;
 const SAMPLE_REPEATS: u8 = 4;
 const SAMPLE_FROZEN_S: f64 = 0.12;
 /// Number of rejections that make a disagreement, and of consecutive acceptances that end it.
-const REFUSALS: u8 = 3;
+const REJECTIONS: u8 = 3;
 const ACCEPTANCES: u8 = 3;
 /// Time, s, for which attitude counts as degraded after a suspect sample.
 const SUSPECT_S: f64 = 1.0;
@@ -33,7 +33,7 @@ struct Repeated<R> {
 impl<R: PartialEq> Repeated<R> {
     const NONE: Self = Self { last: None, since: Time::ZERO, latest: Time::ZERO, times: 0 };
 
-    fn hear(&mut self, value: R, time: Time) {
+    fn observe(&mut self, value: R, time: Time) {
         self.latest = time;
         if self.last.as_ref() == Some(&value) {
             self.times = self.times.saturating_add(1);
@@ -51,31 +51,31 @@ impl<R: PartialEq> Repeated<R> {
 #[derive(Clone, Copy, Debug)]
 struct Agreement {
     accepted: Option<Time>,
-    refused_since: Option<Time>,
-    refusals: u8,
+    rejected_since: Option<Time>,
+    rejections: u8,
     acceptances: u8,
 }
 
 impl Agreement {
-    const NONE: Self = Self { accepted: None, refused_since: None, refusals: 0, acceptances: 0 };
+    const NONE: Self = Self { accepted: None, rejected_since: None, rejections: 0, acceptances: 0 };
 
-    fn hear(&mut self, time: Time, verdict: Verdict) {
+    fn observe(&mut self, time: Time, verdict: Verdict) {
         if verdict == Verdict::Accepted {
             self.accepted = Some(time);
             self.acceptances = self.acceptances.saturating_add(1);
             if self.acceptances >= ACCEPTANCES {
-                (self.refused_since, self.refusals) = (None, 0);
+                (self.rejected_since, self.rejections) = (None, 0);
             }
         } else {
             self.acceptances = 0;
-            self.refusals = self.refusals.saturating_add(1);
-            self.refused_since = self.refused_since.or(Some(time));
+            self.rejections = self.rejections.saturating_add(1);
+            self.rejected_since = self.rejected_since.or(Some(time));
         }
     }
 
     fn is_lost<T: Scalar>(&self, now: Time, after_s: T) -> bool {
-        self.refusals >= REFUSALS
-            && self.refused_since.is_some_and(|since| now.seconds_since::<T>(since) > after_s)
+        self.rejections >= REJECTIONS
+            && self.rejected_since.is_some_and(|since| now.seconds_since::<T>(since) > after_s)
     }
 }
 
@@ -119,20 +119,20 @@ impl<T: Scalar> HealthMonitor<T> {
     }
 
     /// Observes a sensor event, before or after the estimator.
-    pub fn hear(&mut self, event: &Event) {
+    pub fn observe(&mut self, event: &Event) {
         match event {
-            Event::Imu(sample) => self.sample.hear(sample.motion, sample.time),
+            Event::Imu(sample) => self.sample.observe(sample.motion, sample.time),
             Event::Gps(Fix {
                 time, position, horizontal_velocity_mps, down_velocity_mps, ..
             }) => {
-                self.fix.hear((*position, *horizontal_velocity_mps, *down_velocity_mps), *time);
+                self.fix.observe((*position, *horizontal_velocity_mps, *down_velocity_mps), *time);
             }
             _ => {}
         }
     }
 
     /// Observes a notice of the estimator.
-    pub fn hear_notice(&mut self, notice: &Notice) {
+    pub fn observe_notice(&mut self, notice: &Notice) {
         match notice {
             Notice::Aligned(alignment) => {
                 let start = Some(alignment.start.state.time);
@@ -143,8 +143,8 @@ impl<T: Scalar> HealthMonitor<T> {
                 // A group is accepted or rejected as a whole: one axis represents both.
                 for axis in report.innovations() {
                     match axis.channel {
-                        Channel::PositionNorth => self.position.hear(axis.time, axis.verdict),
-                        Channel::VelocityNorth => self.velocity.hear(axis.time, axis.verdict),
+                        Channel::PositionNorth => self.position.observe(axis.time, axis.verdict),
+                        Channel::VelocityNorth => self.velocity.observe(axis.time, axis.verdict),
                         _ => {}
                     }
                 }
@@ -180,10 +180,10 @@ impl<T: Scalar> HealthMonitor<T> {
         };
         let age_s = |of: Time| now.seconds_since::<T>(of);
         let dead_reckoning = latest.filter(|latest| age_s(*latest) > limits.dead_reckoning_s);
-        let refused = |of: &Agreement| of.refusals > 0;
-        let near = Doubt::near(solution, limits);
+        let refused = |of: &Agreement| of.rejections > 0;
+        let near = DegradedQuantities::near(solution, limits);
         health.dead_reckoning_since = dead_reckoning;
-        health.doubt = Doubt {
+        health.degraded = DegradedQuantities {
             attitude: near.attitude || self.suspect.is_some_and(|at| age_s(at) < T::of(SUSPECT_S)),
             velocity: near.velocity || dead_reckoning.is_some() || refused(&self.velocity),
             position: near.position || dead_reckoning.is_some() || refused(&self.position),

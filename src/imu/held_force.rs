@@ -131,8 +131,8 @@ impl<T: Scalar> HeldForce<T> {
         if !lasts {
             // A shock shows only in its second or third reading. The two readings before are removed from the mean, and
             // withheld in full, although they belong to earlier intervals.
-            let left_out = self.shock.left_out(interval_s);
-            for reading in [first, second].into_iter().skip(left_out) {
+            let omitted = self.shock.omitted(interval_s);
+            for reading in [first, second].into_iter().skip(omitted) {
                 let without = self.force_mps2 - reading * share;
                 self.force_mps2 = without * (T::ONE / (T::ONE - share));
             }
@@ -141,9 +141,9 @@ impl<T: Scalar> HeldForce<T> {
         }
         let weight = self.shock.weigh(shaking.variance, interval_s);
         let off = reading_mps2 - self.force_mps2;
-        let believed = if shaking.cut_off { self.shock.limited(off) } else { off } * weight;
-        self.force_mps2 += believed;
-        let now = off - believed;
+        let accepted = if shaking.cut_off { self.shock.limited(off) } else { off } * weight;
+        self.force_mps2 += accepted;
+        let now = off - accepted;
         let in_interval = if momentary { (before + now) * T::of(0.5) } else { now };
         let withheld_mps2 = taken_back + in_interval;
         Held { withheld_mps2, variance: Some(self.shock.leaves(withheld_mps2, interval_s)) }
@@ -165,9 +165,9 @@ impl<T: Scalar> Shock<T> {
     };
 
     /// Number of the last two readings excluded from the mean.
-    fn left_out(&self, interval_s: T) -> usize {
-        let [left_out, one] = [self.variance - T::of(AT_EASE), T::of(DRIFT) * interval_s];
-        usize::from(left_out > T::of(0.5) * one) + usize::from(left_out > T::of(1.5) * one)
+    fn omitted(&self, interval_s: T) -> usize {
+        let [omitted, one] = [self.variance - T::of(AT_EASE), T::of(DRIFT) * interval_s];
+        usize::from(omitted > T::of(0.5) * one) + usize::from(omitted > T::of(1.5) * one)
     }
 
     /// Weight, 0 to 1, of a reading against the estimated force.
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn bumps_of_a_unit_that_is_sampled_fast_are_believed() {
+    fn bumps_of_a_unit_that_is_sampled_fast_are_accepted() {
         let felt = [3.0, 9.0, 4.0, -6.0, 2.0];
         let unit = Unit { interval_s: 0.01, momentary: true, steady: 0.0, full_scale: FULL_SCALE };
         assert_eq!(unit.error(&felt, |place| felt[place]).1, 0.0);

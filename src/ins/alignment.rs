@@ -401,7 +401,7 @@ impl Aligner {
         if self.window.length_s() < config.duration_s || waits_for_height || is_far {
             return None;
         }
-        let tells_down = fix.down_velocity_mps.is_some() && !fix.two_dimensional;
+        let has_down_velocity = fix.down_velocity_mps.is_some() && !fix.two_dimensional;
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| Scalar::hypot(north, east));
         let at_rest = self.window.is_at_rest() && speed.is_none_or(|speed| speed < REST_SPEED_MPS);
         let velocity_sigma = fix
@@ -415,8 +415,11 @@ impl Aligner {
         let rate = self.window.rate - gyro_bias;
         let imu_from_antenna = self.mounting.imu_from_antenna();
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
-        let antenna_velocity =
-            Vector::new(north, east, fix.down_velocity_mps.filter(|_| tells_down).unwrap_or(0.0));
+        let antenna_velocity = Vector::new(
+            north,
+            east,
+            fix.down_velocity_mps.filter(|_| has_down_velocity).unwrap_or(0.0),
+        );
         let velocity_mps = imu_from_antenna.velocity(antenna_velocity, body_to_ned, rate)
             + oriented.acceleration_mps2 * age_s;
         let position =
@@ -431,7 +434,7 @@ impl Aligner {
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[1]),
-            unknown(tells_down, velocity_sigma[2]),
+            unknown(has_down_velocity, velocity_sigma[2]),
         );
         let [north_m, east_m, down_m] = fix
             .position_sigma_m

@@ -109,8 +109,8 @@ pub struct PilotPulses {
 pub struct SignalConfig {
     /// Age, s, beyond which a pulse is stale. Five pulses at 50 Hz by default.
     pub stale_after_s: f64,
-    /// Width, ms, below which a throttle pulse is the receiver's failsafe position. That position must lie below the
-    /// range of the stick. 0, the default, if no such position is set.
+    /// Width, ms, below which a throttle pulse is the receiver's failsafe position, below the range of the stick; 0 if
+    /// no such position is set.
     pub failsafe_throttle_ms: f64,
 }
 

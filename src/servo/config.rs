@@ -45,12 +45,11 @@ pub struct ChannelConfig {
     pub travel_ms: f64,
     /// Direction for a positive stick.
     pub direction: Direction,
-    /// Width, ms, for the servo when commands are missing. For the throttle use the width that closes it. `None` is
-    /// trim.
+    /// Width, ms, without commands; for the throttle, the width that closes it. `None` is trim.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub failsafe_ms: Option<f64>,
-    /// Largest rate of the servo's width, ms/s, above 0. The default, 10 ms/s, suits a fast cyclic servo: 60° in 0.1
-    /// s at 1 ms for 60°.
+    /// Largest rate of the servo's width, ms/s, above 0. 10 ms/s suits a fast cyclic servo: 60° in 0.1 s at 1 ms for
+    /// 60°.
     pub rate_limit_ms_per_s: f64,
 }
 

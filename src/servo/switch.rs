@@ -17,8 +17,7 @@ pub struct SwitchConfig {
     pub threshold_ms: f64,
     /// Distance beyond the threshold that a width needs to change the switch, ms, from 0 to 0.5.
     pub hysteresis_ms: f64,
-    /// Number of consecutive pulses beyond the threshold that switch on, from 1 to 100. A single pulse on the other
-    /// side switches off.
+    /// Number of consecutive pulses beyond the threshold that switch on, 1 to 100. A single pulse switches off.
     pub pulses: u8,
     /// `normal`: longer pulses are on; `reversed`: shorter pulses are on.
     pub direction: Direction,

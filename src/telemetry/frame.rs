@@ -378,7 +378,7 @@ impl Decoder {
             .and_then(unpack);
         match &result {
             Ok((sequence, _)) => {
-                self.sequence.hear(*sequence);
+                self.sequence.observe(*sequence);
                 self.counts.missing = self.sequence.missing();
                 self.counts.frames += 1;
             }

@@ -15,7 +15,7 @@ pub struct Sequence {
 
 impl Sequence {
     /// Processes the number of a received frame.
-    pub fn hear(&mut self, number: u8) {
+    pub fn observe(&mut self, number: u8) {
         let gap = self.before.map_or(0, |before| number.wrapping_sub(before).wrapping_sub(1));
         if gap > u8::MAX - HELD_UP {
             self.missing = self.missing.saturating_sub(1);
@@ -38,7 +38,7 @@ mod tests {
 
     fn missing(numbers: impl IntoIterator<Item = u8>) -> u64 {
         let mut sequence = Sequence::default();
-        numbers.into_iter().for_each(|number| sequence.hear(number));
+        numbers.into_iter().for_each(|number| sequence.observe(number));
         sequence.missing()
     }
 

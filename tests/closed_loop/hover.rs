@@ -70,7 +70,7 @@ fn it_moves_from_hover_to_hover_and_turns_on_the_way() {
 }
 
 #[test]
-fn it_flies_slowly_forward_and_stops_where_it_is_told() {
+fn it_flies_slowly_forward_and_stops_where_commanded() {
     let forward = SetPoint::Velocity {
         forward_mps: 4.0,
         right_mps: 0.0,

@@ -35,10 +35,10 @@ impl Hearing {
         }
     }
 
-    fn hear(&mut self, event: &Event) {
+    fn observe(&mut self, event: &Event) {
         let Self { estimator, stepless, autopilot } = self;
-        autopilot.hear(event);
-        estimator.push_traced(event, stepless, |notice| autopilot.hear_notice(&notice));
+        autopilot.observe(event);
+        estimator.push_traced(event, stepless, |notice| autopilot.observe_notice(&notice));
     }
 
     fn step(&mut self, now: Time, pilot: Sticks, engage: bool) -> Outputs {
@@ -86,15 +86,15 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
             pilot = sample.sticks;
         }
         let mut events = vec![Event::Imu(*imu)];
-        hearing.hear(&events[0]);
+        hearing.observe(&events[0]);
         let without = hearing.clone();
         let fix = fixes.next_if(|fix| (fix.time - now).abs() < 1e-6);
         if let Some(fix) = fix {
-            hearing.hear(&Event::Gps(*fix));
+            hearing.observe(&Event::Gps(*fix));
         }
         for (_, height_m) in flight.baro.iter().filter(|(measured, _)| *measured == now) {
             events.push(Event::Baro(BaroReading::new(now, *height_m)));
-            hearing.hear(&events[1]);
+            hearing.observe(&events[1]);
         }
         let flown = hearing.step(now, pilot, engage).sticks;
         assert_eq!(flown, sample.sticks, "replayed as flown, {now}");
@@ -114,14 +114,14 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
             steps.fixes += u32::from(judged);
             // The twin already has this cycle's sample; the barometer's height is not an effect of the fix.
             let mut other = without;
-            events[1..].iter().for_each(|event| other.hear(event));
+            events[1..].iter().for_each(|event| other.observe(event));
             let done = difference(flown, other.step(now, pilot, engage).sticks);
             if judged {
                 steps.by_fixes = steps.by_fixes.max(largest(done));
             }
             twin = Some((other, 1, done));
         } else if let Some((other, cycles, done)) = twin.as_mut().filter(|(_, k, _)| *k < AFTER) {
-            events.iter().for_each(|event| other.hear(event));
+            events.iter().for_each(|event| other.observe(event));
             let now_done = difference(flown, other.step(now, pilot, engage).sticks);
             let step = std::array::from_fn(|stick| now_done[stick] - done[stick]);
             if judged {

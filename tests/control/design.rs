@@ -329,7 +329,7 @@ fn a_loop_at_its_gain_margin_is_on_the_border() {
 }
 
 #[test]
-fn a_sampled_loop_dies_at_the_margins_told_for_each_channel() {
+fn a_sampled_loop_dies_at_the_margins_reported_for_each_channel() {
     let plant = hover::roll_pitch(&shipped::raptor60()).unwrap();
     let plant = zero_order_hold(&plant, 1.0 / 33.0, 0.0).unwrap();
     let design =

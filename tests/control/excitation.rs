@@ -17,7 +17,7 @@ fn doublet(amplitude: f64) -> Excitation {
 }
 
 #[test]
-fn a_test_input_is_flown_on_top_told_apart_and_over_in_time() {
+fn a_test_input_is_flown_on_top_distinguished_and_over_in_time() {
     let mut bench = Bench::new();
     assert_eq!(bench.autopilot.excite(doublet(0.1)), Err(ExcitationError::NotFlying));
     bench.step(Some(hovering()), Some(PILOT), false);

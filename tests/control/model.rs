@@ -340,7 +340,7 @@ fn flapping_taken_out_of_the_hybrid_model_leaves_rotor_damping() {
 }
 
 #[test]
-fn discrete_modes_are_told_in_continuous_terms() {
+fn discrete_modes_are_reported_in_continuous_terms() {
     let continuous = shipped::mettler_r50();
     let period_s = 0.02;
     let discrete = StateSpace::new(

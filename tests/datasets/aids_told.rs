@@ -58,7 +58,7 @@ fn assert_told(found: &[Finding], kind: FindingKind, from_s: f64, to_s: f64, wor
 }
 
 #[test]
-fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_told_with_their_span() {
+fn a_pause_an_early_end_and_a_late_start_of_an_aid_are_reported_with_their_span() {
     let end_s = flight(1).imu.last().unwrap().time.seconds();
     for (from_s, to_s, cause) in
         [(60.0, 90.0, "paused"), (100.0, 999.0, "until the end of the log"), (-1.0, 60.0, "late")]
@@ -111,7 +111,7 @@ fn a_rangefinder_above_its_reach_is_no_fault_and_one_that_stops_within_it_is() {
 }
 
 #[test]
-fn a_barometer_that_freezes_in_a_climb_is_told_and_a_coarse_one_is_not() {
+fn a_barometer_that_freezes_in_a_climb_is_reported_and_a_coarse_one_is_not() {
     for seed in 1..4 {
         let mut dataset = flight(seed);
         let held = dataset.baro.iter().find(|(time, _)| time.seconds() > 40.0).unwrap().1;

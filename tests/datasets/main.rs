@@ -2,7 +2,7 @@
 
 mod aids_told;
 mod damage;
-mod left_out;
+mod ignored;
 mod manifests;
 mod reading;
 mod samples_in_file;

@@ -85,7 +85,7 @@ fn tables_of_other_editors_are_read_alike() {
 }
 
 #[test]
-fn increments_are_told_from_rates_by_the_header() {
+fn increments_are_distinguished_from_rates_by_the_header() {
     let imu = "dvel_z_mps,dvel_y_mps,dvel_x_mps,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,t_s\n\
                -0.0981,2,1,0.1,0.2,0.3,1\n";
     let dataset = open(&[("imu.csv", imu)]).unwrap();
@@ -171,7 +171,7 @@ fn a_header_that_cannot_serve_is_refused_with_what_was_found() {
 }
 
 #[test]
-fn inertial_rows_that_cannot_be_true_are_left_out_and_counted() {
+fn inertial_rows_that_cannot_be_true_are_rejected_and_counted() {
     let imu = format!(
         "{IMU_HEADER}\n0,0,0,0,0,0,0\n1,0,0,0,0,0,-9.81\n2,,0,0,0,0,-9.81\n3,0,0,nan,0,0,-9.81\n\
          4,inf,0,0,0,0,-9.81\n5,0,0,0,0,0,1e300\n6,0,0,101,0,0,-9.81\n,0,0,0,0,0,-9.81\n\
@@ -183,24 +183,24 @@ fn inertial_rows_that_cannot_be_true_are_left_out_and_counted() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "imu.csv: line 2 left out: all zeros, the inertial unit was not measuring",
-            "imu.csv: 2 rows, the first at line 4, left out: a value is missing",
-            "imu.csv: 3 rows, the first at line 6, left out: a value is beyond any vehicle's motion",
-            "imu.csv: line 9 left out: no time",
-            "imu.csv: line 10 left out: fewer fields than the header",
-            "imu.csv: line 11 left out: more fields than the header",
+            "imu.csv: line 2 rejected: all zeros, the inertial unit was not measuring",
+            "imu.csv: 2 rows, the first at line 4, skipped: a value is missing",
+            "imu.csv: 3 rows, the first at line 6, rejected: a value is beyond any vehicle's motion",
+            "imu.csv: line 9 skipped: no time",
+            "imu.csv: line 10 skipped: fewer fields than the header",
+            "imu.csv: line 11 skipped: more fields than the header",
             "gps.csv: found no usable fix",
         ]
     );
 }
 
 #[test]
-fn a_row_cut_off_by_a_power_failure_is_left_out() {
+fn a_row_cut_off_by_a_power_failure_is_skipped() {
     for cut in ["0.7,1,2,3,4", "0.7,1,2,3,4,5,-", "0.7,1,2,3,4,5,7e", "\0\0\0\0"] {
         let imu = format!("{IMU_HEADER}\n0.5,1,2,3,4,5,6\n{cut}");
         let dataset = open(&[("imu.csv", &imu)]).unwrap();
         assert_eq!(dataset.imu.len(), 1, "{cut}");
-        assert!(dataset.warnings.iter().any(|warning| warning.contains("line 3 left out")));
+        assert!(dataset.warnings.iter().any(|warning| warning.contains("line 3 skipped")));
     }
 }
 
@@ -247,7 +247,7 @@ fn every_row_written_twice_is_read_once() {
     assert_eq!(dataset.imu.len(), 200);
     assert!(
         dataset.warnings[1]
-            .contains("200 rows, the first at line 3, left out: same time as the row before")
+            .contains("200 rows, the first at line 3, skipped: same time as the row before")
     );
 }
 
@@ -283,7 +283,7 @@ fn gaps_and_stuck_sensors_keep_their_samples_and_are_said() {
 }
 
 #[test]
-fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
+fn fixes_nowhere_on_earth_are_skipped_and_unknown_sigmas_stay_unknown() {
     let gps = "t_s,lat_deg,lon_deg,height_m,vn_mps,ve_mps,vd_mps,sigma_h_m,sigma_v_m,fix_type,satellites\n\
                1,45,-93,250,1,2,3,1.5,2.5,3,9\n\
                2,99,-93,250,1,2,3,1.5,2.5,3,9\n\
@@ -307,11 +307,11 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
     assert_eq!(
         dataset.warnings[1..],
         [
-            "gps.csv: line 3 left out: not a position on Earth, the latitude is beyond 90° (expected degrees, \
+            "gps.csv: line 3 rejected: not a position on Earth, the latitude is beyond 90° (expected degrees, \
              not 1e-7 degrees)",
-            "gps.csv: line 4 left out: a coordinate is missing",
-            "gps.csv: line 5 left out: no fix, latitude and longitude are 0",
-            "gps.csv: line 6 left out: no fix",
+            "gps.csv: line 4 skipped: a coordinate is missing",
+            "gps.csv: line 5 skipped: no fix, latitude and longitude are 0",
+            "gps.csv: line 6 skipped: no fix",
             "gps.csv: line 7 with an invalid sigma: sigma ignored",
             "gps.csv: line 8 with a velocity beyond any vehicle's: velocity ignored",
         ]
@@ -319,7 +319,7 @@ fn fixes_nowhere_on_earth_are_left_out_and_unknown_sigmas_stay_unknown() {
 }
 
 #[test]
-fn a_fix_without_height_or_of_two_dimensions_tells_the_horizontal_alone() {
+fn a_fix_without_height_or_of_two_dimensions_reports_the_horizontal_alone() {
     let gps = "t_s,lat_deg,lon_deg,height_m,fix_type\n\
                1,45,-93,250,3\n\
                2,45,-93,,3\n\
@@ -372,7 +372,7 @@ fn a_fix_is_valid_its_latency_before_it_arrives() {
 }
 
 #[test]
-fn what_lies_beside_is_read_and_its_odd_rows_left_out() {
+fn what_lies_next_to_samples_is_read_and_its_odd_rows_skipped() {
     let dataset = open(&[
         ("imu.csv", &imu_at(&["1"])),
         ("baro.csv", "t_s,pressure_pa,temp_degc\n1,101325,15\n2,89874.6,9\n3,-1,9\n4,,\n"),
@@ -388,22 +388,22 @@ fn what_lies_beside_is_read_and_its_odd_rows_left_out() {
     assert_eq!(
         dataset.warnings[2..],
         [
-            "baro.csv: line 4 left out: a value is out of range",
-            "baro.csv: line 5 left out: a value is missing",
-            "mag.csv: line 3 magnetic field left out: over 100 gauss, as the Earth's field in \
+            "baro.csv: line 4 rejected: a value is out of range",
+            "baro.csv: line 5 skipped: a value is missing",
+            "mag.csv: line 3 magnetic field rejected: over 100 gauss, as the Earth's field in \
              milligauss is; divide by 1000",
         ]
     );
 }
 
 #[test]
-fn a_magnetic_field_beside_the_inertial_samples_is_not_left_out_without_a_word() {
+fn a_magnetic_field_next_to_the_inertial_samples_is_not_skipped_without_a_word() {
     let samples = "1,0.01,0,0,0,0,-9.81,21000,1000,43000\n2,0.02,0,0,0,0,-9.81,21000,1000,43000\n";
     let imu = format!("{IMU_HEADER},mag_x_gauss,mag_y_gauss,mag_z_gauss\n{samples}");
     let dataset = open(&[("imu.csv", &imu)]).unwrap();
     assert_eq!(dataset.imu.len(), 2);
     assert!(dataset.imu.iter().all(|sample| sample.magnetic_field_gauss.is_none()));
-    let told = "imu.csv: 2 rows, the first at line 2, magnetic field left out: over 100 gauss, as the \
+    let told = "imu.csv: 2 rows, the first at line 2, magnetic field rejected: over 100 gauss, as the \
                 Earth's field in nT is; divide by 100 000";
     assert!(dataset.warnings.iter().any(|warning| warning == told), "{:?}", dataset.warnings);
 }

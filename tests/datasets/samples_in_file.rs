@@ -160,7 +160,7 @@ fn a_damaged_file_is_mended_the_same_way() {
 }
 
 #[test]
-fn other_axes_that_a_later_file_tells_turn_samples_in_a_file_too() {
+fn other_axes_that_a_later_file_reports_turn_samples_in_a_file_too() {
     let place = tempfile::tempdir().unwrap();
     let config = place.path().join("mine.toml");
     fs::write(&config, "[imu]\naxes = \"flu\"\ngyro_unit = \"degps\"\n").unwrap();
@@ -170,7 +170,7 @@ fn other_axes_that_a_later_file_tells_turn_samples_in_a_file_too() {
 }
 
 #[test]
-fn a_file_that_is_changed_in_use_is_told_of() {
+fn a_file_that_is_changed_in_use_is_reported() {
     let place = changed(|_, row| format!("{row}\n"));
     let path = place.path().join("imu.csv");
     let [_, dataset] = both(place.path());
@@ -252,7 +252,7 @@ fn sticks_in_their_file_are_those_in_memory() {
 }
 
 #[test]
-fn sticks_that_are_changed_in_use_are_told_of() {
+fn sticks_that_are_changed_in_use_are_reported() {
     let text = rows_of("controls.csv", |_, row| format!("{row}\n"));
     let place = with("controls.csv", &text);
     let [_, left] = both(place.path());

@@ -68,10 +68,10 @@ fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range
 }
 
 /// Findings of a log with these fixes, and which of their horizontal and vertical velocities are kept.
-fn left_out(fixes: Vec<Fix>) -> (Vec<SetupFinding>, [usize; 2]) {
+fn ignored(fixes: Vec<Fix>) -> (Vec<SetupFinding>, [usize; 2]) {
     let mut dataset = Dataset { fixes, ..Dataset::default() };
     let denied = dataset.ensure_possible(Path::new("log")).unwrap();
-    let told = dataset.leave_out(denied);
+    let told = dataset.ignore(denied);
     assert_eq!(dataset.check_setup(), [], "after it nothing is left to say");
     let count = |has: fn(&Fix) -> bool| dataset.fixes.iter().filter(|fix| has(fix)).count();
     let stay = [
@@ -95,7 +95,7 @@ fn zeros_of_a_vehicle_that_moves_are_not_used_level_and_vertical_each() {
             (AWAY, [true, true], 95.0..145.0, [950, 950]),
             (UP, [false, true], 95.0..145.0, [1200, 950]),
         ] {
-            let (told, left) = left_out(zeroed(fixes(path, seed), zero, span_s.clone()));
+            let (told, left) = ignored(zeroed(fixes(path, seed), zero, span_s.clone()));
             assert_eq!(left, stay, "seed {seed}, {zero:?} in {span_s:?}: {told:?}");
             assert_eq!(told.is_empty(), stay == [1200, 1200]);
             for finding in told {
@@ -119,7 +119,7 @@ fn a_vehicle_that_stands_keeps_its_zeros() {
         // At rest for 90 s before it moves, with zeros for the same time.
         let starting = zeroed(fixes(AWAY, seed), [true, true], 0.0..100.0);
         for fixes in [standing, jumping, starting] {
-            let (told, stay) = left_out(fixes);
+            let (told, stay) = ignored(fixes);
             assert_eq!((told, stay), (vec![], [1200, 1200]), "seed {seed}");
         }
     }
@@ -128,7 +128,7 @@ fn a_vehicle_that_stands_keeps_its_zeros() {
 /// Largest errors of position, m, and velocity, m/s.
 fn errors(mut dataset: Dataset, reference: &Reference) -> ([f64; 2], Vec<SetupFinding>) {
     let denied = dataset.check_fitness(Path::new("log")).unwrap();
-    let told = dataset.leave_out(denied);
+    let told = dataset.ignore(denied);
     let config = dataset.settings().unwrap();
     let run = dataset.estimate(&config, |_| {});
     let largest = run.solutions.iter().fold([0.0; 2], |[place, velocity]: [f64; 2], solution| {

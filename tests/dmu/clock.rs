@@ -83,7 +83,7 @@ fn any_number_of_lost_packets_leaves_the_times_right() {
 }
 
 #[test]
-fn a_gap_too_long_for_the_timer_starts_anew_from_the_arrival() {
+fn a_gap_too_long_for_the_timer_starts_again_from_the_arrival() {
     let source = Source::new(3e-3, 3);
     let mut clock = SampleClock::new(LATENCY_S);
     stamp(&mut clock, source.packet(0.0, 0.0), 0);

@@ -264,7 +264,7 @@ fn an_announced_packet_needs_no_second_one() {
 }
 
 #[test]
-fn numbers_are_left_out_where_packets_may_be_missing() {
+fn numbers_are_skipped_where_packets_may_be_missing() {
     let truth = flight(9, 13);
     let sequences = |stream: &[u8]| {
         let (mut decoder, mut bytes) = (Decoder::new(Mode::Angle), stream);

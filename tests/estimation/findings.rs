@@ -119,7 +119,7 @@ fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
 }
 
 #[test]
-fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehicle_accelerates() {
+fn fixes_that_are_off_by_more_than_the_filter_follows_are_found_by_when_the_vehicle_accelerates() {
     for (name, own_s, lates_s) in
         [("quad-p4rtk-vibration", -0.08, [0.8, 1.5]), ("uav-thor75-1hz", 0.0, [0.8, -0.7])]
     {
@@ -152,7 +152,7 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_told_by_when_the_vehic
 }
 
 #[test]
-fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_told() {
+fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_reported() {
     for (name, fast_percent) in [
         ("uav-thor75-1hz", 0.5),
         ("uav-thor75-1hz", -0.2),

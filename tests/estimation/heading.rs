@@ -109,7 +109,7 @@ fn what_gave_a_wrong_heading_is_used_again_once_it_agrees() {
 }
 
 #[test]
-fn a_heading_that_is_a_little_off_is_doubted_or_replaced_and_mended_by_the_fixes() {
+fn a_heading_that_is_a_little_off_is_suspect_or_replaced_and_mended_by_the_fixes() {
     for (seed, off_deg) in [(1, 20.0), (2, -20.0), (3, 15.0)] {
         let outcome = estimated(&flight(seed), f64::to_radians(off_deg), f64::INFINITY);
         let said = outcome.doubts_s.iter().chain(&outcome.resets_s).copied();

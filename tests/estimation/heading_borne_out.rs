@@ -76,7 +76,7 @@ fn a_sensor_that_jumps_is_refused_for_as_long_as_the_fixes_bear_the_heading_out(
 
 /// Without motion to confirm either heading, the filter adopts the sensor's after two minutes, and reports it.
 #[test]
-fn in_hover_a_sensor_that_jumps_is_believed_after_two_minutes() {
+fn in_hover_a_sensor_that_jumps_is_accepted_after_two_minutes() {
     let place = hovernav::earth::Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();
     let plan = FlightPlan::hover_at(place, 0.4).hold(200.0);
     let (_, reopened) = worst_deg(&plan, Source::Attitude);

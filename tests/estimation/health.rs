@@ -23,8 +23,8 @@ fn healths(faults: &[&str]) -> Vec<(f64, Health)> {
     let mut monitor = HealthMonitor::new(HealthLimits::default());
     let mut healths = Vec::new();
     for event in dataset.events() {
-        monitor.hear(&event);
-        estimator.push(&event, |notice| monitor.hear_notice(&notice));
+        monitor.observe(&event);
+        estimator.push(&event, |notice| monitor.observe_notice(&notice));
         if let Event::Imu(sample) = event {
             let health = monitor.assess(estimator.solution().as_ref(), sample.time);
             healths.push((sample.time.seconds(), health));
@@ -84,7 +84,7 @@ fn fixes_that_deny_the_estimate_cost_it_its_position() {
 }
 
 #[test]
-fn dead_reckoning_is_told_with_its_start() {
+fn dead_reckoning_is_reported_with_its_start() {
     let healths = healths(&["outage=20@100"]);
     for health in within(&healths, 103.5, 119.5) {
         let since_s = health.dead_reckoning_since.unwrap().seconds();

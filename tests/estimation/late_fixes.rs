@@ -220,7 +220,7 @@ fn what_is_found_of_a_delay_while_nothing_moves_is_nothing() {
 }
 
 #[test]
-fn what_sways_tells_how_late_its_fixes_are() {
+fn what_sways_shows_how_late_its_fixes_are() {
     let (estimator, _) = swayed(1.0, 0.0, 0.1, 20);
     let (delay_s, sigma_s) = found(&estimator, Full::GPS_DELAY);
     println!("swaying: {delay_s:.4} s, one-sigma {sigma_s:.4}");
@@ -230,7 +230,7 @@ fn what_sways_tells_how_late_its_fixes_are() {
 /// For a fix valid after its time, the motion comes from the later samples, not from extrapolating earlier vibrating
 /// ones.
 #[test]
-fn what_sways_and_shakes_tells_how_early_its_fixes_are_stamped() {
+fn what_sways_and_shakes_shows_how_early_its_fixes_are_stamped() {
     for early_s in [0.25, 0.15, 0.05, 0.0, -0.05, -0.15, -0.25] {
         let (estimator, too_old) = swayed(2.0, 3.0, -early_s, 10);
         let (delay_s, sigma_s) = found(&estimator, Full::GPS_DELAY);

@@ -123,7 +123,7 @@ fn a_notch_helps_a_shaken_unit_and_does_a_still_one_no_harm() {
 }
 
 #[test]
-fn a_notch_beside_the_rotor_gains_nothing_and_costs_little() {
+fn a_notch_next_to_the_rotor_gains_nothing_and_costs_little() {
     let (mut dataset, truth) = flight(4.0, 1);
     let without = errors(&mut dataset, &truth, None);
     let right = errors(&mut dataset, &truth, Some(NotchConfig::at_hz(ROTOR_HZ).with_harmonics(2)));

@@ -15,7 +15,7 @@ use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 fn flown_through(
     seed: u64,
     altered: impl Fn(Fix) -> Option<Fix>,
-    mut hear: impl FnMut(Notice),
+    mut observe: impl FnMut(Notice),
     mut see: impl FnMut(&Solution, &Truth),
 ) {
     let (dmu, gps) = (DmuConfig::default(), GpsConfig::default());
@@ -30,10 +30,10 @@ fn flown_through(
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
             if let Some(fix) = altered(*fix) {
-                estimator.push(&Event::Gps(fix), &mut hear);
+                estimator.push(&Event::Gps(fix), &mut observe);
             }
         }
-        estimator.push(&Event::Imu(*sample), &mut hear);
+        estimator.push(&Event::Imu(*sample), &mut observe);
         if let Some(solution) = estimator.solution() {
             see(&solution, truth);
         }
@@ -78,7 +78,7 @@ fn a_vertical_velocity_stated_too_good_is_found_out_and_locks_nobody_out() {
 }
 
 #[test]
-fn what_is_stated_rightly_is_believed() {
+fn what_is_stated_rightly_is_accepted() {
     for seed in 1..=4 {
         let (refused, _, reopened) = flown(seed, 0.5);
         assert_eq!((refused, reopened), (0, 0), "seed {seed}");

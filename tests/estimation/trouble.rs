@@ -123,7 +123,7 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
 }
 
 #[test]
-fn a_place_that_walks_away_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
+fn a_place_that_drifts_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
     // With the one-sigma of a fix throughout, 17 % are outside on either flight.
     for (flight, most) in [(&HELI_HOVER, 0.02), (&SIMULATED, 0.06)] {
         let outcomes = outcomes(flight, "glitch-ramp=1@60:60");
@@ -185,7 +185,7 @@ fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
 /// The receiver repeats its fixes from hover while the Phantom flies on. A filter that accepts them misses 8 m/s and up
 /// to 180 m.
 #[test]
-fn a_receiver_that_freezes_in_hover_is_not_believed_once_the_vehicle_moves() {
+fn a_receiver_that_freezes_in_hover_is_rejected_once_the_vehicle_moves() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
     let outcomes = outcomes(&flight, "frozen-fix");
     assert!(worst(&outcomes, |outcome| outcome.measures.worst_velocity_mps) < 3.5);

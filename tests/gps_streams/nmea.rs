@@ -80,7 +80,7 @@ fn places_that_are_not_on_earth_are_refused() {
 }
 
 #[test]
-fn other_impossible_values_are_refused_or_left_out() {
+fn other_impossible_values_are_refused_or_skipped() {
     for body in [
         "GPGGA,094812.00,0120.5,N,10341.0,E,1,09,0.9,123456.0,M,7.0,M,,",
         "GPRMC,094812.00,A,0120.5,N,10341.0,E,5000,90.0,230305,,,A",
@@ -250,7 +250,7 @@ fn from_the_third_epoch_on_a_fix_is_out_with_its_last_sentence() {
 }
 
 #[test]
-fn what_is_left_out_is_counted() {
+fn what_is_skipped_is_counted() {
     let mut decoder = Decoder::default();
     let wire = [
         nmea_sentence(GGA),

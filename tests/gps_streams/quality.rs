@@ -84,7 +84,7 @@ fn each_limit_that_is_broken_is_named_with_its_numbers() {
 }
 
 #[test]
-fn all_that_is_wrong_is_told_and_in_words() {
+fn all_that_is_wrong_is_reported_and_in_words() {
     let all = found(|fix| {
         fix.satellites = Some(2);
         fix.dilution.position = Some(99.0);

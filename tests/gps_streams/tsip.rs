@@ -83,7 +83,7 @@ fn coarse_and_stored_positions_are_no_fix() {
 }
 
 #[test]
-fn the_receivers_health_tells_why_no_fix_comes() {
+fn the_receivers_health_reports_why_no_fix_comes() {
     let mut decoder = Decoder::default();
     assert_eq!(decoder.health(), None);
     let wire = tsip_packet(0x46, &[0x09, 0x10]);
@@ -196,7 +196,7 @@ fn the_compact_packet_of_later_units_is_a_fix() {
 }
 
 #[test]
-fn heights_above_the_sea_are_told_from_those_above_the_ellipsoid() {
+fn heights_above_the_sea_are_distinguished_from_those_above_the_ellipsoid() {
     let options = |position| tsip_packet(0x55, &[position, 0x02, 0x00, 0x08]);
     let epoch = encode::tsip_epoch(&Epoch::flying(0));
     let fix = read(&[options(0x16), epoch.clone()].concat())[0];

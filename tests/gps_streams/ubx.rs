@@ -56,7 +56,7 @@ fn what_nav_pvt_does_not_vouch_for_is_no_fix() {
 }
 
 #[test]
-fn nav_pvt_tells_dimension_and_correction() {
+fn nav_pvt_reports_dimension_and_correction() {
     let fix = |fix_type: u8, flags: u8| {
         read(&changed(|payload| payload[20..22].copy_from_slice(&[fix_type, flags])))[0]
     };

@@ -53,7 +53,7 @@ fn a_heading_that_the_receiver_does_not_vouch_for_is_none() {
 }
 
 #[test]
-fn a_heading_is_told_once_and_does_no_harm_to_fixes() {
+fn a_heading_is_reported_once_and_does_no_harm_to_fixes() {
     let mut decoder = Decoder::default();
     let wire = [ubx_message(0x01, 0x3C, &payload(GOOD)), vec![0xB5, 0x62, 0x01]].concat();
     assert!(decoder.read(&mut &wire[..], Time::ZERO).is_none());

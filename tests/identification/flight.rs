@@ -81,7 +81,7 @@ fn score(found: &Identification, names: &[&str]) {
 }
 
 #[test]
-fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_told_apart() {
+fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_distinguished() {
     let dataset = Dataset::open(folder()).unwrap();
     let points = find_test_points(&dataset.controls);
     for (stick, name) in STICKS.iter().enumerate() {
@@ -194,7 +194,7 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
 }
 
 #[test]
-fn what_was_not_recorded_is_left_out_and_told() {
+fn what_was_not_recorded_is_skipped_and_reported() {
     let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let mut solutions = dataset.smooth(&config, |_| ()).solutions;

@@ -113,7 +113,7 @@ fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
 
 /// Components of the price of a stabiliser bar.
 #[test]
-fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_tells() {
+fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_reports() {
     let structure = plain_heave();
     let known = structure.clone().with("Zcol", -12.0, true);
     let mut settings = Settings::output_error();

@@ -232,7 +232,7 @@ fn what_is_no_place_is_refused() {
 }
 
 #[test]
-fn north_is_given_up_only_beside_the_poles() {
+fn north_is_given_up_only_next_to_the_poles() {
     assert!(place(89.8, 0.0, 0.0).is_navigable() && place(-89.8, 0.0, 0.0).is_navigable());
     assert!(!place(89.95, 0.0, 0.0).is_navigable() && !place(-90.0, 0.0, 0.0).is_navigable());
     let nan = Geodetic { latitude_rad: f64::NAN, ..place(0.0, 0.0, 0.0) };
@@ -353,7 +353,7 @@ proptest! {
         let (outward, northward) = closed_form_gravity(&here);
         prop_assert!((Local::at(&here).gravity_mps2 + outward).abs() < 1e-6);
         // Groves 2.140, which the module documents as neglected.
-        let left_out = -8.08e-9 * here.height_m * (2.0 * here.latitude_rad).sin();
-        prop_assert!((northward - left_out).abs() < 1e-6);
+        let omitted = -8.08e-9 * here.height_m * (2.0 * here.latitude_rad).sin();
+        prop_assert!((northward - omitted).abs() < 1e-6);
     }
 }

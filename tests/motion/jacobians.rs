@@ -179,7 +179,7 @@ fn moments() -> Vec<Moment> {
 /// Neglected according to the block's documentation: the rotation of NED and all other terms under 2e-4 per second.
 /// The block uses the attitude at the step's start, and only the first effect of each error. This neglects the
 /// rotation of a step, ω Δt, or the specific force in it, f Δt, over half a step.
-fn left_out(row: usize, column: usize, interval_s: f64) -> f64 {
+fn omitted(row: usize, column: usize, interval_s: f64) -> f64 {
     const SLOW: f64 = 2e-4;
     let (rate, force) = (1.7, 12.7);
     let half = 0.51 * interval_s;
@@ -219,7 +219,7 @@ fn the_transition_is_the_derivative_of_the_mechanization() {
             for column in 0..STATES {
                 // The biases decay in the kernel, but not in the mechanization.
                 let off = kernel[(row, column)] - numeric[(row, column)];
-                let allowed = left_out(row / 3, column / 3, moment.interval_s);
+                let allowed = omitted(row / 3, column / 3, moment.interval_s);
                 assert!(
                     off.abs() <= allowed,
                     "∂{row}/∂{column}: {} against {}, allowed {allowed:e}",

@@ -159,9 +159,9 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             level.map(|velocity| velocity[1]),
             fix.down_velocity_mps.filter(|_| !fix.two_dimensional),
         ];
-        let felt_mps = of_motion(&back.force_mps, learned);
+        let force_integral_mps = of_motion(&back.force_mps, learned);
         // δv(t) = δv + F × δψ + J δb_a, minus the swing × δψ, and the swing due to the gyro biases.
-        let by_attitude = skew(&felt_mps) - skew(&swing_mps);
+        let by_attitude = skew(&force_integral_mps) - skew(&swing_mps);
         let by_gyro = cosines * skew(arm_m);
         let imu = &self.config.imu;
         let alike_s = imu.accel_vibration_time_s;

@@ -268,7 +268,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
 }
 
 #[test]
-fn a_flight_without_any_device_flies_on_says_so_and_ends() {
+fn a_flight_without_any_device_flies_on_reports_it_and_ends() {
     let place = tempfile::tempdir().unwrap();
     let config = configuration(place.path(), "");
     let record = place.path().join("nothing.mcap");
@@ -302,7 +302,7 @@ fn no_record_is_written_over_and_no_flight_begins_without_a_required_one() {
 }
 
 #[test]
-fn a_flight_whose_record_cannot_be_written_goes_on_and_says_so() {
+fn a_flight_whose_record_cannot_be_written_goes_on_and_reports_it() {
     let place = tempfile::tempdir().unwrap();
     let config = configuration(place.path(), "");
     let clock = Clock::emulated();

@@ -240,7 +240,7 @@ fn an_idle_line_returns_at_the_deadline_and_what_has_come_is_read_after_it() {
 }
 
 #[test]
-fn a_port_that_is_pulled_out_is_told_of_and_taken_up_when_it_comes_back() {
+fn a_port_that_is_pulled_out_is_reported_and_taken_up_when_it_comes_back() {
     let (clock, mut wire) = (&Clock::start(), Wire::new());
     let mut port = wire.open(clock);
     for round in 1..=3 {
@@ -324,7 +324,7 @@ fn reader(wire: &Wire, clock: &Clock, capacity: usize) -> Reader {
 }
 
 #[test]
-fn a_reader_tells_once_that_the_line_fell_silent() {
+fn a_reader_reports_once_that_the_line_fell_silent() {
     let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = reader(&wire, clock, 64);
     for burst in [&b"one"[..], b"two"] {
@@ -380,7 +380,7 @@ fn what_the_port_went_through_is_not_dropped_for_bytes() {
 }
 
 #[test]
-fn a_reader_writes_what_it_is_handed_and_tells_what_it_could_not() {
+fn a_reader_writes_what_it_is_handed_and_reports_what_it_could_not() {
     let (clock, mut wire) = (&Clock::start(), Wire::new());
     let reader = reader(&wire, clock, 64);
     assert!(reader.write(b"configure"));

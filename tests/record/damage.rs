@@ -55,7 +55,7 @@ fn a_spoilt_byte_never_becomes_a_wrong_value() {
 
 /// Cuts at any position, also between two records.
 #[test]
-fn a_record_that_is_cut_off_says_so() {
+fn a_record_that_is_cut_off_reports_it() {
     let (path, _dir) = recorded(1.0);
     let bytes = std::fs::read(path).unwrap();
     let (at, length) = *chunks(&bytes).last().unwrap();
@@ -116,7 +116,7 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
         assert!(lost < 100, "{byte}: {lost} of {}", whole.controls.len());
         assert!(record.is_ended);
         assert_eq!(record.controls.last(), whole.controls.last());
-        let read_on = "bytes left out, reading continues at the chunk at byte ";
+        let read_on = "bytes skipped, reading continues at the chunk at byte ";
         let told = record.warnings.iter().find(|one| one.contains(read_on));
         let told = told.unwrap_or_else(|| panic!("{byte}: {:?}", record.warnings));
         if byte == 8 {
@@ -165,7 +165,7 @@ fn a_length_that_grew_and_a_false_end_cost_no_more_than_what_they_hide() {
 }
 
 #[test]
-fn nonsense_with_a_good_checksum_is_left_out_or_told() {
+fn nonsense_with_a_good_checksum_is_skipped_or_reported() {
     let (path, _dir) = recorded(1.0);
     let bytes = std::fs::read(path).unwrap();
     let crc32 = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);

@@ -95,7 +95,7 @@ fn a_disk_full_for_good_stops_the_record_and_not_the_flight() {
 }
 
 #[test]
-fn every_loss_is_counted_and_told_once_there_is_room() {
+fn every_loss_is_counted_and_reported_once_there_is_room() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk.clone(), &header()).unwrap();
     // More than fits into memory: first the queue empties, then it fills.

@@ -55,7 +55,7 @@ fn every_solution_is_handed_out_while_the_log_is_flown() {
         },
     );
     let run = run.unwrap();
-    assert_eq!(run.solutions_left_out, 0);
+    assert_eq!(run.solutions_thinned, 0);
     assert!(
         run.solutions == handed_out && handed_out == dataset.estimate(&config, |_| ()).solutions
     );

@@ -73,6 +73,6 @@ fn a_launch_that_the_filter_was_refused_over_is_not_smoothed_away() {
         rmse(Axis::VelocityNorth).hypot(rmse(Axis::VelocityEast))
     };
     let (causal, smoothed) = (level(&run.forward.solutions), level(&run.solutions));
-    println!("level velocity: {causal:.3} to {smoothed:.3} m/s");
+    println!("horizontal velocity: {causal:.3} to {smoothed:.3} m/s");
     assert!(smoothed < causal, "{causal} to {smoothed}");
 }

@@ -93,7 +93,7 @@ fn numbers_keep_every_bit_in_rust_and_c() {
 }
 
 #[test]
-fn the_notch_before_the_estimator_is_told_whole() {
+fn the_notch_before_the_estimator_is_reported_whole() {
     let told = |notch| text(super::estimator::bytes(&estimator(), notch, "", Form::Rust).unwrap());
     let with = told(Some(notch()));
     for line in [

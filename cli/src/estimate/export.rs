@@ -71,7 +71,7 @@ pub fn check(asked: &[ExportArgument], logs: usize) -> anyhow::Result<()> {
         clap::Error::raw(ErrorKind::ArgumentConflict, message).exit();
     }
     if formats.contains(&ExportFormat::Parquet) && !cfg!(feature = "parquet") {
-        return Err(ExportError::LeftOut(ExportFormat::Parquet).into());
+        return Err(ExportError::MissingFeature(ExportFormat::Parquet).into());
     }
     Ok(())
 }

@@ -46,7 +46,7 @@ fn the_seed_of_a_campaign_is_the_number_of_its_first_flight() {
 }
 
 #[test]
-fn a_campaign_with_the_design_of_another_helicopter_says_so() {
+fn a_campaign_with_the_design_of_another_helicopter_reports_it() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
     let words = succeeds(&[&["campaign", "--vehicle", "raptor60"][..], &own].concat());
@@ -104,7 +104,7 @@ fn a_crashed_flight_is_listed_with_its_cause_and_recorded_on_request() {
 }
 
 #[test]
-fn a_campaign_without_a_flight_to_evaluate_says_so() {
+fn a_campaign_without_a_flight_to_evaluate_reports_it() {
     let out = place("campaign_none");
     // The autopilot of the large R-50 is too slow for a small helicopter.
     let own = ["campaign", "--model", "r50", "--vehicle", "raptor60", "--flights", "3"];

@@ -105,7 +105,7 @@ fn bad_input_is_refused_in_one_line_that_names_the_place() {
 }
 
 #[test]
-fn what_is_not_there_is_told_with_what_was_expected() {
+fn what_is_not_there_is_reported_with_what_was_expected() {
     let out = place("not_there");
     let csv = format!("{HELI}/imu.csv");
     for (arguments, expected) in [

@@ -245,7 +245,7 @@ fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
 }
 
 #[test]
-fn a_notch_is_counted_in_the_margins_and_its_phase_told() {
+fn a_notch_is_counted_in_the_margins_and_its_phase_reported() {
     let dir = place("notch");
     let weights = dir.join("weights.toml");
     fs::write(&weights, "").expect("writable");
@@ -317,7 +317,7 @@ fn an_autopilot_that_is_unstable_in_a_mode_is_not_written_unless_forced() {
 }
 
 #[test]
-fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_left_out_is_told() {
+fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_omitted_is_reported() {
     let dir = place("weights");
     let weights = dir.join("weights.toml");
     let design = |model: &str| {

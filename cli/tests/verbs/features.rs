@@ -3,7 +3,7 @@
 use crate::common::{HELI, hovernav, place, refusal, text};
 
 #[test]
-fn a_verb_that_is_left_out_names_its_feature() {
+fn a_verb_missing_from_the_build_names_its_feature() {
     for (verb, feature, built) in [
         ("bench", "bench", cfg!(feature = "bench")),
         ("init", "formats", cfg!(feature = "formats")),
@@ -40,7 +40,7 @@ fn a_log_of_another_program_is_read_with_the_feature_formats() {
 }
 
 #[test]
-fn an_export_that_is_left_out_names_its_feature() {
+fn an_export_missing_from_the_build_names_its_feature() {
     let place = place("left-out");
     let asked = hovernav(&["estimate", HELI, "--out", text(&place), "--export", "kml"]);
     assert_eq!(asked.status.success(), cfg!(feature = "export"), "{asked:?}");

@@ -40,7 +40,7 @@ fn an_error_that_nobody_reads_keeps_its_exit_status() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_standard_output_cannot_take_is_told() {
+fn what_standard_output_cannot_take_is_reported() {
     for arguments in [&["info", HELI][..], &["config", "dataset.toml"]] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
         let mut command = Command::new(env!("CARGO_BIN_EXE_hovernav"));

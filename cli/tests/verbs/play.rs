@@ -28,7 +28,7 @@ fn play(place: &Path, more: &[&str]) -> (Child, impl Iterator<Item = String>) {
 }
 
 #[test]
-fn an_interrupted_play_takes_its_ports_away_and_tells_what_it_did() {
+fn an_interrupted_play_takes_its_ports_away_and_reports_what_it_did() {
     let place = place("play");
     let (mut child, lines) = play(&place, &["--speed", "5", "--start-delay", "0"]);
     assert!(place.join("gps").exists());

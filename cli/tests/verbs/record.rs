@@ -62,7 +62,7 @@ fn a_record_that_memory_will_not_hold_is_not_reported_on() {
 }
 
 #[test]
-fn info_tells_of_sensors_losses_and_events() {
+fn info_reports_sensors_losses_and_events() {
     let (_, path) = recorded("info");
     let words = succeeds(&["info", text(&path)]);
     assert!(words.lines().all(|line| line.chars().count() <= 80), "{words}");

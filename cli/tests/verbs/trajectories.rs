@@ -133,7 +133,7 @@ fn what_no_vehicle_does_is_not_scored() {
         let told = found["warnings"].to_string();
         for said in [
             "reference.csv: line 2001 with a velocity beyond any vehicle's",
-            "reference.csv: line 2002 left out: not a position on Earth",
+            "reference.csv: line 2002 rejected: not a position on Earth",
             "reference.csv: line 2003 with an angle beyond 360°",
         ] {
             assert!(told.contains(said), "{said}: {told}");

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_few_calls_no_rare_ones_are_told() {
+    fn of_a_few_calls_no_rare_ones_are_reported() {
         let of = |calls: u32| Times((1..=calls).collect()).distribution(0.0);
         assert_eq!((of(30).p50_ns, of(30).p99_ns, of(30).p99_9_ns), (15.0, None, None));
         assert_eq!((of(999).p99_ns, of(999).p99_9_ns), (Some(990.0), None));

@@ -105,12 +105,12 @@ impl Computer {
     fn cycle(&mut self, dmu: &[u8], gps: &[u8], pilot: &[u8], now: Time) {
         let Self { sensors, flight } = self;
         flight.recorder.raw(Line::Dmu, dmu, now);
-        let until = sensors.dmu(dmu, now, |output| flight.hear(now, output));
+        let until = sensors.dmu(dmu, now, |output| flight.observe(now, output));
         if !gps.is_empty() {
             flight.recorder.raw(Line::Gps, gps, now);
-            sensors.gps(gps, now, |output| flight.hear(now, output));
+            sensors.gps(gps, now, |output| flight.observe(now, output));
             // The line is silent after the message.
-            sensors.gps(&[], now, |output| flight.hear(now, output));
+            sensors.gps(&[], now, |output| flight.observe(now, output));
         }
         black_box(until);
         flight.fly(pilot, now);
@@ -118,7 +118,7 @@ impl Computer {
 }
 
 impl FlightLoop {
-    fn hear(&mut self, now: Time, output: SensorOutput) {
+    fn observe(&mut self, now: Time, output: SensorOutput) {
         match output {
             SensorOutput::WriteDmu(command) => self.asked.push(command),
             SensorOutput::Event(event) => self.estimate(now, &event),
@@ -131,9 +131,9 @@ impl FlightLoop {
         if let Event::Gps(_) = event {
             self.last_fix = Some(now);
         }
-        control.hear(event);
+        control.observe(event);
         estimator.push_traced(event, stepless, |notice: Notice| {
-            control.hear_notice(&notice);
+            control.observe_notice(&notice);
             recorder.push(now, notice);
         });
         if let Event::Imu(_) = event {

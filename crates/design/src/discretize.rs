@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::error::DesignError;
-use hovernav_model::linalg::{beside, exponential, symmetric};
+use hovernav_model::linalg::{exponential, side_by_side, symmetric};
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
 /// The exact discrete model of `model` behind a zero-order hold at `period_s`, with its inputs delayed by `delay_s`.
@@ -158,7 +158,7 @@ impl<'a> Hold<'a> {
 /// [Φ Γ], n×(n + m): transition of the state and the held input over `time_s`.
 fn held(model: &StateSpace, time_s: f64) -> Result<DMatrix<f64>, DesignError> {
     let held = model.linear().held(time_s).ok_or(DesignError::NotFinite { matrix: "AT" })?;
-    Ok(beside(&held.a, &held.b))
+    Ok(side_by_side(&held.a, &held.b))
 }
 
 /// A and B above zeros: the generator of state and held input.

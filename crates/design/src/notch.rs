@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slow_is_late_by_the_delay_that_the_notch_itself_tells() {
+    fn what_is_slow_is_late_by_the_delay_that_the_notch_itself_reports() {
         let found = NotchCost::new(NotchConfig::at_hz(25.0).with_width_hz(5.0), 200.0).unwrap();
         assert_abs_diff_eq!(found.delay_s, 1.3e-3, epsilon = 1e-4);
         let (_, lag_rad) = answer(found.config, 200.0, 3.0);

@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::error::DesignError;
-use hovernav_model::linalg::{beside, complex, eigenvalues, exponential, symmetric};
+use hovernav_model::linalg::{complex, eigenvalues, exponential, side_by_side, symmetric};
 use hovernav_model::{StateSpace, TimeDomain};
 
 /// Reachability of the states from the inputs or, from [`observability`], observability of the states in the outputs.
@@ -91,7 +91,7 @@ fn rank(a: &DMatrix<f64>, b: &DMatrix<f64>) -> usize {
             .filter(|&index| parts.singular_values[index] > RANK_TOLERANCE * scale)
             .collect();
         let new = directions.select_columns(&found);
-        basis = beside(&basis, &new);
+        basis = side_by_side(&basis, &new);
         block = a * new;
         scale = a.norm();
     }

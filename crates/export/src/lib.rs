@@ -87,7 +87,7 @@ pub enum ExportError {
     BeforeZero(f64),
     /// The format is not in this build.
     #[error("{} is not in this build, which lacks the feature `{}`", .0.name(), .0.name())]
-    LeftOut(ExportFormat),
+    MissingFeature(ExportFormat),
     /// The library that writes the format reported an error.
     #[error("{0}")]
     Library(String),
@@ -129,7 +129,7 @@ impl<'w> Export<'w> {
             #[cfg(feature = "parquet")]
             ExportFormat::Parquet => Box::new(parquet_file::Parquet::new(out)?),
             #[cfg(not(feature = "parquet"))]
-            ExportFormat::Parquet => return Err(ExportError::LeftOut(format)),
+            ExportFormat::Parquet => return Err(ExportError::MissingFeature(format)),
             ExportFormat::Kml => Box::new(kml::Kml::new(name, out)?),
             ExportFormat::Gpx => Box::new(gpx::Gpx::new(name, out)?),
             ExportFormat::Pos => Box::new(pos::Pos::new(out)?),

@@ -19,7 +19,7 @@ pub fn xml_date(time: Time) -> String {
     date(Time::from_nanoseconds(rounded)).to_rfc3339_opts(SecondsFormat::Millis, true)
 }
 
-/// Text escaped for XML; characters that XML cannot represent are left out.
+/// Text escaped for XML; characters that XML cannot represent are omitted.
 pub struct Escaped<'a>(pub &'a str);
 
 impl fmt::Display for Escaped<'_> {
@@ -44,12 +44,12 @@ impl fmt::Display for Escaped<'_> {
 pub struct Thinning {
     interval_s: f64,
     last: Option<Time>,
-    passed_over: Option<Solution>,
+    skipped: Option<Solution>,
 }
 
 impl Thinning {
     pub fn to(interval_s: f64) -> Self {
-        Self { interval_s, last: None, passed_over: None }
+        Self { interval_s, last: None, skipped: None }
     }
 
     /// Whether `solution` is selected.
@@ -58,13 +58,13 @@ impl Thinning {
         if is_due {
             self.last = Some(solution.time);
         }
-        self.passed_over = (!is_due).then_some(*solution);
+        self.skipped = (!is_due).then_some(*solution);
         is_due
     }
 
     /// The last solution, unless it was selected.
     pub fn rest(&mut self) -> Option<Solution> {
-        self.passed_over.take()
+        self.skipped.take()
     }
 }
 

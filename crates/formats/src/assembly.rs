@@ -88,13 +88,13 @@ impl Assembly {
         }
     }
 
-    /// Counts an inertial sample that was left out, with the reason.
-    pub fn imu_left_out(&mut self, place: u64, why: &'static str) {
+    /// Counts an inertial sample that was skipped or rejected, with the reason.
+    pub fn skip_imu(&mut self, place: u64, why: &'static str) {
         self.imu_remarks.count(why, place);
     }
 
-    /// Counts a value of another sensor that was left out, with the reason.
-    pub fn other_left_out(&mut self, place: u64, why: &'static str) {
+    /// Counts a value of another sensor that was skipped or rejected, with the reason.
+    pub fn skip_other(&mut self, place: u64, why: &'static str) {
         self.other_remarks.count(why, place);
     }
 
@@ -108,7 +108,7 @@ impl Assembly {
         match height_m.abs() <= 1e5 && !is_unknown(height_m) {
             true => self.baro.push(place, (time, height_m)),
             false => self.other_remarks.count(
-                "left out: the barometric height is missing or \
+                "skipped: the barometric height is missing or \
                                                beyond 100 km",
                 place,
             ),
@@ -129,7 +129,7 @@ impl Assembly {
         let (sigma_rad, length_m) = (sound(heading.sigma_rad), sound(heading.length_m));
         match heading.heading_rad.is_finite() {
             true => self.headings.push(place, AntennaHeading { sigma_rad, length_m, ..heading }),
-            false => self.other_remarks.count("left out: the heading is missing", place),
+            false => self.other_remarks.count("skipped: the heading is missing", place),
         }
     }
 
@@ -140,8 +140,7 @@ impl Assembly {
         match (0.0..=1e4).contains(&reading.range_m) {
             true => self.ranges.push(place, RangeReading { sigma_m, quality, ..reading }),
             false => {
-                self.other_remarks
-                    .count("left out: the distance is missing or out of range", place);
+                self.other_remarks.count("skipped: the distance is missing or out of range", place);
             }
         }
     }
@@ -299,7 +298,7 @@ mod tests {
     use hovernav::imu::Motion;
 
     #[test]
-    fn impossible_fields_are_left_out_with_a_warning() {
+    fn impossible_fields_are_rejected_with_a_warning() {
         let mut assembly = Assembly::new(true);
         let motion = Motion::Rates {
             angular_rate_radps: Vector::ZERO,
@@ -314,7 +313,7 @@ mod tests {
         let log = assembly.finish("log".as_ref(), Format::Tlog, Manifest::default(), "").unwrap();
         let fields = log.dataset.imu.iter().map(|sample| sample.magnetic_field_gauss.is_some());
         assert_eq!(fields.collect::<Vec<_>>(), [true, false, true, false]);
-        let told = "2 rows, the first at byte 40, magnetic field left out: over 100 gauss";
+        let told = "2 rows, the first at byte 40, magnetic field rejected: over 100 gauss";
         let warnings = &log.dataset.warnings;
         assert!(warnings.iter().any(|warning| warning.contains(told)), "{warnings:?}");
     }

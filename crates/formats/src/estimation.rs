@@ -1,4 +1,4 @@
-//! The estimator over a log of any format: what the log can do without is left out, the solution is scored.
+//! The estimator over a log of any format: wrong aids are ignored, the solution is scored.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -117,8 +117,8 @@ pub struct Estimated {
     pub config: EstimatorConfig,
     /// The last pass.
     pub pass: Pass,
-    /// Sensors that were left out, because their readings are impossible or contradict the fixes.
-    pub left_out: Vec<SetupFinding>,
+    /// Sensors that were ignored, because their readings are impossible or contradict the fixes.
+    pub ignored: Vec<SetupFinding>,
 }
 
 /// An [`Estimated`] log with its errors and its summary.
@@ -135,7 +135,7 @@ pub struct Judged {
 impl Log {
     /// Estimates the log, read from `path`, with `changes`. `pass` runs the filter, usually by [`Pass::over`]. It runs
     /// again if the first pass shows that a heading sensor contradicts the fixes, unless `once`. Of a flight record no
-    /// sensor is left out, so that its replay has the sensors of the flight.
+    /// sensor is ignored, so that its replay has the sensors of the flight.
     ///
     /// # Errors
     /// [`Dataset::check_fitness`] and [`Dataset::settings`]; [`LogError::Unusable`] if the alignment did not end; the
@@ -155,7 +155,7 @@ impl Log {
         };
         let denied_aids = dataset.check_fitness(&source)?;
         let leaves_out = self.format != Format::Record;
-        let mut left_out = if leaves_out { dataset.leave_out(denied_aids) } else { Vec::new() };
+        let mut ignored = if leaves_out { dataset.ignore(denied_aids) } else { Vec::new() };
         let config = dataset.settings()?;
         dataset.withhold(changes.outages, changes.gps_rate_hz);
 
@@ -163,10 +163,10 @@ impl Log {
         let keep = if leaves_out { Keep::Thinned } else { Keep::All };
         let mut flown = pass(dataset, &config, keep)?;
         if leaves_out && !once {
-            let without = dataset.leave_out_denied(&config, &flown.run);
+            let without = dataset.ignore_inconsistent(&config, &flown.run);
             if !without.is_empty() {
                 flown = pass(dataset, &config, keep)?;
-                left_out.extend(without);
+                ignored.extend(without);
             }
         }
         if flown.run.solutions.is_empty() {
@@ -183,7 +183,7 @@ impl Log {
             );
             return Err(LogError::Unusable { path: path.to_path_buf(), reason }.into());
         }
-        Ok(Estimated { config, pass: flown, left_out })
+        Ok(Estimated { config, pass: flown, ignored })
     }
 
     /// Scores and summarises the result for the log, read from `path`. `smooth` is whether smoothing was requested.
@@ -222,9 +222,8 @@ impl Log {
         }
         summary.add_findings(pass.denied.clone());
         if let Some((first, last)) = span {
-            let of_log =
-                |left_out: &SetupFinding| left_out.finding(first.seconds(), last.seconds());
-            summary.add_findings(estimated.left_out.iter().map(of_log).collect());
+            let of_log = |ignored: &SetupFinding| ignored.finding(first.seconds(), last.seconds());
+            summary.add_findings(estimated.ignored.iter().map(of_log).collect());
         }
         summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
         #[cfg(feature = "record")]

@@ -4,7 +4,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// Accumulates the share of the time that samples integrate over.
+/// Accumulates the share of the time that the intervals of integrated samples cover.
 #[derive(Debug, Default)]
 pub(crate) struct Integrals {
     integrated_s: f64,
@@ -42,7 +42,7 @@ impl Integrals {
         }
     }
 
-    /// The share of the time that samples integrate over; `None` for fewer than two samples.
+    /// The share of the time that the intervals of integrated samples cover; `None` for fewer than two samples.
     pub fn share(&self) -> Option<f64> {
         (self.spanned_s > 0.0).then(|| self.integrated_s / self.spanned_s)
     }

@@ -15,7 +15,7 @@ use hovernav_record::Record;
 ///
 /// # Errors
 /// [`LogError::Io`] for a failed read. [`LogError::Bytes`] for an unknown format, with the likely type of the file,
-/// or for damage, with the byte offset. [`LogError::LeftOut`] if this crate was built without the feature for the
+/// or for damage, with the byte offset. [`LogError::MissingFeature`] if this crate was built without the feature for the
 /// format. Otherwise the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = files_of_bag(log)?;
@@ -105,10 +105,10 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         }),
         #[cfg(feature = "text")]
         Format::Text => crate::text::read(input.path, options),
-        left_out => Err(LogError::LeftOut {
+        missing => Err(LogError::MissingFeature {
             path: PathBuf::from(input.path),
-            format: left_out.to_string(),
-            feature: left_out.feature().unwrap_or_default(),
+            format: missing.to_string(),
+            feature: missing.feature().unwrap_or_default(),
         }),
     }
 }

@@ -199,7 +199,7 @@ fn mapped_trajectory(path: &Path) -> Result<Trajectory, LogError> {
 #[cfg(not(feature = "text"))]
 fn mapped_trajectory(path: &Path) -> Result<Trajectory, LogError> {
     let format = "text in columns".to_owned();
-    Err(LogError::LeftOut { path: path.to_path_buf(), format, feature: "text" })
+    Err(LogError::MissingFeature { path: path.to_path_buf(), format, feature: "text" })
 }
 
 /// The reference side of a comparison.

@@ -81,7 +81,7 @@ fn read<T: Timed, const N: usize, const M: usize>(
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
         let Some((time, [first])) = row.time(time)?.zip(row.finite(Some(first))?) else {
-            remarks.count("left out: a value is missing", row.line);
+            remarks.count("skipped: a value is missing", row.line);
             continue;
         };
         let mut others = [None; M];
@@ -90,7 +90,7 @@ fn read<T: Timed, const N: usize, const M: usize>(
         }
         match value(time, first, others) {
             Some(value) => rows.push(row.line, value),
-            None => remarks.count("left out: a value is out of range", row.line),
+            None => remarks.count("rejected: a value is out of range", row.line),
         }
     }
     let (rows, _) = rows.in_time_order(Timed::time, table.path(), steps, &mut remarks)?;

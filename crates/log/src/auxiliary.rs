@@ -69,15 +69,15 @@ pub(crate) fn read_magnetometer(
     })
 }
 
-const OUT_OF_RANGE: &str = "left out: a value is out of range";
+const OUT_OF_RANGE: &str = "rejected: a value is out of range";
 
-/// Reason to leave out a pressure given in Pa, with its likely unit.
+/// Reason to reject a pressure given in Pa, with its likely unit.
 fn pressure_fault(pressure_pa: f64) -> &'static str {
     let is_pressure = |scale: f64| pressure_altitude_m(scale * pressure_pa).is_some();
     if is_pressure(100.0) {
-        "left out: a pressure of the air in hPa, expected Pa; multiply by 100"
+        "rejected: a pressure of the air in hPa, expected Pa; multiply by 100"
     } else if is_pressure(1000.0) {
-        "left out: a pressure of the air in kPa, expected Pa; multiply by 1000"
+        "rejected: a pressure of the air in kPa, expected Pa; multiply by 1000"
     } else {
         OUT_OF_RANGE
     }
@@ -99,7 +99,7 @@ fn read_timed<T, const N: usize>(
     while let Some(row) = table.next(&mut remarks)? {
         let time = row.time(time)?;
         let Some((time, numbers)) = time.zip(row.finite(Some(columns))?) else {
-            remarks.count("left out: a value is missing", row.line);
+            remarks.count("skipped: a value is missing", row.line);
             continue;
         };
         match value(numbers) {

@@ -201,11 +201,11 @@ impl Reading {
     /// Full-scale marks of the same axes. A mark of an inertial unit mounted askew goes to every vehicle axis to which
     /// its own axis contributes a tenth or more.
     pub(crate) fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
-        const TOLD: f64 = 0.1;
+        const DETERMINED: f64 = 0.1;
         let of_axis = |axis: usize| {
             let mut along = [0.0; 3];
             along[axis] = 1.0;
-            self.turned(along.into()).to_array().map(|share| share.abs() >= TOLD)
+            self.turned(along.into()).to_array().map(|share| share.abs() >= DETERMINED)
         };
         let turned = |marks: [bool; 3]| {
             let mut all = [false; 3];
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_go_to_the_axes_that_a_clipped_one_tells_of() {
+    fn marks_go_to_the_axes_that_a_clipped_one_reports() {
         let marks = ClippedAxes { gyro: [false; 3], accel: [true, false, false] };
         assert_eq!(reading([0.0, 2.0, 0.0]).marks(marks).accel, [true, false, false]);
         assert_eq!(reading([0.0, 0.0, 45.0]).marks(marks).accel, [true, true, false]);

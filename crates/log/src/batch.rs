@@ -28,14 +28,14 @@ pub trait Join: Copy + PartialEq {
 }
 
 const TOGETHER: &str = "merged with the row before, at the same time";
-pub(crate) const REPEATED: &str = "left out: same time as the row before";
+pub(crate) const REPEATED: &str = "skipped: same time as the row before";
 
 impl<T: Join> Batch<T> {
     pub fn new(line: u64, row: T) -> Self {
         Self { line, joined: row, last: row, rows: 1 }
     }
 
-    /// Merges the next row if it has the batch's time, else returns it. A row identical to the one before is left out.
+    /// Merges the next row if it has the batch's time, else returns it. A row identical to the one before is skipped.
     pub fn push(&mut self, line: u64, row: T, remarks: &mut Remarks) -> Option<(u64, T)> {
         if row.time() != self.last.time() {
             return Some((line, row));
@@ -59,7 +59,7 @@ impl<T: Join> Batch<T> {
 
 impl<T: Join> Rows<T> {
     /// The rows, with successive ones of the same time merged: rates and forces averaged, increments added. Rows
-    /// identical to the one before are left out.
+    /// identical to the one before are skipped.
     #[must_use]
     pub fn together(self, remarks: &mut Remarks) -> Self {
         let (mut together, mut batch) = (Self::new(), None::<Batch<T>>);
@@ -186,7 +186,7 @@ mod tests {
             warnings,
             [
                 "imu.csv: 3 rows, the first at line 3, merged with the row before, at the same time",
-                "imu.csv: line 7 left out: same time as the row before",
+                "imu.csv: line 7 skipped: same time as the row before",
             ]
         );
         let (rows, _) = together(&BATCHES, increments);

@@ -45,15 +45,15 @@ impl<T> Rows<T> {
         self.lines.into_iter().zip(self.rows)
     }
 
-    /// The rows with strictly increasing times, and their lines, with as few rows as possible left out. `time` gives
+    /// The rows with strictly increasing times, and their lines, with as few rows as possible skipped. `time` gives
     /// access to the time of a row. Where the clock steps back, the rows after the step get later times: see
     /// [`ClockSteps`].
     ///
     /// A single time far ahead costs that row, not all that follow. A few rows more than an hour from all others are
-    /// left out too.
+    /// skipped too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be left out. Rows that repeat
+    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be skipped. Rows that repeat
     /// the time before do not count. Such a file has a second recording, or is shuffled.
     pub fn in_time_order(
         mut self,
@@ -94,7 +94,7 @@ impl<T> Rows<T> {
     }
 }
 
-const STRAY: &str = "left out: more than an hour from all the others";
+const STRAY: &str = "rejected: more than an hour from all the others";
 
 /// Indices of the rows that stay, by their `times` and `lines`: see [`Rows::in_time_order`].
 fn kept(
@@ -128,7 +128,7 @@ fn remark(
         if index > 0 && times[index] == times[index - 1] {
             remarks.count(REPEATED, lines[index]);
         } else {
-            remarks.count("left out: time out of order", lines[index]);
+            remarks.count("skipped: time out of order", lines[index]);
             disordered += 1;
         }
     }
@@ -142,14 +142,14 @@ fn remark(
             line: lines[before + 1],
             before: times[before],
             found: times[before + 1],
-            left_out: disordered,
+            skipped: disordered,
             rows: times.len(),
         });
     }
     Ok(())
 }
 
-/// Selection of rows to leave out so that time runs forward, in a first pass over single rows. Rows at the time of the
+/// Selection of rows to skip so that time runs forward, in a first pass over single rows. Rows at the time of the
 /// row before always go, and are counted separately.
 #[derive(Debug, Default)]
 pub(crate) struct FirstLook {
@@ -197,9 +197,9 @@ impl FirstLook {
         true
     }
 
-    /// Indices of the rows to leave out, rising; `None` if time goes back, here or in the first sensor, which needs
+    /// Indices of the rows to skip, rising; `None` if time goes back, here or in the first sensor, which needs
     /// [`looked_again`].
-    pub fn left_out(mut self, steps: &mut ClockSteps, remarks: &mut Remarks) -> Option<Vec<usize>> {
+    pub fn skipped(mut self, steps: &mut ClockSteps, remarks: &mut Remarks) -> Option<Vec<usize>> {
         if self.goes_back || steps.has_breaks() {
             return None;
         }
@@ -220,12 +220,12 @@ impl FirstLook {
     }
 }
 
-/// Order of the rows of a file: which are left out, and shifts of their times.
+/// Order of the rows of a file: which are skipped, and shifts of their times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Order {
-    /// Indices of the rows that are left out so that time runs forward, rising. Those with the time of the row before
+    /// Indices of the rows that are skipped so that time runs forward, rising. Those with the time of the row before
     /// may be missing here.
-    pub left_out: Vec<usize>,
+    pub skipped: Vec<usize>,
     pub shifts: Shifts,
 }
 
@@ -245,8 +245,8 @@ pub(crate) fn looked_again(
         *time = shifts.apply(index, *time);
     }
     let keep = kept(&times, lines, path, remarks)?;
-    let left_out = (0..keep.len()).filter(|&index| !keep[index]).collect();
-    Ok(Order { left_out, shifts })
+    let skipped = (0..keep.len()).filter(|&index| !keep[index]).collect();
+    Ok(Order { skipped, shifts })
 }
 
 /// Marks a longest strictly increasing subsequence, by patience sorting in O(n log n).
@@ -376,14 +376,14 @@ mod tests {
             let fresh: Vec<bool> =
                 lines.iter().zip(&times).map(|(line, time)| look.push(*line, *time)).collect();
             let goes_back = times.windows(2).any(|pair| pair[1] < pair[0]);
-            let left_out = look.left_out(&mut ClockSteps::default(), &mut first);
-            prop_assert_eq!(left_out.is_none(), goes_back);
-            if let Some(left_out) = left_out {
+            let skipped = look.skipped(&mut ClockSteps::default(), &mut first);
+            prop_assert_eq!(skipped.is_none(), goes_back);
+            if let Some(skipped) = skipped {
                 let steps = &mut ClockSteps::default();
                 let expected =
-                    looked_again(times.clone(), &lines, path, steps, &mut whole).unwrap().left_out;
+                    looked_again(times.clone(), &lines, path, steps, &mut whole).unwrap().skipped;
                 let found: Vec<usize> = (0..times.len())
-                    .filter(|index| !fresh[*index] || left_out.contains(index))
+                    .filter(|index| !fresh[*index] || skipped.contains(index))
                     .collect();
                 prop_assert_eq!(found, expected);
                 prop_assert_eq!(

@@ -45,7 +45,7 @@ pub(crate) struct Controls {
 
 /// Reads `controls.csv` of `dir`; its rows stay in memory if there are no more than `most`.
 ///
-/// A few rows beyond full travel are damaged and left out; more of them are of another unit, and all are read.
+/// A few rows beyond full travel are damaged and rejected; more of them are of another unit, and all are read.
 pub(crate) fn read(
     dir: &Path,
     most: usize,
@@ -180,7 +180,7 @@ impl TimedRows for ControlRows {
                 None => Some([0.0; 4]),
             };
             let (Some(time), Some(sticks), Some(injected)) = (time, sticks, injected) else {
-                self.remarks.count("left out: a value is missing", row.line);
+                self.remarks.count("skipped: a value is missing", row.line);
                 continue;
             };
             let all = sticks.iter().chain(&injected);
@@ -188,7 +188,7 @@ impl TimedRows for ControlRows {
             self.furthest = self.furthest.max(furthest);
             if furthest > self.largest {
                 self.beyond += 1;
-                self.remarks.count("left out: a value is out of range", row.line);
+                self.remarks.count("rejected: a value is out of range", row.line);
                 continue;
             }
             return Ok(Some((row.line, Row { time, sticks, injected })));

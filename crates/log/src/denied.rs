@@ -13,15 +13,15 @@ use crate::replay::Run;
 use crate::statistics::quantile;
 
 /// Half-width of the window of fixes that judges a time, s.
-const BESIDE_S: f64 = 5.0;
+const HALF_WINDOW_S: f64 = 5.0;
 /// Smallest number of fixes in a window.
 const LEAST_FIXES: usize = 4;
 /// Factor by which the mean square exceeds both its median over the flight and its expected value.
-const DENIED: f64 = 6.0;
+const INCONSISTENT: f64 = 6.0;
 
 /// Span of a smoothed path with which the fixes are inconsistent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Denied {
+pub(crate) struct Inconsistent {
     pub start: Time,
     pub end: Time,
     /// Number of such windows, each centred on a fix.
@@ -30,7 +30,7 @@ pub(crate) struct Denied {
     sigmas: f64,
 }
 
-impl Denied {
+impl Inconsistent {
     /// Whether the span contains a time.
     pub fn covers(&self, time: Time) -> bool {
         (self.start..=self.end).contains(&time)
@@ -61,14 +61,18 @@ impl Denied {
 /// # Source
 /// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
 /// Navigation*, section 8.6. Their variance is approximated by that of fix plus path, which is larger.
-pub(crate) fn denied(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<Denied> {
+pub(crate) fn denied(
+    dataset: &Dataset,
+    forward: &Run,
+    solutions: &[Solution],
+) -> Vec<Inconsistent> {
     let squares = residuals(dataset, forward, solutions);
     let mut sizes: Vec<f64> = squares.iter().map(|(_, square)| *square).collect();
     let Some(usual) = quantile(&mut sizes, 0.5) else { return Vec::new() };
-    let limit = DENIED * usual.max(1.0);
-    let mut found: Vec<Denied> = Vec::new();
+    let limit = INCONSISTENT * usual.max(1.0);
+    let mut found: Vec<Inconsistent> = Vec::new();
     for (time, _) in &squares {
-        let (start, end) = (time.offset_by(-BESIDE_S), time.offset_by(BESIDE_S));
+        let (start, end) = (time.offset_by(-HALF_WINDOW_S), time.offset_by(HALF_WINDOW_S));
         let first = squares.partition_point(|(time, _)| *time < start);
         let last = squares.partition_point(|(time, _)| *time <= end);
         let beside = &squares[first..last];
@@ -82,7 +86,7 @@ pub(crate) fn denied(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -
                 span.fixes += 1;
                 span.sigmas = span.sigmas.max(mean.sqrt());
             }
-            _ => found.push(Denied { start, end, fixes: 1, sigmas: mean.sqrt() }),
+            _ => found.push(Inconsistent { start, end, fixes: 1, sigmas: mean.sqrt() }),
         }
     }
     found

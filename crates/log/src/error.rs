@@ -64,7 +64,7 @@ pub enum LogError {
     },
     /// A log whose reader is not part of this build.
     #[error("{}: {format}: hovernav-formats was built without its feature {feature}", path.display())]
-    LeftOut {
+    MissingFeature {
         /// The file.
         path: PathBuf,
         /// Format of the file.
@@ -74,7 +74,7 @@ pub enum LogError {
     },
     /// The clock of a table does not run forward, even without stray rows.
     #[error(
-        "{}:{line}: time goes back from {before} to {found}, and {left_out} of {rows} rows would be \
+        "{}:{line}: time goes back from {before} to {found}, and {skipped} of {rows} rows would be \
          removed to repair it; expected one recording with one clock",
         path.display()
     )]
@@ -88,7 +88,7 @@ pub enum LogError {
         /// The time on that line.
         found: Time,
         /// Number of rows that a repair would remove.
-        left_out: usize,
+        skipped: usize,
         /// Number of rows.
         rows: usize,
     },

@@ -20,8 +20,8 @@ impl Dataset {
         Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
     }
 
-    /// Checks that the filter can run over this dataset, read from `log`. Returns what has to be [left
-    /// out](Self::leave_out).
+    /// Checks that the filter can run over this dataset, read from `log`. Returns the findings for
+    /// [`ignore`](Self::ignore).
     ///
     /// # Errors
     /// [`LogError::Unusable`] without inertial samples or fixes. [`LogError::Setup`] with impossible units, signs,
@@ -29,9 +29,11 @@ impl Dataset {
     pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
         let why = || {
-            let told = self.warnings.iter().filter(|told| told.contains("left out"));
-            told.fold(String::new(), |why, told| {
-                format!("{why}{}{told}", if why.is_empty() { ": " } else { "; " })
+            let is_loss = |warning: &&String| {
+                ["skipped", "rejected"].iter().any(|word| warning.contains(word))
+            };
+            self.warnings.iter().filter(is_loss).fold(String::new(), |why, warning| {
+                format!("{why}{}{warning}", if why.is_empty() { ": " } else { "; " })
             })
         };
         if self.sample_count() == 0 {
@@ -45,17 +47,17 @@ impl Dataset {
         self.ensure_possible(log)
     }
 
-    /// Leaves out the aids of these findings, as if the log did not have them, except those that the manifest's
-    /// `[aiding]` sets to `true`. For [`Sensor::GpsVelocity`] it leaves out velocities of exactly 0 from moving fixes.
+    /// Ignores the aids of these findings, as if the log did not have them, except those that the manifest's
+    /// `[aiding]` sets to `true`. For [`Sensor::GpsVelocity`] it ignores velocities of exactly 0 from moving fixes.
     /// Returns the findings that were applied, marked as not used.
-    pub fn leave_out(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
-        let mut left_out = Vec::new();
+    pub fn ignore(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
+        let mut ignored = Vec::new();
         for mut finding in denied {
             if finding.sensor == Sensor::GpsVelocity {
                 let Some(zeros) = Unmeasured::of(&self.fixes) else { continue };
                 zeros.take_out(&mut self.fixes);
                 finding.found = format!("not used: {}", finding.found);
-                left_out.push(finding);
+                ignored.push(finding);
                 continue;
             }
             let of_finding = AIDS.iter().find(|(_, sensor, _)| *sensor == finding.sensor);
@@ -74,16 +76,20 @@ impl Dataset {
             }
             finding.found = format!("not used: {}", finding.found);
             finding.mend = format!("{}; [aiding] {key} = true uses it nevertheless", finding.mend);
-            left_out.push(finding);
+            ignored.push(finding);
         }
-        left_out
+        ignored
     }
 
-    /// [Leaves out](Self::leave_out) the source of heading without which the fixes become consistent with a `run`, if
+    /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if
     /// there is one: see [`denied_aid`]. If the result is not empty, the log is to be estimated once more.
-    pub fn leave_out_denied(&mut self, config: &EstimatorConfig, run: &Run) -> Vec<SetupFinding> {
+    pub fn ignore_inconsistent(
+        &mut self,
+        config: &EstimatorConfig,
+        run: &Run,
+    ) -> Vec<SetupFinding> {
         let denied = denied_aid(self, config, run);
-        self.leave_out(denied.into_iter().collect())
+        self.ignore(denied.into_iter().collect())
     }
 }
 

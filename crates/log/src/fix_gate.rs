@@ -158,21 +158,21 @@ impl StatedFix {
         let latitude = |degrees: f64| degrees.abs() <= 90.0;
         let is_at_zero = |degrees: f64| degrees.abs() <= NULL_ISLAND_DEG;
         Some(if self.time.is_none() {
-            "left out: no time"
+            "skipped: no time"
         } else if matches!(self.dimensions, Dimensions::None | Dimensions::Type(0.0)) {
-            "left out: no fix"
+            "skipped: no fix"
         } else if is_at_zero(lat) && is_at_zero(lon) {
-            "left out: no fix, latitude and longitude are 0"
+            "skipped: no fix, latitude and longitude are 0"
         } else if lat.is_nan() || lon.is_nan() {
-            "left out: a coordinate is missing"
+            "skipped: a coordinate is missing"
         } else if is_unknown(lat) || is_unknown(lon) {
-            "left out: no fix, a coordinate has a value for unknown ones, such as -9999"
+            "skipped: no fix, a coordinate has a value for unknown ones, such as -9999"
         } else if Geodetic::from_degrees(lat, lon, if height.is_nan() { 0.0 } else { height })
             .is_none()
         {
             no_place(self.position)
         } else if latitude(lat) && lat.abs() > HIGHEST_LATITUDE_DEG {
-            "left out: beyond the latitude limit of 89.8°, north is not defined well enough near a pole"
+            "rejected: beyond the latitude limit of 89.8°, north is not defined well enough near a pole"
         } else {
             return None;
         })
@@ -184,15 +184,15 @@ pub(crate) fn no_place([lat, lon, _]: [f64; 3]) -> &'static str {
     let latitude = |degrees: f64| degrees.abs() <= 90.0;
     match (latitude(lat), latitude(lon)) {
         (false, true) => {
-            "left out: not a position on Earth, the latitude is beyond 90° (latitude and longitude swapped?)"
+            "rejected: not a position on Earth, the latitude is beyond 90° (latitude and longitude swapped?)"
         }
         (false, false) => {
-            "left out: not a position on Earth, the latitude is beyond 90° (expected degrees, not 1e-7 degrees)"
+            "rejected: not a position on Earth, the latitude is beyond 90° (expected degrees, not 1e-7 degrees)"
         }
         _ if lon.abs() > 360.0 => {
-            "left out: not a position on Earth, the longitude is beyond 360° (expected degrees)"
+            "rejected: not a position on Earth, the longitude is beyond 360° (expected degrees)"
         }
-        _ => "left out: not a position on Earth, the height is too large (expected metres)",
+        _ => "rejected: not a position on Earth, the height is too large (expected metres)",
     }
 }
 
@@ -287,7 +287,7 @@ impl FixGate {
         let mut known = Rows::new();
         for (line, row) in self.rows.into_rows() {
             match self.has_type_3 && row.fix_type == 1.0 {
-                true => remarks.count("left out: no fix, type 1 in a log with type 3", line),
+                true => remarks.count("skipped: no fix, type 1 in a log with type 3", line),
                 false => known.push(line, row),
             }
         }
@@ -316,7 +316,7 @@ impl FixGate {
         let mut repeats = repeats(&fixes).into_iter().zip(lines);
         fixes.retain(|_| match repeats.next() {
             Some((true, line)) => {
-                remarks.count("left out: repeats the last fix until there is a new one", line);
+                remarks.count("skipped: repeats the last fix until there is a new one", line);
                 false
             }
             _ => true,

@@ -146,7 +146,7 @@ impl TimedRows for ImuRows {
     }
 }
 
-/// A sample, and the reason to leave out its magnetic field, if there is one.
+/// A sample, and the reason to reject its magnetic field, if there is one.
 type WithField = (ImuSample, Result<(), &'static str>);
 
 /// Columns of the quantities in the table.
@@ -182,7 +182,7 @@ impl Columns {
         Ok(Self { time, motion, are_rates, attitude, magnetic, clipped, reading })
     }
 
-    /// The sample in `row`, or the reason to leave it out.
+    /// The sample in `row`, or the reason to skip it.
     fn sample(&self, row: &Row<'_>) -> Result<Result<WithField, &'static str>, LogError> {
         let time = row.time(self.time)?;
         let [p, q, r, x, y, z] = row.numbers(self.motion)?;
@@ -195,7 +195,7 @@ impl Columns {
             accel: marks(accel)?.map(|count| count > 0.0),
         };
         let clipped = self.reading.marks(clipped);
-        let Some(time) = time else { return Ok(Err("left out: no time")) };
+        let Some(time) = time else { return Ok(Err("skipped: no time")) };
         let (gyro, accel) = (Vector::new(p, q, r), Vector::new(x, y, z));
         let motion = match self.are_rates {
             true => Motion::Rates { angular_rate_radps: gyro, specific_force_mps2: accel },
@@ -221,27 +221,27 @@ impl Columns {
     }
 }
 
-/// Reason to leave out a magnetic field given in gauss, with its likely unit; `None` if the field is plausible.
+/// Reason to reject a magnetic field given in gauss, with its likely unit; `None` if the field is plausible.
 #[must_use]
 pub fn field_fault(field_gauss: [f64; 3]) -> Option<&'static str> {
     if is_within(field_gauss, STRONGEST_FIELD_GAUSS) {
         return None;
     }
     if !field_gauss.iter().all(|component| component.is_finite()) {
-        return Some("magnetic field left out: it is not a number");
+        return Some("magnetic field rejected: it is not a number");
     }
     let [x, y, z] = field_gauss;
     let strength = x.hypot(y).hypot(z);
     Some(if FIELD_MILLIGAUSS.contains(&strength) {
-        "magnetic field left out: over 100 gauss, as the Earth's field in milligauss is; divide by 1000"
+        "magnetic field rejected: over 100 gauss, as the Earth's field in milligauss is; divide by 1000"
     } else if FIELD_NANOTESLA.contains(&strength) {
-        "magnetic field left out: over 100 gauss, as the Earth's field in nT is; divide by 100 000"
+        "magnetic field rejected: over 100 gauss, as the Earth's field in nT is; divide by 100 000"
     } else {
-        "magnetic field left out: over 100 gauss, stronger than any field of the Earth"
+        "magnetic field rejected: over 100 gauss, stronger than any field of the Earth"
     })
 }
 
-/// Reason to leave out an inertial sample with this motion, in any log; `None` if it is plausible.
+/// Reason to skip or reject an inertial sample with this motion, in any log; `None` if it is plausible.
 #[must_use]
 pub fn motion_fault(motion: &Motion) -> Option<&'static str> {
     let (gyro, accel, scale) = match *motion {
@@ -253,14 +253,14 @@ pub fn motion_fault(motion: &Motion) -> Option<&'static str> {
         }
     };
     if gyro.iter().chain(&accel).any(|value| value.is_nan()) {
-        return Some("left out: a value is missing");
+        return Some("skipped: a value is missing");
     }
     if !is_within(gyro, scale * FASTEST_TURN_RADPS) || !is_within(accel, scale * HARDEST_PUSH_MPS2)
     {
-        return Some("left out: a value is beyond any vehicle's motion");
+        return Some("rejected: a value is beyond any vehicle's motion");
     }
     (gyro == [0.0; 3] && accel == [0.0; 3])
-        .then_some("left out: all zeros, the inertial unit was not measuring")
+        .then_some("rejected: all zeros, the inertial unit was not measuring")
 }
 
 fn is_within(values: [f64; 3], largest: f64) -> bool {

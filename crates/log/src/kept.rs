@@ -62,8 +62,8 @@ impl Kept {
     pub fn finish(mut self) -> (Vec<Solution>, usize) {
         let ends = self.solutions.last().map(|solution| solution.time);
         self.solutions.extend(self.last.filter(|last| Some(last.time) != ends));
-        let left_out = self.seen - self.solutions.len();
-        (self.solutions, left_out)
+        let skipped = self.seen - self.solutions.len();
+        (self.solutions, skipped)
     }
 }
 
@@ -94,8 +94,8 @@ mod tests {
     fn kept(most: usize, count: i64) -> (Vec<i64>, usize) {
         let mut kept = Kept { most, ..Kept::new(Keep::All, 0) };
         (0..count).for_each(|number| kept.push(solution(number)));
-        let (solutions, left_out) = kept.finish();
-        (solutions.iter().map(|solution| solution.time.nanoseconds()).collect(), left_out)
+        let (solutions, skipped) = kept.finish();
+        (solutions.iter().map(|solution| solution.time.nanoseconds()).collect(), skipped)
     }
 
     #[test]

@@ -39,8 +39,8 @@ pub struct Manifest {
     /// Description of the vehicle and its flight.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub vehicle: String,
-    /// Kind of the vehicle. A wheeled vehicle is held to its road while fixes are absent. Without a kind, the fixes show
-    /// whether it rolls on wheels.
+    /// Kind of the vehicle. A wheeled vehicle is held to its road while fixes are absent; without a kind, the fixes
+    /// show whether it rolls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vehicle_kind: Option<VehicleKind>,
     /// `recorded` or `simulated`.
@@ -121,9 +121,8 @@ pub struct ImuSection {
     /// and yaw are not converted.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
-    /// Roll, pitch and yaw of the inertial unit in the vehicle, °: the rotation of its axes, after `axes`, relative to
-    /// the vehicle's. Each is within ±360, and 270 means −90. Samples, field and the unit's own attitude are rotated
-    /// back by it.
+    /// Roll, pitch and yaw of the inertial unit in the vehicle after `axes`, °, each within ±360. Samples, field and
+    /// the unit's own attitude are rotated back by it.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
     /// Unit of the accelerations in `imu.csv`; the names of the columns do not matter.

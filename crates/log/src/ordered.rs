@@ -37,7 +37,7 @@ pub(crate) struct Gathered<R, G> {
 }
 
 /// Gathers a result from the rows that stay in order of time, as [`Rows`](crate::Rows) selects them. `begin` makes an
-/// empty result, and `push` adds one row. The file is opened once, and again if rows have to be left out. Only if time
+/// empty result, and `push` adds one row. The file is opened once, and again if rows have to be skipped. Only if time
 /// goes back are the times of all rows in memory.
 pub(crate) fn gather<R: TimedRows, G>(
     open: impl Fn() -> Result<R, LogError>,
@@ -52,8 +52,8 @@ pub(crate) fn gather<R: TimedRows, G>(
             push(&mut made, line, row);
         }
     }
-    let order = match look.left_out(steps, rows.remarks()) {
-        Some(left_out) => Order { left_out, ..Order::default() },
+    let order = match look.skipped(steps, rows.remarks()) {
+        Some(skipped) => Order { skipped, ..Order::default() },
         None => disordered(open()?, steps, rows.remarks())?,
     };
     if order != Order::default() {
@@ -105,15 +105,15 @@ pub(crate) struct Passing {
 impl Passing {
     /// Whether the next row, at this time, stays in `order`, which may shift the time.
     pub fn stays(&mut self, time: &mut Time, order: &Order) -> bool {
-        let (index, left_out) = (self.read, &order.left_out);
+        let (index, skipped) = (self.read, &order.skipped);
         self.read += 1;
         if self.last.replace(*time) == Some(*time) {
             return false;
         }
         *time = order.shifts.apply(index, *time);
-        while left_out.get(self.passed).is_some_and(|&left_out| left_out < index) {
+        while skipped.get(self.passed).is_some_and(|&skipped| skipped < index) {
             self.passed += 1;
         }
-        left_out.get(self.passed) != Some(&index)
+        skipped.get(self.passed) != Some(&index)
     }
 }

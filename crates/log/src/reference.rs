@@ -205,7 +205,7 @@ impl TimedRows for ReferenceRows {
     fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError> {
         while let Some(row) = self.table.next(&mut self.remarks)? {
             let Some(time) = row.time(self.time)? else {
-                self.remarks.count("left out: no time", row.line);
+                self.remarks.count("skipped: no time", row.line);
                 continue;
             };
             let mut values = [f64::NAN; 12];
@@ -243,7 +243,7 @@ pub(crate) const TOO_FAST: &str = "with a velocity beyond any vehicle's: velocit
 /// `line`. The quantities are in the order of [`COLUMNS`] after the time.
 ///
 /// # Errors
-/// Reason to leave the row out: its position is not on Earth.
+/// Reason to reject the row: its position is not on Earth.
 pub(crate) fn ensure_motion(
     values: &mut [f64],
     fastest_mps: f64,

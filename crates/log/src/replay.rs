@@ -38,22 +38,22 @@ pub struct Run {
     /// The solutions in memory: one per accepted inertial sample, from the end of alignment on, or some of them.
     pub solutions: Vec<Solution>,
     /// Number of solutions not in memory.
-    pub solutions_left_out: usize,
-    /// The estimator's notices, in order, without readings left out by design. If solutions are thinned
+    pub solutions_thinned: usize,
+    /// The estimator's notices, in order, without readings skipped by design. If solutions are thinned
     /// ([`Keep::Thinned`]), routine comparisons are too: at most 65 536 of fixes and 32 768 of each other aid stay.
     pub notices: Vec<Notice>,
     /// Number of comparisons of fixes not among the notices.
-    pub fixes_left_out: usize,
+    pub fixes_thinned: usize,
     /// Number of comparisons of other aids not among the notices.
-    pub comparisons_left_out: usize,
+    pub comparisons_thinned: usize,
     /// Number of fixes of which a part corrected the state, and of those of which a part was rejected.
     pub fixes_compared: FixTally,
     /// Tallies of all comparisons, by the channel's name.
     pub channels: BTreeMap<&'static str, ChannelTally>,
     /// Faulty readings that could not be used, each with a notice.
     pub unusable: UnusedReadings,
-    /// Readings left out by design: too soon after the last one, or before the heading is known.
-    pub left_out: UnusedReadings,
+    /// Readings skipped by design: too soon after the last one, or before the heading is known.
+    pub skipped: UnusedReadings,
     /// Time by which the fixes are valid earlier than declared, s, with its one-sigma.
     pub gps_offset: Option<(f64, f64)>,
     /// Largest ratio of the inertial unit's noise to the assumed noise, in variance.
@@ -109,11 +109,11 @@ impl Run {
         }
     }
 
-    /// Keeps a notice. Readings left out by design outnumber the samples, so they are only counted.
+    /// Keeps a notice. Readings skipped by design outnumber the samples, so they are only counted.
     pub(crate) fn keep(&mut self, notice: Notice) {
         if let Notice::NotUsed { aid, reason, .. } = notice {
             if !reason.is_fault() {
-                return self.left_out.count(aid);
+                return self.skipped.count(aid);
             }
             self.unusable.count(aid);
         }
@@ -124,10 +124,10 @@ impl Run {
         if let (Some(thinning), Some(channel)) = (&mut self.thinning, routine(&notice)) {
             let kept = self.notices.len();
             let takes = thinning.takes(channel, &mut self.notices);
-            let left_out = kept - self.notices.len() + usize::from(!takes);
+            let skipped = kept - self.notices.len() + usize::from(!takes);
             match channel.is_of_fix() {
-                true => self.fixes_left_out += left_out,
-                false => self.comparisons_left_out += left_out,
+                true => self.fixes_thinned += skipped,
+                false => self.comparisons_thinned += skipped,
             }
             if !takes {
                 return;
@@ -138,7 +138,7 @@ impl Run {
 }
 
 impl Dataset {
-    /// Leaves out the fixes within `outages`, and thins the rest to at most `rate_hz`.
+    /// Ignores the fixes within `outages`, and thins the rest to at most `rate_hz`.
     pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
         // The interval may be a tenth shorter, for the jitter of the receiver's clock.
         let interval_s = rate_hz.map_or(0.0, |rate_hz| 0.9 / rate_hz);
@@ -232,7 +232,7 @@ impl Dataset {
                 }
             }
         }
-        (run.solutions, run.solutions_left_out) = kept.finish();
+        (run.solutions, run.solutions_thinned) = kept.finish();
         run
     }
 }

@@ -14,7 +14,7 @@ use crate::records::Place;
 use crate::table::rows_of;
 use hovernav::imu::ImuSample;
 
-/// Inertial samples of an `imu.csv` that has been read once to its end. The rows to be left out are in memory; each
+/// Inertial samples of an `imu.csv` that has been read once to its end. The rows to be skipped are in memory; each
 /// pass reads the samples again.
 #[derive(Clone, Debug)]
 pub struct SampleFile {

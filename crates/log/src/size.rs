@@ -13,7 +13,7 @@ use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
 /// Bytes for each row while the rows are sorted: line, time and whether the row stays.
-const BESIDE_A_ROW: usize = size_of::<u64>() + size_of::<Time>() + 1;
+const EXTRA_PER_ROW: usize = size_of::<u64>() + size_of::<Time>() + 1;
 
 impl Dataset {
     /// Memory that [`open_within`](Self::open_within) needs for the dataset in the directory `dir`, bytes. The estimate
@@ -29,7 +29,7 @@ impl Dataset {
             (aids::ROTOR_FILE, size_of::<(Time, f64)>()),
         ];
         let bytes =
-            |(file, row): (&str, usize)| rows_of(&dir.join(file)) * (row + BESIDE_A_ROW) as u64;
+            |(file, row): (&str, usize)| rows_of(&dir.join(file)) * (row + EXTRA_PER_ROW) as u64;
         let within = |file, row: usize| rows_of(&dir.join(file)).min(most as u64) * row as u64;
         tables.into_iter().map(bytes).sum::<u64>()
             + within(imu::FILE, size_of::<ImuSample>())

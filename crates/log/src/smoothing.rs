@@ -9,7 +9,7 @@ use std::mem::size_of;
 use std::ops::ControlFlow;
 
 use crate::dataset::Dataset;
-use crate::denied::{Denied, denied};
+use crate::denied::{Inconsistent, denied};
 use crate::events::Events;
 use crate::finding::Finding;
 use crate::kept::Keep;
@@ -153,12 +153,17 @@ impl Dataset {
         if !denied.is_empty() {
             self.put_forward(config, &denied, &mut solutions);
         }
-        let denied = denied.iter().map(Denied::finding).collect();
+        let denied = denied.iter().map(Inconsistent::finding).collect();
         Some(SmoothedRun { forward, solutions, denied })
     }
 
     /// Replaces the solutions in these spans by those of a forward run.
-    fn put_forward(&self, config: &EstimatorConfig, denied: &[Denied], solutions: &mut [Solution]) {
+    fn put_forward(
+        &self,
+        config: &EstimatorConfig,
+        denied: &[Inconsistent],
+        solutions: &mut [Solution],
+    ) {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         for event in self.events() {
             estimator.push(&event, |_| ());

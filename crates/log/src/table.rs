@@ -152,7 +152,7 @@ impl Table {
         }
     }
 
-    /// The next row with as many fields as the header; those with more or fewer are left out.
+    /// The next row with as many fields as the header; those with more or fewer are skipped.
     pub fn next(&mut self, remarks: &mut Remarks) -> Result<Option<Row<'_>>, LogError> {
         while self.records.advance().map_err(LogError::io(&self.path))? {
             if self.records.current().iter().all(is_blank) {
@@ -174,12 +174,12 @@ impl Table {
         let record = self.records.current();
         let ends_in_number = || record.iter().next_back().is_none_or(|f| parse_number(f).is_some());
         match record.len().cmp(&self.header.len()) {
-            Ordering::Less => Some("left out: fewer fields than the header"),
+            Ordering::Less => Some("skipped: fewer fields than the header"),
             Ordering::Greater if !record.iter().skip(self.header.len()).all(is_blank) => {
-                Some("left out: more fields than the header")
+                Some("skipped: more fields than the header")
             }
             _ if self.records.is_cut_off() && !ends_in_number() => {
-                Some("left out: cut off at the end of the file")
+                Some("skipped: cut off at the end of the file")
             }
             _ => None,
         }

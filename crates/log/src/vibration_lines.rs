@@ -31,7 +31,7 @@ const ABOVE: f64 = 8.0;
 /// Number of bins of that neighbourhood.
 const NEAR: usize = 12;
 /// Largest number of lines of each triad.
-const TOLD: usize = 3;
+const MOST_LINES: usize = 3;
 /// Lower frequencies, Hz, are motion.
 const SLOWEST_HZ: f64 = 3.0;
 
@@ -87,7 +87,7 @@ pub(crate) fn vibration_lines(rates: &[Rates]) -> Vec<VibrationLine> {
     }
     for lines in &mut found {
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        lines.truncate(TOLD);
+        lines.truncate(MOST_LINES);
     }
     found.concat()
 }

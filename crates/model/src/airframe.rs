@@ -79,7 +79,7 @@ pub enum AirframeError {
 /// Equation (V20) of docs/equations.md.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearAirframe {
-    /// Derivative of each of [`ROWS`] by each column, gravity left out.
+    /// Derivative of each of [`ROWS`] by each column, without gravity.
     slopes: [[f64; COLUMNS]; ROWS.len()],
 }
 

@@ -128,12 +128,12 @@ impl StateSpace {
     /// whose sign is that of a record. For a model in percent the sign convention of its source applies.
     #[must_use]
     pub fn wrong_signs(&self) -> Vec<WrongSign> {
-        let found = KnownSign::all().filter(|known| !self.tells_of(known));
+        let found = KnownSign::all().filter(|known| !self.mentions(known));
         found.filter_map(|known| self.against(known)).collect()
     }
 
     /// Whether the verdict of the model names the wrong sign of `known` itself.
-    fn tells_of(&self, known: &KnownSign) -> bool {
+    fn mentions(&self, known: &KnownSign) -> bool {
         let begin = format!("{} is ", known.name);
         let objection = match known.role {
             // Model files contain several versions of the whole text.
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_parameter_is_of_the_wrong_sign_beyond_its_doubt_and_where_no_verdict_told_it() {
+    fn a_parameter_is_of_the_wrong_sign_beyond_its_doubt_and_where_no_verdict_reported_it() {
         let with = |name: &str, value: f64, sigma: f64| {
             let parameter = Parameter { name: name.into(), value, unit: "rad/s²".into() };
             let covariance = DMatrix::from_element(1, 1, sigma * sigma);

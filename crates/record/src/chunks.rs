@@ -99,11 +99,11 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 return Some((at, Piece::Damage { reason, bytes: bytes.len() - at }));
             };
             offset = next;
-            let left_out = next - at;
+            let skipped = next - at;
             let reason = format!(
-                "{reason}; {left_out} bytes left out, reading continues at the chunk at byte {next}"
+                "{reason}; {skipped} bytes skipped, reading continues at the chunk at byte {next}"
             );
-            return Some((at, Piece::Damage { reason, bytes: left_out }));
+            return Some((at, Piece::Damage { reason, bytes: skipped }));
         }
         // A file can also be cut off between two records.
         (!std::mem::replace(&mut is_over, true)).then(|| {
@@ -173,7 +173,7 @@ fn chunk(body: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     if found != header.uncompressed_crc {
         let expected = header.uncompressed_crc;
         return Err(format!(
-            "found a chunk with checksum {found:08x}, expected {expected:08x}: left out"
+            "found a chunk with checksum {found:08x}, expected {expected:08x}: skipped"
         ));
     }
     Ok(data)

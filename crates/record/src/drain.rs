@@ -28,7 +28,7 @@ pub struct Drain<W: Write> {
     writer: MessageWriter<Spool<W>>,
     progress: Arc<Progress>,
     /// Time since which the disk has refused to write.
-    refused_since: Option<Time>,
+    rejected_since: Option<Time>,
 }
 
 impl<W: Write> Drain<W> {
@@ -44,7 +44,7 @@ impl<W: Write> Drain<W> {
                 io::Error::from_raw_os_error,
             ));
         }
-        Ok(Self { writer, progress, refused_since: None })
+        Ok(Self { writer, progress, rejected_since: None })
     }
 
     /// Writes the entries until the loop ends the queue.
@@ -96,15 +96,15 @@ impl<W: Write> Drain<W> {
     fn report_refusals(&mut self) {
         let now = self.writer.now;
         let is_refusing = self.progress.waiting.load(Ordering::Relaxed) > 0;
-        let written = match (self.refused_since, is_refusing) {
+        let written = match (self.rejected_since, is_refusing) {
             (None, true) => {
-                self.refused_since = Some(now);
+                self.rejected_since = Some(now);
                 let number = self.progress.os_error().unwrap_or(0);
                 let error = io::Error::from_raw_os_error(number).to_string();
                 self.writer.event(now, Level::Error, "record_refused", &error)
             }
             (Some(since), false) => {
-                self.refused_since = None;
+                self.rejected_since = None;
                 let text = format!("the record is being written again after {:.1} s", now - since);
                 self.writer.event(now, Level::Info, "record_resumed", &text)
             }

@@ -208,7 +208,8 @@ impl Happening {
     }
 }
 
-/// Severity of a loss of the inertial unit: critical only if it had worked, for then the flight depends on it.
+/// Severity of a loss of the inertial unit: critical only after it has worked, because the
+/// flight then depends on it.
 const fn dmu_lost_level(fault: LinkFault) -> Level {
     match fault {
         LinkFault::Startup(_) => Level::Error,
@@ -312,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_gate_refused_is_told_by_its_worst_in_the_units_people_read() {
+    fn what_a_gate_refused_is_reported_by_its_worst_in_the_units_people_read() {
         let all = [
             innovation(Channel::Yaw, -0.042, 0.007, Verdict::Rejected),
             innovation(Channel::VelocityNorth, 9.0, 0.1, Verdict::Accepted),

@@ -44,8 +44,8 @@ impl Replay {
                 self.last_fix = Some(now);
             }
             let Self { control, estimator, stepless, .. } = self;
-            control.hear(&event);
-            estimator.push_traced(&event, stepless, |notice| control.hear_notice(&notice));
+            control.observe(&event);
+            estimator.push_traced(&event, stepless, |notice| control.observe_notice(&notice));
             if is_sample {
                 let stepless = &mut self.stepless;
                 self.flown = self.estimator.solution().map(|solution| stepless.solution(&solution));

@@ -36,7 +36,7 @@ pub(super) fn frequency(sensor: &'static str, what: &'static str, hz: f64) -> Ch
     check(possible, sensor, what, hz, "above 0 and at most 20000 Hz")
 }
 
-/// A time constant, range or bandwidth; infinite for none.
+/// Checks a time constant, range or bandwidth, which is infinite if the sensor has no such limit.
 pub(super) fn positive(sensor: &'static str, what: &'static str, value: f64) -> Checked {
     check(value > 0.0, sensor, what, value, "above 0")
 }

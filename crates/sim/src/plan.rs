@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_climbs_and_accelerations_end_where_they_were_told_to() {
+    fn turns_climbs_and_accelerations_end_where_commanded() {
         for (turn_rad, rate_radps) in [(2.0, 0.3), (-3.0, 0.5), (0.2, 0.5)] {
             let plan = FlightPlan::hover_at(field(), -0.4)
                 .accelerate(Vector::new(7.0, -1.0, 0.0), 4.0)

@@ -5,9 +5,9 @@ use super::check::{Checked, ConfigError, positive, size};
 /// Settings of the servos, which are identical. The default is a digital servo of a 60-class helicopter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoConfig {
-    /// Corner of the first-order response to small commands, Hz; infinite for no lag.
+    /// Corner of the first-order response to small commands, Hz; infinite without a lag.
     pub bandwidth_hz: f64,
-    /// Highest speed, stick units (full travel is 1) per second; infinite for no limit.
+    /// Highest speed, stick units (full travel is 1) per second; infinite without a limit.
     pub rate_per_s: f64,
     /// Largest error that does not move the servo, stick units; 0 for no dead band.
     pub dead_band: f64,

@@ -24,9 +24,9 @@ pub struct GyroConfig {
     /// Resolution of the output, °/s; 0 for unlimited. For increments it applies to the mean rate over a sample, and
     /// the rounding error is carried over to the next sample.
     pub resolution_degps: f64,
-    /// Largest output, °/s; infinite for no limit.
+    /// Largest output, °/s; infinite without a limit.
     pub range_degps: f64,
-    /// Corner of the first-order low-pass, Hz; infinite for none.
+    /// Corner of the first-order low-pass, Hz; infinite without a low-pass.
     pub bandwidth_hz: f64,
 }
 
@@ -46,9 +46,9 @@ pub struct AccelerometerConfig {
     /// Resolution of the output, m/s²; 0 for unlimited. For increments it applies to the mean over a sample, and the
     /// rounding error is carried over to the next sample.
     pub resolution_mps2: f64,
-    /// Largest output, m/s²; infinite for no limit.
+    /// Largest output, m/s²; infinite without a limit.
     pub range_mps2: f64,
-    /// Corner of the first-order low-pass, Hz; infinite for none.
+    /// Corner of the first-order low-pass, Hz; infinite without a low-pass.
     pub bandwidth_hz: f64,
 }
 
@@ -179,7 +179,7 @@ pub(super) struct Triad {
     resolution: f64,
     low_pass: LowPass,
     /// Accumulated rounding error of the increments, in steps of the resolution.
-    left_out: DVec3,
+    omitted: DVec3,
 }
 
 impl Triad {
@@ -193,7 +193,7 @@ impl Triad {
             range: errors.range,
             resolution: errors.resolution,
             low_pass: LowPass::new(errors.lag_s(), period_s),
-            left_out: DVec3::ZERO,
+            omitted: DVec3::ZERO,
             noise,
         }
     }
@@ -212,10 +212,10 @@ impl Triad {
         if self.resolution == 0.0 {
             return value;
         }
-        let steps = value / self.resolution + self.left_out;
+        let steps = value / self.resolution + self.omitted;
         let whole = steps.round();
         if carry {
-            self.left_out = steps - whole;
+            self.omitted = steps - whole;
         }
         whole * self.resolution
     }

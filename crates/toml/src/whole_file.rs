@@ -217,7 +217,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_device_is_written_to_and_tells_that_it_is_full() {
+    fn a_device_is_written_to_and_reports_that_it_is_full() {
         write_whole(Path::new("/dev/null"), "gone").unwrap();
         let error = write_whole(Path::new("/dev/full"), "too much").unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);

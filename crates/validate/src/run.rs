@@ -35,7 +35,7 @@ struct Flight<'a> {
     set: &'a Set,
     dataset: Dataset,
     config: EstimatorConfig,
-    left_out: Vec<SetupFinding>,
+    ignored: Vec<SetupFinding>,
     reference: Option<Reference>,
     onboard: Option<Onboard>,
 }
@@ -46,13 +46,13 @@ fn fly(set: &Set, settings: &[PathBuf]) -> Result<Vec<Row>, LogError> {
         dataset.configure(file)?;
     }
     let denied = dataset.check_fitness(&set.path)?;
-    let mut left_out = dataset.leave_out(denied);
+    let mut ignored = dataset.ignore(denied);
     let config = dataset.settings()?;
     let mut causal = estimate(&dataset, &config);
-    let without = dataset.leave_out_denied(&config, &causal);
+    let without = dataset.ignore_inconsistent(&config, &causal);
     if !without.is_empty() {
         causal = estimate(&dataset, &config);
-        left_out.extend(without);
+        ignored.extend(without);
     }
     if causal.solutions.is_empty() {
         let reason = "no solution: the alignment did not end".to_owned();
@@ -62,7 +62,7 @@ fn fly(set: &Set, settings: &[PathBuf]) -> Result<Vec<Row>, LogError> {
         true => Reference::open(&set.path, &dataset.manifest)?,
         false => None,
     };
-    let flight = Flight { set, dataset, config, left_out, reference, onboard };
+    let flight = Flight { set, dataset, config, ignored, reference, onboard };
     let (causal, (smoothed, outages)) = rayon::join(
         || flight.row("causal", &causal, &causal.solutions, Vec::new()),
         || rayon::join(|| flight.smoothed(), || flight.outages()),
@@ -96,7 +96,7 @@ impl Flight<'_> {
         findings.extend(more);
         let span = self.dataset.sample_span();
         let span_s = span.map_or((0.0, 0.0), |(first, last)| (first.seconds(), last.seconds()));
-        findings.extend(self.left_out.iter().map(|found| found.finding(span_s.0, span_s.1)));
+        findings.extend(self.ignored.iter().map(|found| found.finding(span_s.0, span_s.1)));
         row.set_findings(&findings);
         row.set("fixes_used", Some(run.fixes_compared.used as f64));
         row.set("fixes_rejected", Some(run.fixes_compared.rejected as f64));

@@ -200,20 +200,20 @@ impl Core {
     fn read(&mut self, is_dmu: bool, bytes: &[u8], now: Time) -> (Vec<u8>, i64) {
         let mut reply = Vec::new();
         let Self { sensors, estimator, stepless, autopilot } = self;
-        let hear = |output| match output {
+        let observe = |output| match output {
             SensorOutput::WriteDmu(command) => reply.push(command.byte()),
             SensorOutput::WriteGps(command) => reply.extend_from_slice(command.as_bytes()),
             SensorOutput::Event(event) => {
-                autopilot.hear(&event);
-                estimator.push_traced(&event, stepless, |notice| autopilot.hear_notice(&notice));
+                autopilot.observe(&event);
+                estimator.push_traced(&event, stepless, |notice| autopilot.observe_notice(&notice));
             }
             _ => {}
         };
         if is_dmu {
-            let until = sensors.dmu(bytes, now, hear);
+            let until = sensors.dmu(bytes, now, observe);
             (reply, until.nanoseconds())
         } else {
-            sensors.gps(bytes, now, hear);
+            sensors.gps(bytes, now, observe);
             (reply, 0)
         }
     }

@@ -75,12 +75,12 @@ impl Navigator {
         }
     }
 
-    fn notices(&mut self, mut hear: impl FnMut(&Notice)) {
+    fn notices(&mut self, mut observe: impl FnMut(&Notice)) {
         let mut notice = MaybeUninit::uninit();
         // SAFETY: an object, and room for a notice.
         while unsafe { hovernav_next_notice(self.nav, notice.as_mut_ptr()) } == Status::Ok {
             // SAFETY: written, because the status is success.
-            hear(unsafe { notice.assume_init_ref() });
+            observe(unsafe { notice.assume_init_ref() });
         }
     }
 
@@ -188,7 +188,7 @@ fn a_setting_beyond_its_range_is_refused_with_the_range() {
 }
 
 #[test]
-fn what_alignment_cannot_use_is_told_of() {
+fn what_alignment_cannot_use_is_reported() {
     let mut navigator = Navigator::new(&config());
     navigator.stand(32, 0);
     let now_ns = navigator.now_ns;
@@ -248,7 +248,7 @@ fn alignment_ends_however_long_a_time_it_is_to_take() {
 }
 
 #[test]
-fn a_reading_of_another_clock_is_told_of_and_shuts_out_no_later_one() {
+fn a_reading_of_another_clock_is_reported_and_shuts_out_no_later_one() {
     let mut config = config();
     (config.use_attitude, config.use_magnetometer) = (0, 1);
     let mut navigator = Navigator::new(&config);

@@ -17,10 +17,10 @@ pub trait Controller<T> {
     const WORK: Work;
 
     /// Receives a sensor event.
-    fn hear(&mut self, event: &Event);
+    fn observe(&mut self, event: &Event);
 
     /// Receives a notice of the estimator.
-    fn hear_notice(&mut self, notice: &Notice);
+    fn observe_notice(&mut self, notice: &Notice);
 
     /// Runs one step; `engage` is the pilot's switch.
     fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T>;
@@ -29,12 +29,12 @@ pub trait Controller<T> {
 impl<T: Scalar> Controller<T> for HoverAutopilot<T> {
     const WORK: Work = Work::Autopilot;
 
-    fn hear(&mut self, event: &Event) {
-        self.hear(event);
+    fn observe(&mut self, event: &Event) {
+        self.observe(event);
     }
 
-    fn hear_notice(&mut self, notice: &Notice) {
-        self.hear_notice(notice);
+    fn observe_notice(&mut self, notice: &Notice) {
+        self.observe_notice(notice);
     }
 
     fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T> {
@@ -59,15 +59,15 @@ impl<T> Computer<T> {
 impl<T: Scalar> Controller<T> for Computer<T> {
     const WORK: Work = Work::Control;
 
-    fn hear(&mut self, event: &Event) {
+    fn observe(&mut self, event: &Event) {
         if let Event::Gps(fix) = event {
             self.last_fix = Some(fix.time);
         }
-        self.control.hear(event);
+        self.control.observe(event);
     }
 
-    fn hear_notice(&mut self, notice: &Notice) {
-        self.control.hear_notice(notice);
+    fn observe_notice(&mut self, notice: &Notice) {
+        self.control.observe_notice(notice);
     }
 
     fn step(&mut self, now: Time, solution: Option<&Solution<T>>, engage: bool) -> Sticks<T> {

@@ -220,9 +220,9 @@ pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>, C: Cont
     for event in events(most) {
         let (mut attitude, mut fix, mut aligned) = (false, false, false);
         let before = clock();
-        controller.hear(&event);
+        controller.observe(&event);
         estimator.push_traced(&event, &mut stepless, |notice| {
-            controller.hear_notice(&notice);
+            controller.observe_notice(&notice);
             match notice {
                 Notice::Updated(ref report) => {
                     let axes = report.innovations().count();

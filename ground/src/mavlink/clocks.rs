@@ -18,7 +18,7 @@ pub struct Clocks {
 
 impl Clocks {
     /// Stores a clock reading, µs; zero means no clock.
-    pub const fn hear(&mut self, now_us: u64) {
+    pub const fn observe(&mut self, now_us: u64) {
         match now_us {
             0 => {}
             1..SINCE_BOOT_US => self.boot = Some(now_us),

@@ -37,7 +37,7 @@ pub struct Translator {
     clocks: Clocks,
     attitude: Option<EulerAngles>,
     /// Whether LOCAL_POSITION_NED arrives, whose velocity is finer than in GLOBAL_POSITION_INT.
-    hears_velocity: bool,
+    receives_velocity: bool,
     /// An incomplete text: its number, level and first pieces.
     text: Option<(u16, TextLevel, Vec<u8>)>,
 }
@@ -78,11 +78,11 @@ impl Translator {
             self.end_text(said);
         }
         if let MavMessage::SYSTEM_TIME(m) = message {
-            self.clocks.hear(1000 * u64::from(m.time_boot_ms));
-            self.clocks.hear(m.time_unix_usec);
+            self.clocks.observe(1000 * u64::from(m.time_boot_ms));
+            self.clocks.observe(m.time_unix_usec);
         }
         if let Some((boot_s, values)) = self.values(message) {
-            self.clocks.hear(boot_s.map_or(0, |boot_s| (1e6 * boot_s) as u64));
+            self.clocks.observe(boot_s.map_or(0, |boot_s| (1e6 * boot_s) as u64));
             said(Said::Values(boot_s, values));
         }
     }
@@ -105,7 +105,7 @@ impl Translator {
                 (boot(m.time_boot_ms), values)
             }
             MavMessage::HIGHRES_IMU(m) => {
-                self.clocks.hear(m.time_usec);
+                self.clocks.observe(m.time_usec);
                 (None, highres(m))
             }
             MavMessage::SCALED_IMU(m) => {
@@ -124,7 +124,7 @@ impl Translator {
                 (None, values)
             }
             MavMessage::LOCAL_POSITION_NED(m) => {
-                self.hears_velocity = true;
+                self.receives_velocity = true;
                 (boot(m.time_boot_ms), self.velocity([m.vx, m.vy, m.vz].map(f64::from)))
             }
             MavMessage::GLOBAL_POSITION_INT(m) => (boot(m.time_boot_ms), self.position(m)),
@@ -191,7 +191,7 @@ impl Translator {
             (Altitude, place(m.alt, 1e-3)),
             (AboveHome, place(m.relative_alt, 1e-3)),
         ];
-        if !self.hears_velocity && is_known {
+        if !self.receives_velocity && is_known {
             values.extend(self.velocity([m.vx, m.vy, m.vz].map(|value| 0.01 * f64::from(value))));
         }
         values

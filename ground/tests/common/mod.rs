@@ -204,7 +204,7 @@ impl Client {
     }
 
     /// The next message with `key`. The limit is a number of messages, which a busy machine sends later.
-    pub fn hear(&mut self, key: &str) -> Value {
+    pub fn observe(&mut self, key: &str) -> Value {
         for _ in 0..MOST_MESSAGES {
             let Message::Text(text) = self.0.read().unwrap() else { continue };
             let message: Value = serde_json::from_str(&text).unwrap();

@@ -35,7 +35,7 @@ fn the_record_of_the_flight_computer_opens_with_its_solutions_and_events() {
     let mut client = Client::connect(&served, "").unwrap();
     client.ask(r#"{"do":"open","name":"aboard"}"#);
     let state = loop {
-        let state = client.hear("state");
+        let state = client.observe("state");
         if !state["record"].is_null() {
             break state;
         }
@@ -58,6 +58,6 @@ fn the_record_of_the_flight_computer_opens_with_its_solutions_and_events() {
     // A file of another program is refused by its kind.
     std::fs::write(served.place.path().join("records/other.mcap"), [0x89; 100]).unwrap();
     client.ask(r#"{"do":"open","name":"other"}"#);
-    let error = client.hear("error");
+    let error = client.observe("error");
     assert!(error.as_str().unwrap().contains("expected an MCAP file"), "{error}");
 }

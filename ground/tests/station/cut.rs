@@ -148,11 +148,11 @@ fn a_client_of_a_cut_link_gets_words_instead_of_values() {
     }
     lock(&served.station).clock = Clock::Stopped(served.start_s);
     let mut client = Client::connect(&served, "").unwrap();
-    let tick = client.hear("tick");
+    let tick = client.observe("tick");
     assert!(tick["now"].as_array().unwrap().iter().all(serde_json::Value::is_null), "{tick}");
     // The time of the page goes on without data.
     assert!(tick["t"].as_f64().unwrap() > tick["newest"].as_f64().unwrap() + 40.0, "{tick}");
-    let state = client.hear("state");
+    let state = client.observe("state");
     let silence = state["what"]["silence"].as_str().unwrap();
     assert!(silence.starts_with("no telemetry for 5") && silence.ends_with(" s"), "{silence}");
     assert_eq!(state["what"]["control"]["engagement"]["why"], silence);

@@ -269,9 +269,9 @@ fn ten_thousand_hostile_requests_change_nothing() {
             let _ = client.0.send(Message::text(text));
         }
     }
-    let tick = operator.hear("tick");
+    let tick = operator.observe("tick");
     assert!(tick["now"].as_array().unwrap().iter().filter(|value| !value.is_null()).count() >= 60);
-    assert!(operator.hear("state")["recording"].is_null());
+    assert!(operator.observe("state")["recording"].is_null());
     let left: Vec<_> = std::fs::read_dir(served.place.path().join("records")).unwrap().collect();
     assert!(left.is_empty(), "{left:?}");
 }

@@ -223,7 +223,7 @@ fn a_record_cut_at_any_byte_opens_or_says_what_it_is() {
 
 proptest::proptest! {
     #[test]
-    fn any_bytes_are_survived_and_a_frame_after_them_is_heard(
+    fn any_bytes_are_survived_and_a_frame_after_them_is_received(
         noise in proptest::collection::vec(proptest::prelude::any::<u8>(), 0..4000),
         pieces in 1usize..300,
     ) {

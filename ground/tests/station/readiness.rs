@@ -25,12 +25,12 @@ fn why(station: &Station, name: &str) -> String {
 }
 
 #[test]
-fn what_its_own_checks_say_before_arming_is_told_in_words() {
+fn what_its_own_checks_say_before_arming_is_reported_in_words() {
     let check = MavSysStatusSensor::MAV_SYS_STATUS_PREARM_CHECK;
     let none = MavSysStatusSensor::empty();
     let (mut vehicle, mut station) = (Sender::new(1, 1), station());
     let mut at_s = 1e9;
-    let mut hear = |base_mode, present, enabled, health| {
+    let mut observe = |base_mode, present, enabled, health| {
         let beat = HEARTBEAT_DATA {
             autopilot: MavAutopilot::MAV_AUTOPILOT_ARDUPILOTMEGA,
             mavtype: MavType::MAV_TYPE_HELICOPTER,
@@ -51,12 +51,12 @@ fn what_its_own_checks_say_before_arming_is_told_in_words() {
     };
     let (rests, armed) = (MavModeFlag::empty(), MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
     let fails = "not armed: its pre-arm checks fail, see its messages";
-    assert_eq!(hear(rests, check, check, none), fails);
-    assert_eq!(hear(rests, check, check, check), "not armed: its pre-arm checks pass");
+    assert_eq!(observe(rests, check, check, none), fails);
+    assert_eq!(observe(rests, check, check, check), "not armed: its pre-arm checks pass");
     // Disabled or missing checks are not reported.
-    assert_eq!(hear(rests, check, none, check), "not armed");
-    assert_eq!(hear(rests, none, none, check), "not armed");
-    assert_eq!(hear(armed, check, check, check), "armed");
+    assert_eq!(observe(rests, check, none, check), "not armed");
+    assert_eq!(observe(rests, none, none, check), "not armed");
+    assert_eq!(observe(armed, check, check, check), "armed");
 }
 
 /// A fix taken `time_usec` after boot or after the start of 1970.
@@ -95,7 +95,7 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
 }
 
 #[test]
-fn a_fix_whose_age_nobody_tells_has_none() {
+fn a_fix_whose_age_nobody_reports_has_none() {
     // No time stamp; a time stamp of an unknown clock; a time stamp in the future.
     for time_usec in [0, 1_800_000_000_000_000, 60_000_000] {
         let (mut vehicle, mut station) = (Sender::new(1, 1), station());
@@ -108,7 +108,7 @@ fn a_fix_whose_age_nobody_tells_has_none() {
 }
 
 #[test]
-fn a_vehicle_of_this_project_tells_the_age_of_its_fix_by_mavlink_too() {
+fn a_vehicle_of_this_project_reports_the_age_of_its_fix_by_mavlink_too() {
     for utc_us in [None, Some(1_800_000_000_000_000)] {
         let mut mavlink = hovernav_fly::Mavlink::new(MavlinkConfig::default(), Time::ZERO);
         if let Some(utc_us) = utc_us {

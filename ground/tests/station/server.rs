@@ -19,19 +19,19 @@ fn a_client_chooses_looks_records_retrieves_seeks_exports_and_marks() {
     let served = serve(None);
     fly(&served, 0..330);
     let mut client = Client::connect(&served, "").unwrap();
-    let hello = client.hear("hello");
+    let hello = client.observe("hello");
     assert!(hello["channels"].as_array().unwrap().len() >= 60);
 
     client.ask(r#"{"do":"watch","channels":["roll_deg","vel_n_mps"]}"#);
     let (from, to) = (served.start_s - 10.0, served.start_s + 11.0);
     client.ask(&format!(r#"{{"do":"view","id":7,"from":{from},"to":{to},"columns":100}}"#));
-    let view = client.hear("view");
+    let view = client.observe("view");
     assert_eq!(view["id"], 7);
     let shown = view["series"]["roll_deg"][0].as_array().unwrap().len();
     assert!((80..=402).contains(&shown), "{shown}");
 
     // The mode began with the first data, not with the client's connection.
-    let since = &client.hear("state")["what"]["since"];
+    let since = &client.observe("state")["what"]["since"];
     let begun_s = since[0].as_f64().unwrap() - served.start_s;
     assert!(begun_s.abs() < 0.1 && since[1] == false, "{since}");
 
@@ -39,24 +39,24 @@ fn a_client_chooses_looks_records_retrieves_seeks_exports_and_marks() {
     client.ask(r#"{"do":"mark","note":"trimmed"}"#);
     let mut marked = false;
     while !marked {
-        let state = client.hear("state");
+        let state = client.observe("state");
         marked = state["markers"].as_array().unwrap().iter().any(|one| one["note"] == "trimmed");
     }
     fly(&served, 330..430);
-    let tick = client.hear("tick");
+    let tick = client.observe("tick");
     assert!(tick["now"].as_array().unwrap().iter().filter(|value| !value.is_null()).count() >= 60);
     client.ask(r#"{"do":"stop"}"#);
-    let recorded = client.hear("recorded");
+    let recorded = client.observe("recorded");
     assert!(
         recorded["frames"].as_u64().unwrap() >= 200 && recorded["fault"].is_null(),
         "{recorded}"
     );
 
     client.ask(r#"{"do":"list"}"#);
-    assert_eq!(client.hear("records")[0]["name"], "hover 1");
+    assert_eq!(client.observe("records")[0]["name"], "hover 1");
     client.ask(r#"{"do":"open","name":"hover 1"}"#);
     let state = loop {
-        let state = client.hear("state");
+        let state = client.observe("state");
         if !state["record"].is_null() {
             break state;
         }
@@ -67,7 +67,7 @@ fn a_client_chooses_looks_records_retrieves_seeks_exports_and_marks() {
     client.ask(&format!(r#"{{"do":"seek","to":{}}}"#, span[0] + 1.0));
     client.ask(r#"{"do":"play","speed":2}"#);
     let tick = loop {
-        let tick = client.hear("tick");
+        let tick = client.observe("tick");
         if tick["t"].as_f64().unwrap() > span[0] + 1.5 {
             break tick;
         }
@@ -90,7 +90,7 @@ fn names_that_lead_elsewhere_and_requests_that_are_none_change_nothing() {
     for name in ["../../etc/passwd", "/tmp/x", "a/b", "..", "", "con", "x\\u0000", ".x", "a\\\\b"] {
         for verb in ["record", "open", "evaluate"] {
             client.ask(&format!(r#"{{"do":"{verb}","name":"{name}"}}"#));
-            let error = client.hear("error");
+            let error = client.observe("error");
             assert!(error.as_str().unwrap().contains("found"), "{verb} {name}: {error}");
         }
     }
@@ -106,7 +106,7 @@ fn names_that_lead_elsewhere_and_requests_that_are_none_change_nothing() {
         r#"{"do":"evaluate","name":"not there"}"#,
     ] {
         client.ask(request);
-        client.hear("error");
+        client.observe("error");
     }
     let paths = [
         "/results/../../etc/passwd",
@@ -130,7 +130,7 @@ fn names_that_lead_elsewhere_and_requests_that_are_none_change_nothing() {
 }
 
 #[test]
-fn without_the_token_nothing_is_told() {
+fn without_the_token_nothing_is_reported() {
     let token = "0123456789abcdef";
     let served = serve(Some(token));
     for query in [
@@ -153,7 +153,7 @@ fn without_the_token_nothing_is_told() {
     assert!(why.starts_with("HTTP/1.1 403") && why.contains("found no token or a wrong"), "{why}");
     let good = get(&served, &format!("/socket?token={token}"));
     assert!(good.starts_with("HTTP/1.1 4") && !good.starts_with("HTTP/1.1 403"), "{good}");
-    Client::connect(&served, &format!("?token={token}")).unwrap().hear("hello");
+    Client::connect(&served, &format!("?token={token}")).unwrap().observe("hello");
     let good = get(&served, &format!("/export.csv?from=0&to=1&token={token}"));
     assert!(good.starts_with("HTTP/1.1 200"), "{good}");
 }
@@ -205,14 +205,14 @@ fn what_is_too_long_or_too_much_ends_the_connection_and_nothing_else() {
 
     let mut binary = Client::connect(&served, "").unwrap();
     binary.0.send(Message::binary(vec![0xFF; 4000])).unwrap();
-    binary.hear("tick");
+    binary.observe("tick");
     // Garbage, a header without end, a request without end.
     assert!(raw(&served, "\0\0\0\0\r\n\r\n").len() < 300);
     let endless = format!("GET / HTTP/1.1\r\nX: {}\r\n\r\n", "x".repeat(1 << 20));
     assert!(!raw(&served, &endless).starts_with("HTTP/1.1 200"));
 
     fly(&served, 0..33);
-    assert!(!other.hear("tick")["now"].as_array().unwrap().is_empty());
+    assert!(!other.observe("tick")["now"].as_array().unwrap().is_empty());
 }
 
 #[test]
@@ -226,14 +226,14 @@ fn twenty_clients_look_at_once_and_more_than_the_room_are_refused() {
         client.ask(r#"{"do":"watch","channels":["roll_deg","pitch_deg","yaw_deg","vel_n_mps","vel_e_mps","vel_u_mps"]}"#);
         // Requests are handled in order: after the view, the channels are watched.
         client.ask(&view);
-        client.hear("view");
-        client.hear("tick");
+        client.observe("view");
+        client.observe("tick");
     }
     fly(&served, 33..99);
     for client in &mut clients {
         let mut points = 0;
         while points < 30 {
-            let tick = client.hear("tick");
+            let tick = client.observe("tick");
             points += tick["points"]["roll_deg"][0].as_array().map_or(0, Vec::len);
         }
     }
@@ -278,7 +278,7 @@ fn two_addresses_that_hold_every_connection_and_every_place_do_not_shut_out_the_
         (0..200).flat_map(|_| [2, 3]).map(|last| connect_from(&served, last)).collect();
     assert!(get(&served, "/").starts_with("HTTP/1.1 200"));
     let mut operator = Client::connect(&served, "").unwrap();
-    assert!(!operator.hear("tick")["now"].as_array().unwrap().is_empty());
+    assert!(!operator.observe("tick")["now"].as_array().unwrap().is_empty());
     drop((clients, idle));
 }
 
@@ -320,11 +320,11 @@ fn a_pipe_or_a_device_among_the_records_is_neither_listed_nor_opened() {
     .unwrap();
     let mut client = Client::connect(&served, "").unwrap();
     client.ask(r#"{"do":"list"}"#);
-    assert_eq!(client.hear("records"), serde_json::json!([]));
+    assert_eq!(client.observe("records"), serde_json::json!([]));
     for name in ["pipe", "device", "link"] {
         for verb in ["open", "evaluate"] {
             client.ask(&serde_json::json!({"do": verb, "name": name}).to_string());
-            let error = client.hear("error");
+            let error = client.observe("error");
             let expected = if verb == "open" { "found a pipe or a device" } else { "" };
             assert!(error.as_str().unwrap().contains(expected), "{verb} {name}: {error}");
         }

@@ -55,7 +55,7 @@ fn station() -> Station {
 }
 
 #[test]
-fn a_real_submarine_is_heard_beside_its_ground_station() {
+fn a_real_submarine_is_received_next_to_its_ground_station() {
     let Some(frames) = recorded() else { return };
     let mut station = station();
     for (time_s, frame) in &frames {
@@ -105,7 +105,7 @@ fn a_real_submarine_is_heard_beside_its_ground_station() {
 }
 
 #[test]
-fn its_stream_is_heard_by_udp_in_real_time() {
+fn its_stream_is_received_by_udp_in_real_time() {
     let Some(frames) = recorded() else { return };
     let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let station = Arc::new(Mutex::new(station()));

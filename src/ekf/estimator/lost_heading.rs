@@ -16,7 +16,7 @@ use crate::time::Time;
 
 /// One-sigma of a vehicle's turn rate during a gap, rad/s: after nine seconds its heading is unknown.
 const HIDDEN_RADPS: f64 = 0.35;
-/// One-sigma of a heading, rad, beyond which it is searched again after trouble with the samples.
+/// One-sigma of a heading, rad, beyond which it is searched again after missing or faulty samples.
 const UNSURE_RAD: f64 = 0.35;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

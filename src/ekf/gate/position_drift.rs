@@ -1,6 +1,6 @@
 //! Drift of the positions of fixes away from the velocity that they report.
 
-/// Recent shift of the expected position of the next fix, other than by the vehicle's motion.
+/// Recent shift of the expected position that updates of the filter cause, without the motion of the vehicle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PositionDrift {
     /// Shift north and east, m.

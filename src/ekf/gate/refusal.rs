@@ -24,7 +24,7 @@ struct Evidence {
     baro_level_is_ambiguous: bool,
     /// A velocity was reopened recently.
     velocity_was_reset: bool,
-    /// The samples had trouble, or the heading is unconfirmed, or a velocity was reopened.
+    /// Inertial samples were missing or clipped, or the heading is unconfirmed, or a velocity was reopened.
     suspect: bool,
     /// For a position: the receiver's velocity agrees with the filter.
     velocity_agrees: bool,

@@ -14,7 +14,7 @@ fn north_asked_mps(bench: &Bench) -> f64 {
 }
 
 #[test]
-fn the_fence_is_told_once_and_again_when_it_is_left() {
+fn the_fence_is_reported_once_and_again_when_it_is_left() {
     let mut bench = Bench::engaged(fenced(None));
     let count = |bench: &Bench, wanted| bench.told.iter().filter(|told| **told == wanted).count();
     for position in [place(51.0, 10.0), place(52.0, 10.0), place(10.0, 10.0), place(0.0, 41.0)] {

@@ -27,7 +27,7 @@ fn count(bench: &Bench, wanted: ProgrammeChange) -> usize {
 }
 
 #[test]
-fn inputs_are_flown_one_after_the_other_and_told() {
+fn inputs_are_flown_one_after_the_other_and_reported() {
     let mut bench = flying(programme());
     let injected: Vec<Sticks> = (0..400).map(|_| bench.cycles(1).injected).collect();
     let cycles = |is: &dyn Fn(&Sticks) -> bool| injected.iter().filter(|one| is(one)).count();
@@ -62,7 +62,7 @@ fn a_stick_beyond_its_dead_band_ends_them_at_once_and_the_autopilot_flies_on() {
 }
 
 #[test]
-fn the_switch_ends_them_and_the_next_engagement_begins_anew() {
+fn the_switch_ends_them_and_the_next_engagement_begins_again() {
     let mut bench = flying(programme());
     bench.cycles(110);
     bench.aux_ms = Some(OPEN_MS);

@@ -105,7 +105,7 @@ fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
 }
 
 #[test]
-fn what_a_logger_draws_between_samples_is_told_from_what_a_unit_measures() {
+fn what_a_logger_draws_between_samples_is_distinguished_from_what_a_unit_measures() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     let mut since_s = 0.0;
     let mut made_up = |force: f64, turn: f64| {
@@ -193,7 +193,7 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
 /// Vibration like noise or like a tone, with one or several successive samples lost now and then. The trapezoid over
 /// the gap is compared with those over all samples.
 #[test]
-fn lost_samples_leave_the_error_that_is_told() {
+fn lost_samples_leave_the_error_that_is_reported() {
     const USUAL_S: f64 = 0.03;
     let mut shaking = noise();
     let mut next = noise();

@@ -19,7 +19,7 @@ pub(super) struct Limits {
     /// Least usual vibration, one-sigma, in the sensor's unit: below it any touch would count as a shock.
     least_shaking: f64,
     /// Least vibration, one-sigma, in the sensor's unit, that counts as a strong shock.
-    least_blow: f64,
+    least_shock: f64,
     /// One-sigma, in the sensor's unit, of the motion hidden by a stuck axis.
     stuck_sigma: f64,
 }
@@ -30,7 +30,7 @@ impl Limits {
         least_scale: 1.5,
         fastest: 6.0,
         least_shaking: 0.03,
-        least_blow: 3.0,
+        least_shock: 3.0,
         stuck_sigma: 0.2,
     };
     /// Limits of accelerometers, m/s².
@@ -38,7 +38,7 @@ impl Limits {
         least_scale: 17.0,
         fastest: 0.0,
         least_shaking: 0.3,
-        least_blow: 20.0,
+        least_shock: 20.0,
         stuck_sigma: 2.0,
     };
 
@@ -73,9 +73,9 @@ const REPEATS: u32 = 4;
 pub(super) const NOW_S: f64 = 0.15;
 /// Least present vibration of a shock, in multiples of the usual variance.
 const SHOCK: f64 = 8.0;
-/// Least vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_blow`. A landing
+/// Least vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_shock`. A landing
 /// stays below, a breaking propeller exceeds it.
-const BLOW: f64 = 50.0;
+const STRONG_SHOCK: f64 = 50.0;
 /// Least present vibration, as a share of full scale, at which a reading at full scale belongs to a tone, not to a
 /// push.
 const CUT_OFF_SHARE: f64 = 0.2;
@@ -197,11 +197,11 @@ impl<T: Scalar> Triad<T> {
         }
         let cut_off = self.goes_on_s > 0.0;
         if any(shocked) || cut_off {
-            let (mut struck, least_blow) = (false, square(number(limits.least_blow)));
+            let (mut struck, least_shock) = (false, square(number(limits.least_shock)));
             for axis in 0..3 {
-                let blow = number(BLOW) * quiet[axis];
+                let blow = number(STRONG_SHOCK) * quiet[axis];
                 struck |= shocked[axis] && noise[axis] > blow;
-                shaken |= now[axis] > blow && now[axis] > least_blow;
+                shaken |= now[axis] > blow && now[axis] > least_shock;
             }
             shock = Some(Shaking { variance: greatest(noise, self.usual), struck, cut_off });
         }

@@ -96,8 +96,8 @@ impl Aligner {
     fn tilt(&self, oriented: &mut Oriented, fix: &Fix, sigma_mps: f64) -> Option<()> {
         let usual_rad = oriented.tilt_sigma_rad;
         let since_fix = &self.window.since_fix;
-        let tells = fix.horizontal_velocity_mps.is_some();
-        if tells && !since_fix.is_begun() && self.window.is_manoeuvring() {
+        let has_velocity = fix.horizontal_velocity_mps.is_some();
+        if has_velocity && !since_fix.is_begun() && self.window.is_manoeuvring() {
             return None;
         }
         let Some(pull) = since_fix.pull(fix, self.window.rate, sigma_mps) else { return Some(()) };

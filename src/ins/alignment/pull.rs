@@ -25,8 +25,8 @@ pub(super) struct SinceFix {
     /// From body axes now to those at the fix.
     now_to_then: Rotation<Body, Body, f32>,
     /// Integral of specific force in the axes at the fix, m/s.
-    felt_mps: Vector<Body, f32>,
-    felt_s: f32,
+    force_integral_mps: Vector<Body, f32>,
+    force_integral_s: f32,
     /// The fix's velocity; its down component is NaN if not measured.
     velocity_mps: Vector<Ned, f32>,
 }
@@ -48,8 +48,8 @@ impl Default for SinceFix {
     fn default() -> Self {
         Self {
             now_to_then: Rotation::IDENTITY,
-            felt_mps: Vector::ZERO,
-            felt_s: 0.0,
+            force_integral_mps: Vector::ZERO,
+            force_integral_s: 0.0,
             velocity_mps: Vector::new(f32::NAN, f32::NAN, f32::NAN),
         }
     }
@@ -74,14 +74,14 @@ impl SinceFix {
         let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
         let turn_rad = mean.angular_rate_radps * interval_s;
         let halfway = now_to_then.turned_in_from(turn_rad * 0.5);
-        self.felt_mps += (halfway * mean.specific_force_mps2 * interval_s).cast();
-        self.felt_s += interval_s as f32;
+        self.force_integral_mps += (halfway * mean.specific_force_mps2 * interval_s).cast();
+        self.force_integral_s += interval_s as f32;
         self.now_to_then = now_to_then.turned_in_from(turn_rad).renormalised().cast();
     }
 
     /// Whether there was no fix, or the last one is too old to give an acceleration.
     pub fn is_old(&self) -> bool {
-        !self.is_begun() || self.felt_s >= TELLING_S.end
+        !self.is_begun() || self.force_integral_s >= TELLING_S.end
     }
 
     /// Mean specific force from the stored fix to `fix`. Both velocities have the one-sigma `sigma_mps`, and the body
@@ -90,12 +90,13 @@ impl SinceFix {
     /// # Source
     /// Equation (A4) of docs/equations.md.
     pub fn pull(&self, fix: &Fix, rate_radps: Vector<Body>, sigma_mps: f64) -> Option<Pull> {
-        let now_mps = velocity(fix).filter(|_| TELLING_S.contains(&self.felt_s))?;
-        let felt_s = f64::from(self.felt_s);
+        let now_mps = velocity(fix).filter(|_| TELLING_S.contains(&self.force_integral_s))?;
+        let force_integral_s = f64::from(self.force_integral_s);
         let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
-        let body = now_to_then.inverse() * self.felt_mps.cast() * (1.0 / felt_s);
+        let body =
+            now_to_then.inverse() * self.force_integral_mps.cast() * (1.0 / force_integral_s);
         let [north, east, down] =
-            ((now_mps - self.velocity_mps.cast()) * (1.0 / felt_s)).to_array();
+            ((now_mps - self.velocity_mps.cast()) * (1.0 / force_integral_s)).to_array();
         // Without a vertical velocity, the magnitude of the force comes from the inertial unit.
         let up = if down.is_finite() {
             STANDARD_GRAVITY_MPS2 - down
@@ -104,7 +105,7 @@ impl SinceFix {
         };
         let ned = Vector::new(north, east, -up);
         let (length, strength) = (ned.norm(), body.norm());
-        let noise = core::f64::consts::SQRT_2 * sigma_mps / (length * felt_s);
+        let noise = core::f64::consts::SQRT_2 * sigma_mps / (length * force_integral_s);
         let late = rate_radps.norm() * LATE_S;
         let sigma_rad = if length < WEAK_MPS2 { 1.0 } else { Scalar::hypot(noise, late) };
         let apart = libm::fabs(strength - length);
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_vertical_velocity_the_unit_tells_how_strong_the_force_is() {
+    fn without_a_vertical_velocity_the_unit_measures_how_strong_the_force_is() {
         let (mut since, mut fix, rate, _) = turn();
         since.velocity_mps = Vector::new(since.velocity_mps.x(), since.velocity_mps.y(), f32::NAN);
         fix.down_velocity_mps = None;

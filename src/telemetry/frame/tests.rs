@@ -123,7 +123,7 @@ fn what_a_field_cannot_hold_becomes_the_nearest_it_can_and_nan_becomes_unknown()
 }
 
 #[test]
-fn what_is_no_place_on_earth_is_told_as_unknown_and_not_as_the_nearest() {
+fn what_is_no_place_on_earth_is_reported_as_unknown_and_not_as_the_nearest() {
     let pole = f64::to_radians(90.0);
     for (latitude_rad, longitude_rad, height_m) in
         [(pole + 0.01, 0.0, 0.0), (0.0, 1e300, 0.0), (f64::NAN, 0.0, 0.0), (0.0, 0.0, 1e6)]

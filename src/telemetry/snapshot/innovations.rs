@@ -61,7 +61,7 @@ mod tests {
     use crate::time::Time;
 
     #[test]
-    fn the_largest_innovation_of_each_kind_is_told_and_refusals_add_up() {
+    fn the_largest_innovation_of_each_kind_is_reported_and_refusals_add_up() {
         let mut summary = Innovations::default();
         let mut note = |channel, innovation, verdict| {
             let time = Time::ZERO;

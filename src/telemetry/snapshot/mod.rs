@@ -165,7 +165,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     #[test]
-    fn increments_are_told_as_rates() {
+    fn increments_are_reported_as_rates() {
         let motion = Motion::Increments {
             angle_rad: Vector::new(0.01, 0.0, 0.0),
             velocity_mps: Vector::new(0.0, 0.0, -0.098_1),

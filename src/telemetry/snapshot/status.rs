@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_autopilot_does_not_fly_on_is_not_told_as_good() {
+    fn what_the_autopilot_does_not_fly_on_is_not_reported_as_good() {
         let flags = StatusFlags::from_bits(u16::MAX);
         let health = Health::none(Distrust::Stale);
         let StatusFlags { attitude, heading, velocity, position, .. } =

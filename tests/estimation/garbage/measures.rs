@@ -45,7 +45,7 @@ pub struct Measures {
     /// Reason for rejecting the log, which then has no solution.
     pub refused: Option<String>,
     /// Sensors excluded in the flight, but not in the twin.
-    pub left_out: usize,
+    pub ignored: usize,
 }
 
 /// Solutions of a dataset, computed as by `hovernav estimate`.
@@ -53,7 +53,7 @@ pub struct Twin {
     /// Empty if the log is rejected.
     solutions: Vec<Solution>,
     refused: Option<String>,
-    left_out: usize,
+    ignored: usize,
     /// Full scale of gyros, rad/s, and accelerometers, m/s².
     full_scale: [f64; 2],
 }
@@ -69,18 +69,18 @@ impl Twin {
             Ok(denied) => denied,
             Err(error) => {
                 let refused = Some(error.to_string());
-                return Self { solutions: Vec::new(), refused, left_out: 0, full_scale };
+                return Self { solutions: Vec::new(), refused, ignored: 0, full_scale };
             }
         };
-        let mut left_out = dataset.leave_out(denied).len();
+        let mut ignored = dataset.ignore(denied).len();
         let config = dataset.settings().unwrap();
         let mut run = dataset.estimate(&config, |_| {});
-        let without = dataset.leave_out_denied(&config, &run).len();
+        let without = dataset.ignore_inconsistent(&config, &run).len();
         if without > 0 {
             run = dataset.estimate(&config, |_| {});
-            left_out += without;
+            ignored += without;
         }
-        Self { solutions: run.solutions, refused: None, left_out, full_scale }
+        Self { solutions: run.solutions, refused: None, ignored, full_scale }
     }
 
     /// Largest bias over `BIAS_SHARE` of its full scale.
@@ -181,7 +181,7 @@ pub fn measure(case: &Case, reference: &Reference, flown: &Twin, twin: &Twin) ->
         diverged: flown.refused.is_none()
             && (ends_early || errors.iter().filter(|at| at.time_s >= last_s - END_S).any(is_lost)),
         refused: flown.refused.clone(),
-        left_out: flown.left_out.saturating_sub(twin.left_out),
+        ignored: flown.ignored.saturating_sub(twin.ignored),
     }
 }
 

@@ -163,7 +163,7 @@ fn table(flown: &[Flown]) -> String {
     ];
     let mut text = "| flights | runs |".to_owned();
     columns.iter().for_each(|(name, _)| text += &format!(" {name} |"));
-    text += " diverged | refused | left out |\n|---|---|";
+    text += " diverged | refused | ignored sensors |\n|---|---|";
     text += &"---|".repeat(columns.len() + 3);
     text += "\n";
     let mut row = |name: &str, keep: &dyn Fn(&Case) -> bool| {
@@ -178,9 +178,9 @@ fn table(flown: &[Flown]) -> String {
             text += &format!(" {:.2} / {:.2} / {:.2} |", at(0.5), at(0.9), at(1.0));
         }
         let count = |is: fn(&&Measures) -> bool| kept.iter().copied().filter(is).count();
-        let [diverged, refused, left_out] =
-            [count(|m| m.diverged), count(|m| is_refused(m)), count(|m| m.left_out > 0)];
-        text += &format!(" {diverged} | {refused} | {left_out} |\n");
+        let [diverged, refused, ignored] =
+            [count(|m| m.diverged), count(|m| is_refused(m)), count(|m| m.ignored > 0)];
+        text += &format!(" {diverged} | {refused} | {ignored} |\n");
     };
     for vehicle in VEHICLES {
         for aids in ALL_AIDS {

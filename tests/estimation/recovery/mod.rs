@@ -147,7 +147,7 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
 }
 
 #[test]
-fn a_jump_away_from_a_place_told_for_ten_seconds_is_followed_after_as_long() {
+fn a_jump_away_from_a_place_reported_for_ten_seconds_is_followed_after_as_long() {
     let mut rest = RestBase::new();
     for _ in 0..10 {
         rest.fix(Vector::ZERO);
@@ -349,7 +349,7 @@ fn glitches_with_good_fixes_between_them_never_open_the_filter() {
 }
 
 #[test]
-fn a_gap_is_told_and_paid_for_and_the_next_fixes_close_it() {
+fn a_gap_is_reported_and_paid_for_and_the_next_fixes_close_it() {
     for gap_s in [0.5, 5.0, 50.0, 5e6] {
         let mut rest = RestBase::new();
         for _ in 0..20 {

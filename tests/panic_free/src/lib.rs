@@ -158,8 +158,8 @@ fn fly<L: Layout<N>, const N: usize, T: Scalar>(
             estimator.push(&Event::Gps(fix), |_| {});
         }
     }
-    autopilot.hear(event);
-    estimator.push(event, |notice| autopilot.hear_notice(&notice));
+    autopilot.observe(event);
+    estimator.push(event, |notice| autopilot.observe_notice(&notice));
     let solution = estimator.solution();
     autopilot.step(&Inputs { solution: solution.as_ref(), ..*inputs })
 }
@@ -360,8 +360,8 @@ pub fn health_assess(
     solution: &Solution,
     now: Time,
 ) -> Health {
-    monitor.hear(event);
-    monitor.hear_notice(notice);
+    monitor.observe(event);
+    monitor.observe_notice(notice);
     monitor.assess(Some(solution), now)
 }
 

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_are_told_of_where_a_stick_reaches_one_and_only_there() {
+    fn stops_are_reported_where_a_stick_reaches_one_and_only_there() {
         let (model, design) = (shipped::raptor60(), HoverDesign::default());
         let gains = design.synthesise(&model).unwrap();
         let back_s = |size: f64| {

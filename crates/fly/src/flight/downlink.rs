@@ -23,7 +23,7 @@ const WRITE_S: f64 = 0.025;
 /// Longest and shortest interval between supplements, s.
 const SUPPLEMENT_S: [f64; 2] = [2.0, 0.1];
 /// Shortest interval before a changed supplement, s.
-const NEWS_S: f64 = 0.1;
+const CHANGE_S: f64 = 0.1;
 /// Rate of snapshots assumed for the capacity left for supplements, Hz.
 const SNAPSHOTS_HZ: f64 = 33.0;
 /// Interval of empty frames from a paused vehicle on UDP, s. They inform the ground of the vehicle's address.
@@ -56,7 +56,7 @@ struct Packed {
     /// Interval between supplements, s.
     interval_s: f64,
     /// The last supplement sent.
-    told: Option<Supplement>,
+    reported: Option<Supplement>,
     /// Remaining pieces of texts.
     texts: VecDeque<Text>,
     /// Time of the last empty frame of a paused vehicle; `None` on a line that does not need them.
@@ -75,7 +75,7 @@ impl Packed {
             flow: Flow::default(),
             sequence: 0,
             interval_s: interval_s.clamp(least_s, most_s),
-            told: None,
+            reported: None,
             texts: VecDeque::new(),
             presence: budget.is_none().then_some(now),
         }
@@ -83,7 +83,7 @@ impl Packed {
 
     fn encode(&mut self, snapshot: &Snapshot, supplement: &Supplement, bytes: &mut Vec<u8>) {
         if !self.flow.is_on() {
-            self.told = None;
+            self.reported = None;
             self.texts.clear();
             if let Some(last) = &mut self.presence
                 && snapshot.time - *last > PRESENCE_S
@@ -95,13 +95,13 @@ impl Packed {
             return;
         }
         bytes.extend_from_slice(&frame::pack(snapshot, self.number()));
-        let due = self.told.is_none_or(|told| {
-            let since_s = supplement.time - told.time;
-            since_s >= self.interval_s || since_s >= NEWS_S && supplement.differs_from(&told)
+        let due = self.reported.is_none_or(|reported| {
+            let since_s = supplement.time - reported.time;
+            since_s >= self.interval_s || since_s >= CHANGE_S && supplement.differs_from(&reported)
         });
         if due {
             bytes.extend_from_slice(&frame::pack_supplement(supplement, self.number()));
-            self.told = Some(*supplement);
+            self.reported = Some(*supplement);
         } else if let Some(text) = self.texts.pop_front() {
             bytes.extend_from_slice(&frame::pack_text(&text, self.number()));
         }
@@ -187,7 +187,7 @@ impl Downlinks {
     }
 
     /// Sets UTC minus the flight clock, ns.
-    pub fn tell_utc(&self, offset_ns: i64) {
+    pub fn report_utc(&self, offset_ns: i64) {
         for downlink in self.packed.iter().chain(&self.mavlink) {
             downlink.shared.utc_offset_ns.store(offset_ns, Ordering::Relaxed);
         }
@@ -383,7 +383,9 @@ mod tests {
             _ => Mode::Position,
         });
         let changed = messages.iter().find_map(|message| match message {
-            Message::Supplement(told) if told.mode == Some(Mode::Position) => Some(told.time),
+            Message::Supplement(reported) if reported.mode == Some(Mode::Position) => {
+                Some(reported.time)
+            }
             _ => None,
         });
         let after_s = (changed.unwrap() - Time::ZERO) - 40.0 / 33.0;
@@ -432,11 +434,11 @@ mod tests {
         let config = FlyConfig::parse(text, "fly.toml".as_ref()).unwrap();
         let downlinks = Downlinks::open(&config, &Clock::start(), Time::ZERO, 0).unwrap();
         let started = Instant::now();
-        let told = std::iter::repeat_with(|| downlinks.change())
+        let reported = std::iter::repeat_with(|| downlinks.change())
             .take_while(|_| started.elapsed().as_secs() < 20)
             .find_map(|change| change.map(|(name, event)| name.changed(&event).to_string()));
         let expected = "telemetry: port cannot be opened: there is no such device \
                         ([telemetry] port = \"/nowhere/radio\")";
-        assert_eq!(told.as_deref(), Some(expected));
+        assert_eq!(reported.as_deref(), Some(expected));
     }
 }

@@ -9,9 +9,9 @@ use super::error::FlyError;
 use super::messages;
 use super::notification::{EventLog, Notification};
 use super::port_name::PortName;
-use super::receiver_watch::ReceiverWatch;
+use super::receiver_monitor::ReceiverMonitor;
 use super::report::FlightReport;
-use super::sensor_watch::SensorWatch;
+use super::sensor_monitor::SensorMonitor;
 use super::servos::{PilotState, Servos};
 use super::utc::UtcClock;
 use crate::serial::{Clock, PortEvent, WriteError};
@@ -70,8 +70,8 @@ pub struct FlightLoop {
     /// Time of the last cycle.
     last_cycle: Time,
     last_sample: Option<SampleTimes>,
-    receiver: ReceiverWatch,
-    watch: SensorWatch,
+    receiver: ReceiverMonitor,
+    sensor_monitor: SensorMonitor,
     utc: UtcClock,
     snapshot: Snapshot,
     supplement: Supplement,
@@ -143,8 +143,8 @@ impl FlightLoop {
             cycle_s,
             last_cycle: start,
             last_sample: None,
-            receiver: ReceiverWatch::new(start),
-            watch: SensorWatch::new(cycle_s),
+            receiver: ReceiverMonitor::new(start),
+            sensor_monitor: SensorMonitor::new(cycle_s),
             utc: UtcClock::new(start, unix_ns),
             snapshot,
             supplement: Supplement::at(start),
@@ -196,7 +196,7 @@ impl FlightLoop {
                 } else {
                     if let Event::Gps(_) = event {
                         self.report.fixes += 1;
-                        self.receiver.hear_fix(now);
+                        self.receiver.observe_fix(now);
                     }
                     self.estimate(now, &event);
                 }
@@ -204,10 +204,11 @@ impl FlightLoop {
             SensorOutput::DmuLost(..) => self.report.dmu_restarts += 1,
             SensorOutput::Fix(fix, _) => {
                 let unix_ns = fix.time.and_then(|time| time.unix_ns());
-                let drift = unix_ns.and_then(|utc| self.watch.fix(fix.arrival, utc));
+                let drift = unix_ns.and_then(|utc| self.sensor_monitor.fix(fix.arrival, utc));
                 drift.into_iter().for_each(|found| self.log.found(now, found));
-                if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.hear(fix.arrival, utc)) {
-                    self.log.tell_utc(offset_ns);
+                if let Some(offset_ns) = unix_ns.and_then(|utc| self.utc.observe(fix.arrival, utc))
+                {
+                    self.log.report_utc(offset_ns);
                     let (level, text) = self.utc.in_words(now, offset_ns);
                     self.log.event(now, level, "utc", text.as_str());
                 }
@@ -231,8 +232,8 @@ impl FlightLoop {
         self.report.cycles += 1;
         let force_mps2 = sample.motion.mean_rates(interval_s).specific_force_mps2;
         let log = &mut self.log;
-        self.watch.sample(now, interval_s, force_mps2, |found| log.found(now, found));
-        self.snapshot.drops.imu_packets = self.watch.missing();
+        self.sensor_monitor.sample(now, interval_s, force_mps2, |found| log.found(now, found));
+        self.snapshot.drops.imu_packets = self.sensor_monitor.missing();
         let filtered = self.notch.as_mut().map(|notch| Event::Imu(notch.filter(sample)));
         self.estimate(now, filtered.as_ref().unwrap_or(event));
         self.snapshot = self.snapshot.with_imu(sample, interval_s);
@@ -257,14 +258,14 @@ impl FlightLoop {
 
     fn estimate(&mut self, now: Time, event: &Event) {
         let Self { estimator, stepless, log, snapshot, monitor, control, .. } = self;
-        monitor.hear(event);
+        monitor.observe(event);
         if let Some(control) = control.as_mut() {
-            control.hear(event);
+            control.observe(event);
         }
         estimator.push_traced(event, stepless, |notice| {
-            monitor.hear_notice(&notice);
+            monitor.observe_notice(&notice);
             if let Some(control) = control.as_mut() {
-                control.hear_notice(&notice);
+                control.observe_notice(&notice);
             }
             log.recorder.push(now, notice);
             if let Notice::Updated(report) = &notice {
@@ -307,8 +308,8 @@ impl FlightLoop {
         status.pilot_signal = pilot.signal == Some(Signal::Good);
         status.receiver_failsafe = pilot.signal == Some(Signal::Failsafe);
         status.servos = servos_good;
-        self.watch_receiver(now);
-        self.watch_record(now);
+        self.monitor_receiver(now);
+        self.monitor_record(now);
         self.send_telemetry(now);
     }
 
@@ -366,7 +367,7 @@ impl FlightLoop {
     }
 
     /// Reports lost, missing and recovered fixes.
-    fn watch_receiver(&mut self, now: Time) {
+    fn monitor_receiver(&mut self, now: Time) {
         if let Some((level, text)) = self.receiver.look(now) {
             self.log.event(now, level, "gps_fixes", text);
         }
@@ -374,7 +375,7 @@ impl FlightLoop {
     }
 
     /// Reports a failure of the record and its recovery.
-    fn watch_record(&mut self, now: Time) {
+    fn monitor_record(&mut self, now: Time) {
         let status = self.log.recorder.status();
         let before = std::mem::replace(&mut self.report.record, status);
         // Bytes that could not be written wait for another attempt; lost entries stay lost.
@@ -414,7 +415,7 @@ impl FlightLoop {
             *was_good |= self.solution.is_some() && trust == Trust::Valid;
         }
         self.log.settle_repeats(now);
-        self.log.tell_changed_ports(now);
+        self.log.report_changed_ports(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
         snapshot.gps.age_s = self.receiver.last_fix().map(|arrival| (now - arrival).max(0.0));
@@ -437,7 +438,7 @@ impl FlightLoop {
 
     /// Looks at bytes of the inertial unit's line.
     pub fn unit_bytes(&mut self, now: Time, bytes: &[u8]) {
-        let found = self.watch.unit_bytes(bytes);
+        let found = self.sensor_monitor.unit_bytes(bytes);
         found.into_iter().for_each(|found| self.log.found(now, found));
     }
 

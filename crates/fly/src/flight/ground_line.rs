@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ground_at_an_address_of_version_6_is_reached_and_only_it_is_heard() {
+    fn a_ground_at_an_address_of_version_6_is_reached_and_only_it_is_received() {
         let Ok(ground) = UdpSocket::bind("[::1]:0") else { return };
         ground.set_read_timeout(Some(Duration::from_secs(5))).unwrap();
         let clock = Clock::start();

@@ -10,10 +10,10 @@ mod messages;
 mod notification;
 mod port_name;
 mod realtime;
-mod receiver_watch;
+mod receiver_monitor;
 mod repeats;
 mod report;
-mod sensor_watch;
+mod sensor_monitor;
 mod servos;
 mod utc;
 

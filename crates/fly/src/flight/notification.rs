@@ -6,7 +6,7 @@ use std::sync::mpsc::SyncSender;
 use super::downlink::Downlinks;
 use super::messages::port_level;
 use super::repeats::Repeats;
-use super::sensor_watch::Report;
+use super::sensor_monitor::Report;
 use hovernav::time::Time;
 use hovernav_record::{Entry, Level, Part, Recorder, ShortText};
 
@@ -81,7 +81,7 @@ impl EventLog {
     /// Sends notifications with growing pauses, for events that the record already contains in another form.
     pub fn repeated(&mut self, part: Part, now: Time, level: Level, text: impl fmt::Display) {
         let text = ShortText::new(text);
-        if let Some(text) = self.repeats.hear(now, level, part, text) {
+        if let Some(text) = self.repeats.observe(now, level, part, text) {
             self.notify(part, now, level, text);
         }
     }
@@ -101,7 +101,7 @@ impl EventLog {
     }
 
     /// Records and reports a change of a port to the ground.
-    pub fn tell_changed_ports(&mut self, now: Time) {
+    pub fn report_changed_ports(&mut self, now: Time) {
         if let Some((port, event)) = self.downlinks.change() {
             let text = ShortText::new(port.changed(&event));
             self.event(now, port_level(&event), "ground_port", text);
@@ -109,8 +109,8 @@ impl EventLog {
     }
 
     /// Sends the offset from the flight clock to UTC, ns, to the ground.
-    pub fn tell_utc(&self, offset_ns: i64) {
-        self.downlinks.tell_utc(offset_ns);
+    pub fn report_utc(&self, offset_ns: i64) {
+        self.downlinks.report_utc(offset_ns);
     }
 
     fn notify(&self, part: Part, time: Time, level: Level, text: ShortText) {

@@ -14,27 +14,27 @@ const OFF_S: f64 = 2.0;
 pub struct UtcClock {
     /// UTC since 1970 minus the flight clock, ns, of this computer; then the last reported value from the receiver.
     system_ns: i64,
-    told_ns: Option<i64>,
+    reported_ns: Option<i64>,
 }
 
 impl UtcClock {
     /// A clock for which this computer's UTC was `unix_ns`, ns since 1970, at `now` on the flight clock.
     pub const fn new(now: Time, unix_ns: i64) -> Self {
-        Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), told_ns: None }
+        Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), reported_ns: None }
     }
 
     /// UTC minus the flight clock, ns, from a fix at UTC `unix_ns` that arrived at `arrival`. Returned only for the
     /// first fix and after a change.
     ///
     /// The offset is late by the latency of the fix, tenths of a second.
-    pub fn hear(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
+    pub fn observe(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;
-        let is_news = self.told_ns.is_none_or(moved);
-        if is_news {
-            self.told_ns = Some(offset_ns);
+        let is_change = self.reported_ns.is_none_or(moved);
+        if is_change {
+            self.reported_ns = Some(offset_ns);
         }
-        is_news.then_some(offset_ns)
+        is_change.then_some(offset_ns)
     }
 
     /// The message: UTC at `now`, and the error of this computer's clock.
@@ -66,7 +66,7 @@ mod tests {
         // The computer's clock is 100 s behind; the latency of fixes is 0.1 to 0.3 s.
         let heard = |utc: &mut UtcClock, second: i64, late_ms: i64, leap_s: i64| {
             let moment_ns = unix_ns + (second - 10 + 100 + leap_s) * 1_000_000_000;
-            utc.hear(
+            utc.observe(
                 Time::from_nanoseconds(second * 1_000_000_000 + late_ms * 1_000_000),
                 moment_ns,
             )
@@ -82,7 +82,7 @@ mod tests {
         );
         assert!(heard(&mut utc, 23, 100, -18).is_some(), "a change by the leap seconds");
 
-        let offset_ns = UtcClock::new(at(10), unix_ns).hear(at(11), unix_ns).unwrap();
+        let offset_ns = UtcClock::new(at(10), unix_ns).observe(at(11), unix_ns).unwrap();
         let (level, _) = UtcClock::new(at(10), unix_ns).in_words(at(11), offset_ns);
         assert_eq!(level, Level::Info);
     }

@@ -42,7 +42,7 @@ impl Mavlink {
                 Begun::Frame(found) => {
                     from += found.length;
                     if let Ok(message) = MavMessage::parse(found.version, found.id, found.payload) {
-                        self.hear(&message, found.payload, found.sender, now);
+                        self.observe(&message, found.payload, found.sender, now);
                     }
                 }
                 _ => from += 1,
@@ -72,7 +72,7 @@ impl Mavlink {
     }
 
     /// Handles a message of `sender`, its system and component.
-    fn hear(&mut self, message: &MavMessage, payload: &[u8], sender: (u8, u8), now: Time) {
+    fn observe(&mut self, message: &MavMessage, payload: &[u8], sender: (u8, u8), now: Time) {
         let own = self.config.system_id;
         let is_ours = message.target_system_id().is_none_or(|target| target == 0 || target == own);
         if sender.0 == own || !is_ours {
@@ -81,12 +81,12 @@ impl Mavlink {
         match message {
             MavMessage::PARAM_REQUEST_LIST(_) => {
                 for index in 0..self.parameters().len() {
-                    self.tell_parameter(index);
+                    self.report_parameter(index);
                 }
             }
             MavMessage::PARAM_REQUEST_READ(m) => {
                 match self.parameter(m.param_index, &m.param_id[..]) {
-                    Some(index) => self.tell_parameter(index),
+                    Some(index) => self.report_parameter(index),
                     None => {
                         let error = common::MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;
                         self.refuse_parameter(m.param_index, m.param_id, sender, error);
@@ -101,7 +101,7 @@ impl Mavlink {
                 };
                 self.refuse_parameter(-1, m.param_id, sender, error);
                 // The unchanged value is the answer that stations without PARAM_ERROR understand.
-                index.into_iter().for_each(|index| self.tell_parameter(index));
+                index.into_iter().for_each(|index| self.report_parameter(index));
                 self.explain("parameters are read-only: change fly.toml and start again");
             }
             MavMessage::MISSION_REQUEST_LIST(_) => {
@@ -276,7 +276,7 @@ impl Mavlink {
         }
     }
 
-    fn tell_parameter(&mut self, index: usize) {
+    fn report_parameter(&mut self, index: usize) {
         let parameters = self.parameters();
         let Some((name, value)) = parameters.get(index).copied() else { return };
         let mut param_id = [0; NAME];

@@ -38,7 +38,7 @@ pub(super) struct Rows {
     pub mixer: Option<[[f64; 4]; 4]>,
     /// Stick of the current system identification, and the sign of its signal.
     pub identified: Option<(usize, f64)>,
-    /// Share of the time that the increments integrate over.
+    /// Share of the time that the intervals of the increments cover.
     pub integrals: Integrals,
     /// UTC of the start of the log, from the first fix with GPS week and time, ns since 1970.
     pub utc_at_zero_ns: Option<i64>,
@@ -74,7 +74,7 @@ impl Rows {
             }
             Message::GpsAccuracy if self.gps == Some(instance) => self.accuracy(row, clock_s),
             Message::Baro if self.baro == Some(instance) => match row[3..5].contains(&0.0) {
-                true => to.other_left_out(place, UNHEALTHY_BARO),
+                true => to.skip_other(place, UNHEALTHY_BARO),
                 false => to.baro(place, time, row[2]),
             },
             Message::Rangefinder if self.rangefinder == Some(instance) => {
@@ -82,7 +82,7 @@ impl Rows {
             }
             Message::Magnetometer if self.magnetometer == Some(instance) => {
                 match row[5..6].contains(&0.0) {
-                    true => to.other_left_out(place, UNHEALTHY_FIELD),
+                    true => to.skip_other(place, UNHEALTHY_FIELD),
                     false => to.magnetometer(place, time, [row[2], row[3], row[4]]),
                 }
             }
@@ -150,7 +150,7 @@ impl Rows {
     fn increments(&mut self, row: &[f64], time: Time, place: u64, to: &mut Assembly) {
         let &[_, _, p, q, r, x, y, z, angle_s, velocity_s, ..] = row else { return };
         if !(angle_s > 0.0 && velocity_s > 0.0) {
-            return to.imu_left_out(place, "left out: the time of an increment is zero or missing");
+            return to.skip_imu(place, "skipped: the time of an increment is zero or missing");
         }
         self.integrals.sample(time, angle_s);
         let motion = Motion::Rates {
@@ -239,8 +239,8 @@ fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
     }
 }
 
-const UNHEALTHY_BARO: &str = "left out: the log marks the barometer as unhealthy (Health, H)";
-const UNHEALTHY_FIELD: &str = "left out: the log marks the magnetometer as unhealthy (Health)";
+const UNHEALTHY_BARO: &str = "skipped: the log marks the barometer as unhealthy (Health, H)";
+const UNHEALTHY_FIELD: &str = "skipped: the log marks the magnetometer as unhealthy (Health)";
 
 /// ArduPilot's orientation of a downward sensor, and its state of a valid reading.
 const DOWNWARD: f64 = 25.0;
@@ -259,9 +259,9 @@ fn distance(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
 
 fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
     if row[14..16].contains(&0.0) {
-        return to.imu_left_out(
+        return to.skip_imu(
             place,
-            "left out: the log marks the gyro or the accelerometer as unhealthy (GH, AH)",
+            "skipped: the log marks the gyro or the accelerometer as unhealthy (GH, AH)",
         );
     }
     let &[_, _, p, q, r, x, y, z, p_px4, q_px4, r_px4, mx, my, mz, ..] = row else { return };

@@ -11,7 +11,7 @@ impl Reader<'_> {
     pub(super) fn baro(
         &mut self,
         with_place: bool,
-        doubts: &mut Vec<String>,
+        checks: &mut Vec<String>,
     ) -> Option<BaroColumn> {
         let named = self.known.column(Quantity::BaroHeight);
         let pressure = self.known.column(Quantity::Pressure);
@@ -33,7 +33,7 @@ impl Reader<'_> {
                 }
             };
             let name = &self.look.layout.names[left];
-            doubts.push(format!("{name} of {} is ignored: {why}", self.file));
+            checks.push(format!("{name} of {} is ignored: {why}", self.file));
         }
         let column = height.or(pressure)?;
         let largest = self.look.largest(column);
@@ -43,7 +43,7 @@ impl Reader<'_> {
             Some("kpa") => BaroUnit::Kilopascals,
             Some("pa") => BaroUnit::Pascals,
             Some(unit @ ("cm" | "mm")) => {
-                doubts.push(format!(
+                checks.push(format!(
                     "{} of {} is in {unit}, expected m or ft for a barometer's height: ignored",
                     self.look.layout.names[column], self.file
                 ));

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
 use super::numbered;
-use super::travel::Told;
+use super::travel::StatedUnits;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
@@ -20,11 +20,11 @@ use hovernav_log::LogError;
 pub(crate) struct Understood {
     pub mapping: TableMapping,
     /// Stated units of the receiver's velocity.
-    pub told: Told,
+    pub told: StatedUnits,
     /// Names of the unused columns.
     pub unused: Vec<String>,
     /// Guesses that the user should check, one sentence each.
-    pub doubts: Vec<String>,
+    pub checks: Vec<String>,
     /// Whether the accelerometer does not measure gravity, as the linear acceleration of a phone.
     pub is_without_gravity: bool,
 }
@@ -66,9 +66,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     if is_capture(path) {
         return Ok(Understood {
             mapping: TableMapping { file: file.to_path_buf(), capture: true, ..Default::default() },
-            told: Told::default(),
+            told: StatedUnits::default(),
             unused: Vec::new(),
-            doubts: Vec::new(),
+            checks: Vec::new(),
             is_without_gravity: false,
         });
     }
@@ -93,19 +93,19 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         header_line: look.layout.header_line,
         ..TableMapping::default()
     };
-    let mut doubts = repeated(&look.layout.names);
+    let mut checks = repeated(&look.layout.names);
     let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
-    table.gyro = reader.gyro(&mut doubts);
-    table.accel = reader.accel(&mut doubts);
-    table.mag = reader.mag(&mut doubts);
-    table.attitude = reader.attitude(&mut doubts);
-    let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut doubts);
-    let told = gps.as_ref().map_or_else(Told::default, |(_, told)| *told);
+    table.gyro = reader.gyro(&mut checks);
+    table.accel = reader.accel(&mut checks);
+    table.mag = reader.mag(&mut checks);
+    table.attitude = reader.attitude(&mut checks);
+    let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
+    let told = gps.as_ref().map_or_else(StatedUnits::default, |(_, told)| *told);
     table.gps = gps.map(|(columns, _)| columns);
-    table.baro = reader.baro(table.gps.is_some(), &mut doubts);
+    table.baro = reader.baro(table.gps.is_some(), &mut checks);
     table.controls = reader.controls();
     let has_motion = table.gyro.is_some() || table.accel.is_some();
-    table.time = reader.time(has_motion, &mut doubts).ok_or_else(|| LogError::Unusable {
+    table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
         reason: format!(
             "found no column that increases like a time, expected numbers, 12:34:56.7 or \
@@ -115,8 +115,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    let is_without_gravity = doubts.iter().any(|doubt| doubt.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, told, unused, doubts, is_without_gravity })
+    let is_without_gravity = checks.iter().any(|doubt| doubt.starts_with("accel: found a median"));
+    Ok(Understood { mapping: table, told, unused, checks, is_without_gravity })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
@@ -161,7 +161,7 @@ impl Reader<'_> {
         Triad { columns, unit, axes: Axes::FORWARD_RIGHT_DOWN, held }
     }
 
-    fn gyro(&mut self, doubts: &mut Vec<String>) -> Option<Triad<RateUnit>> {
+    fn gyro(&mut self, checks: &mut Vec<String>) -> Option<Triad<RateUnit>> {
         let rates = self.known.all([0, 1, 2].map(Quantity::Gyro));
         if let Some(columns) = rates {
             let high = self.look.high_norm(columns);
@@ -172,7 +172,7 @@ impl Reader<'_> {
                 // 7 rad/s are 400 °/s, a violent turn; 7 °/s a calm one.
                 _ if high > 7.0 => RateUnit::DegreesPerSecond,
                 _ => {
-                    doubts.push(format!(
+                    checks.push(format!(
                         "gyro: rates reach {high:.2}, read as rad/s; if they are deg/s, set unit = \
                          \"deg/s\" under [table.gyro]"
                     ));
@@ -189,7 +189,7 @@ impl Reader<'_> {
         Some(self.triad(columns, unit, false))
     }
 
-    fn accel(&mut self, doubts: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
+    fn accel(&mut self, checks: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
         if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Accel)) {
             let norm = self.look.median_norm(columns);
             let unit = match self.known.unit(columns[0]) {
@@ -203,7 +203,7 @@ impl Reader<'_> {
             };
             let norm_mps2 = norm * unit.factor();
             if !(7.0..13.0).contains(&norm_mps2) {
-                doubts.push(format!(
+                checks.push(format!(
                     "accel: found a median of {norm_mps2:.2} m/s² as {}, expected about 9.8: check \
                      the unit, and whether the values include gravity",
                     unit.name()
@@ -215,7 +215,7 @@ impl Reader<'_> {
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
     }
 
-    fn mag(&mut self, doubts: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {
+    fn mag(&mut self, checks: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {
         let columns = self.known.all([0, 1, 2].map(Quantity::Mag))?;
         let norm = self.look.median_norm(columns);
         let named = match self.known.unit(columns[0]) {
@@ -237,14 +237,14 @@ impl Reader<'_> {
         let is_earths = |unit: &MagneticUnit| (0.15..0.8).contains(&(norm * unit.factor()));
         let unit = named.filter(is_earths).unwrap_or(by_size);
         if named.is_some_and(|named| named != unit) {
-            doubts.push(format!(
+            checks.push(format!(
                 "mag: the magnitude does not fit the unit in the name: {} is used",
                 unit.name()
             ));
         }
         let gauss = norm * unit.factor();
         if !is_earths(&unit) {
-            doubts.push(format!(
+            checks.push(format!(
                 "mag: found {gauss:.3} gauss as {}, expected the Earth's field of 0.2 to 0.7 \
                  gauss: ignored; calibrate it first",
                 unit.name()
@@ -263,7 +263,7 @@ impl Reader<'_> {
         columns.iter().all(is_constant)
     }
 
-    fn attitude(&mut self, doubts: &mut Vec<String>) -> Option<AttitudeColumns> {
+    fn attitude(&mut self, checks: &mut Vec<String>) -> Option<AttitudeColumns> {
         let role = |column: usize| match self.known.is_estimated(column) {
             true => AttitudeRole::Onboard,
             false => AttitudeRole::Unit,
@@ -283,7 +283,7 @@ impl Reader<'_> {
         }
         let columns = self.known.all([0, 1, 2, 3].map(Quantity::Quaternion))?;
         if self.are_constant(&columns) {
-            doubts.push(format!("attitude of {}: the same on every row: ignored", self.file));
+            checks.push(format!("attitude of {}: the same on every row: ignored", self.file));
             return None;
         }
         let role = role(columns[0]);

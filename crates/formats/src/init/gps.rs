@@ -2,7 +2,7 @@
 
 use super::columns::Reader;
 use super::names::Quantity;
-use super::travel::Told;
+use super::travel::StatedUnits;
 use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
 
 /// A full turn, rad, plus a margin for rounding.
@@ -21,18 +21,18 @@ impl Reader<'_> {
     pub(super) fn gps(
         &mut self,
         with_others: bool,
-        doubts: &mut Vec<String>,
-    ) -> Option<(GpsColumns, Told)> {
-        let place = self.place(doubts)?;
+        checks: &mut Vec<String>,
+    ) -> Option<(GpsColumns, StatedUnits)> {
+        let place = self.place(checks)?;
         let (height, above) = self.known.height()?;
         let [lat, lon] = place.columns;
         let written = match place.unit {
             PlaceUnit::ScaledDegrees => Written::Scaled,
             _ => Written::Plain,
         };
-        let height_unit = self.height_unit(height, written, doubts);
+        let height_unit = self.height_unit(height, written, checks);
         if above.is_none() {
-            doubts.push(
+            checks.push(
                 "gps: the height is read as above the ellipsoid; if it is above sea level, set \
                  height_above = \"sea\" and geoid_separation_m under [table.gps]"
                     .into(),
@@ -51,9 +51,9 @@ impl Reader<'_> {
             held,
             ..GpsColumns::default()
         };
-        let told = self.velocity(&mut gps, written, doubts);
+        let told = self.velocity(&mut gps, written, checks);
         let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
-        self.sigmas(&mut gps, is_in_mm, doubts);
+        self.sigmas(&mut gps, is_in_mm, checks);
         for (name, quantity) in
             [(&mut gps.fix_type, Quantity::FixType), (&mut gps.satellites, Quantity::Satellites)]
         {
@@ -66,7 +66,7 @@ impl Reader<'_> {
         Some((gps, told))
     }
 
-    fn height_unit(&self, height: usize, written: Written, doubts: &mut Vec<String>) -> LengthUnit {
+    fn height_unit(&self, height: usize, written: Written, checks: &mut Vec<String>) -> LengthUnit {
         /// Height of a receiver one metre above the ellipsoid, mm.
         const LEAST_MM: f64 = 1e3;
         /// Higher than any vehicle with a receiver flies, m.
@@ -79,7 +79,7 @@ impl Reader<'_> {
             Some("m") => LengthUnit::Metres,
             _ if largest > MOST_M => LengthUnit::Millimetres,
             _ if written == Written::Scaled && self.look.is_whole(height) && largest > LEAST_MM => {
-                doubts.push(format!(
+                checks.push(format!(
                     "gps: the height in {} is read as mm, the unit that receivers use together \
                      with degrees × 10⁷",
                     self.look.layout.names[height]
@@ -95,8 +95,8 @@ impl Reader<'_> {
         &mut self,
         gps: &mut GpsColumns,
         written: Written,
-        doubts: &mut Vec<String>,
-    ) -> Told {
+        checks: &mut Vec<String>,
+    ) -> StatedUnits {
         let north_east = self.known.all([0, 1].map(Quantity::Velocity));
         let speed_course = self.known.all([Quantity::Speed, Quantity::Course]);
         let course_unit = speed_course.map(|[_, course]| self.course_unit(course));
@@ -109,7 +109,7 @@ impl Reader<'_> {
                 Some(north)
             }
             (None, Some([_, course]), Some(None)) => {
-                doubts.push(format!(
+                checks.push(format!(
                     "gps: {} reaches {}, which fits no known unit of a course: the velocity over \
                      ground is ignored",
                     self.look.layout.names[course],
@@ -132,7 +132,7 @@ impl Reader<'_> {
         let vertical_unit = vertical.map(|column| self.speed_unit(column, written));
         let vertical_told = vertical_unit.is_some_and(|(_, told)| told);
         match vertical.zip(vertical_unit) {
-            Some((column, (other, true))) if other != unit && told => doubts.push(format!(
+            Some((column, (other, true))) if other != unit && told => checks.push(format!(
                 "gps: {} is in {}, but the speed over ground is in {}: the vertical velocity is \
                  ignored",
                 self.look.layout.names[column],
@@ -145,7 +145,7 @@ impl Reader<'_> {
             }
             None => {}
         }
-        Told { speed: told, course: course_told, vertical: vertical_told }
+        StatedUnits { speed: told, course: course_told, vertical: vertical_told }
     }
 
     fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {
@@ -195,7 +195,7 @@ impl Reader<'_> {
     }
 
     /// Fills in the one-sigmas; `is_in_mm` where the receiver writes whole millimetres.
-    fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, doubts: &mut Vec<String>) {
+    fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, checks: &mut Vec<String>) {
         let position = [Quantity::SigmaHorizontal, Quantity::SigmaVertical];
         let is_whole = |reader: &Self, column: usize| is_in_mm && reader.look.is_whole(column);
         if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::SigmaPosition)) {
@@ -204,7 +204,7 @@ impl Reader<'_> {
                 [gps.sigma_north, gps.sigma_east, gps.sigma_down] =
                     columns.map(|column| self.name(column));
             } else {
-                doubts.push(format!(
+                checks.push(format!(
                     "gps: the unit of {} is not a length: the one-sigmas of position are ignored",
                     self.look.layout.names[columns[0]]
                 ));
@@ -212,7 +212,7 @@ impl Reader<'_> {
         } else if let Some([horizontal, vertical]) = self.known.all(position) {
             let name = self.look.layout.names[horizontal].to_lowercase();
             if name.contains("eph") && is_whole(self, horizontal) {
-                doubts.push(format!(
+                checks.push(format!(
                     "gps: {} and {} are ignored: together with degrees × 10⁷ they are dilutions of \
                      precision × 100, as in MAVLink, not one-sigmas",
                     self.look.layout.names[horizontal], self.look.layout.names[vertical]

@@ -33,7 +33,7 @@ pub struct Proposal {
     /// Conclusions from the data, one sentence each.
     findings: Vec<String>,
     /// Guesses that the user should check, one sentence each.
-    doubts: Vec<String>,
+    checks: Vec<String>,
 }
 
 impl Proposal {
@@ -45,17 +45,17 @@ impl Proposal {
     /// [`LogError`] where a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
         let files = expanded(files)?;
-        let (mut understood, mut doubts) = (Vec::new(), Vec::new());
+        let (mut understood, mut checks) = (Vec::new(), Vec::new());
         for path in &files {
             match columns::understand(path, path) {
                 Ok(one) => understood.push(one),
                 // A directory of a logger also contains its settings.
-                Err(error) if files.len() > 1 => doubts.push(format!("ignored: {error}")),
+                Err(error) if files.len() > 1 => checks.push(format!("ignored: {error}")),
                 Err(error) => return Err(error),
             }
         }
         understood.sort_by_key(|one| one.is_without_gravity);
-        keep_the_first(&mut understood, &mut doubts);
+        keep_the_first(&mut understood, &mut checks);
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
@@ -76,7 +76,7 @@ impl Proposal {
                 reason,
             });
         }
-        doubts.extend(understood.iter().flat_map(|one| one.doubts.iter().cloned()));
+        checks.extend(understood.iter().flat_map(|one| one.checks.iter().cloned()));
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
         let mut findings = Vec::new();
@@ -88,26 +88,26 @@ impl Proposal {
         }
         let before = mapping.clone();
         if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
-            doubts.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
+            checks.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
         }
         let told = understood.iter().find(|one| one.mapping.gps.is_some());
-        let told = told.map_or_else(travel::Told::default, |one| one.told);
-        settle_speed_unit(&mut mapping, &dataset, told, &mut findings, &mut doubts)?;
+        let told = told.map_or_else(travel::StatedUnits::default, |one| one.told);
+        settle_speed_unit(&mut mapping, &dataset, told, &mut findings, &mut checks)?;
         if mapping != before {
             dataset = read(&mapping)?;
         }
         if let Some(gps) = mapping.table.iter().find_map(|table| table.gps.as_ref()) {
-            travel::judge_climb(gps, &dataset.fixes, told, &mut doubts);
+            travel::judge_climb(gps, &dataset.fixes, told, &mut checks);
         }
         let found = turn::found(&dataset);
         turn_axes(&mut mapping, &found.turn);
         findings.extend(found.findings);
-        doubts.extend(found.doubts);
-        report::spans(&dataset, &mut findings, &mut doubts);
+        checks.extend(found.checks);
+        report::spans(&dataset, &mut findings, &mut checks);
         let tables = mapping.table.iter().zip(&understood);
         let tables =
             tables.map(|(table, one)| report::table(table, &one.unused, &dataset)).collect();
-        Ok(Self { mapping, tables, findings, doubts })
+        Ok(Self { mapping, tables, findings, checks })
     }
 
     /// Whether there are a gyro and an accelerometer, which the estimator needs.
@@ -123,13 +123,13 @@ impl Proposal {
     /// # Errors
     /// [`LogError::Io`]; [`LogError::Unusable`] where a mapping exists and `force` is not set.
     pub fn write(&self, directory: &Path, force: bool) -> Result<(), LogError> {
-        write::write(&self.mapping, &self.doubts, directory, force)
+        write::write(&self.mapping, &self.checks, directory, force)
     }
 }
 
 impl std::fmt::Display for Proposal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        report::write(f, &self.tables, &self.findings, &self.doubts)
+        report::write(f, &self.tables, &self.findings, &self.checks)
     }
 }
 
@@ -193,7 +193,7 @@ fn without_dates(
 }
 
 /// Keeps each sensor of the first file that has it and removes it from later files.
-fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
+fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
     let mut seen = [false; 6];
     for one in understood {
         let table = &mut one.mapping;
@@ -201,7 +201,7 @@ fn keep_the_first(understood: &mut [Understood], doubts: &mut Vec<String>) {
         let mut once = |which: usize, name: &str, is_there: bool| {
             let again = is_there && seen[which];
             if again {
-                doubts.push(format!(
+                checks.push(format!(
                     "{name} of {file} is ignored: an earlier file has the same sensor"
                 ));
             }
@@ -250,15 +250,15 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,
-    told: travel::Told,
+    told: travel::StatedUnits,
     findings: &mut Vec<String>,
-    doubts: &mut Vec<String>,
+    checks: &mut Vec<String>,
 ) -> Result<(), LogError> {
     let gps_of = |mapping: &Mapping| mapping.table.iter().position(|table| table.gps.is_some());
     let Some(table) = gps_of(mapping) else { return Ok(()) };
     let mut travelled = travel::travel(&dataset.fixes);
-    let is_astray = travelled.is_some_and(|travel| travel.cosine < travel::TELLING_COSINE);
-    if !told.course && is_astray {
+    let is_scattered = travelled.is_some_and(|travel| travel.cosine < travel::TELLING_COSINE);
+    if !told.course && is_scattered {
         let mut trial = mapping.clone();
         for unit in travel::COURSE_UNITS {
             let Some(gps) = trial.table[table].gps.as_mut() else { continue };
@@ -278,7 +278,7 @@ fn settle_speed_unit(
     }
     let gps = mapping.table[table].gps.as_mut();
     if let Some(gps) = gps.filter(|gps| !gps.north.is_empty() || !gps.speed.is_empty()) {
-        travel::settle_speed(gps, travelled, told, findings, doubts);
+        travel::settle_speed(gps, travelled, told, findings, checks);
     }
     Ok(())
 }

@@ -21,14 +21,14 @@ pub(super) struct Place {
 
 impl Reader<'_> {
     /// The columns of the position and their unit. `None` where they are missing, or where their values fit
-    /// no known unit; the latter adds a sentence to `doubts`.
-    pub(super) fn place(&self, doubts: &mut Vec<String>) -> Option<Place> {
+    /// no known unit; the latter adds a sentence to `checks`.
+    pub(super) fn place(&self, checks: &mut Vec<String>) -> Option<Place> {
         let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
         let letters = [self.letters(lat, *b"NS"), self.letters(lon, *b"EW")];
         let (mut lat_most, mut lon_most) = (self.look.largest(lat), self.look.largest(lon));
         let is_swapped = (90.0..=360.0).contains(&lat_most) && lon_most <= 90.0;
         if is_swapped && letters == [None; 2] {
-            doubts.push(format!(
+            checks.push(format!(
                 "gps: {} reaches {lat_most:.1}°, more than any latitude, and {} does not: latitude \
                  and longitude are exchanged",
                 self.look.layout.names[lat], self.look.layout.names[lon]
@@ -45,7 +45,7 @@ impl Reader<'_> {
                 && self.are_degrees_and_minutes([lat, lon], is_lettered) =>
             {
                 if !is_lettered {
-                    doubts.push(
+                    checks.push(
                         "gps: latitude and longitude are read as ddmm.mmmm; there are no columns \
                          of N/S and E/W, so unsigned values are read as north and east"
                             .into(),
@@ -60,7 +60,7 @@ impl Reader<'_> {
                 PlaceUnit::ScaledDegrees
             }
             _ if is_beyond_degrees => {
-                doubts.push(format!(
+                checks.push(format!(
                     "gps: {} reaches {lat_most} and {} reaches {lon_most}, expected degrees, \
                      radians, degrees × 10⁷, or degrees and minutes as ddmm.mmmm: the receiver is \
                      ignored",
@@ -71,7 +71,7 @@ impl Reader<'_> {
             Some("rad") => PlaceUnit::Radians,
             Some("deg") => PlaceUnit::Degrees,
             _ if !is_lettered && lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
-                doubts.push(
+                checks.push(
                     "gps: latitude and longitude are read as radians; as degrees they would lie in \
                      the Gulf of Guinea"
                         .into(),

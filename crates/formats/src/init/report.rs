@@ -118,7 +118,7 @@ pub(crate) fn are_apart(dataset: &Dataset) -> bool {
 }
 
 /// Reports the sensors' rates and time spans, and whether the spans overlap.
-pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut Vec<String>) {
+pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, checks: &mut Vec<String>) {
     let imu: Vec<Time> = dataset.imu.iter().map(|sample| sample.time).collect();
     let fixes: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
     for (name, times) in [("inertial samples", &imu), ("fixes", &fixes)] {
@@ -133,7 +133,7 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
         }
     }
     if imu.is_empty() {
-        doubts.push(
+        checks.push(
             "no gyro with accelerometer: the log cannot be estimated, only shown or used for \
              scoring"
                 .into(),
@@ -141,11 +141,11 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
         return;
     }
     if fixes.is_empty() {
-        doubts.push("no fixes: the filter needs at least one to start from".into());
+        checks.push("no fixes: the filter needs at least one to start from".into());
         return;
     }
     if are_apart(dataset) {
-        doubts.push(format!(
+        checks.push(format!(
             "the fixes and the inertial samples do not overlap in time: check unit and scale under \
              each [table.time], or set its offset_s. GPS time counts from 1980 and is 18 s ahead \
              of UTC. If both began at the same moment, offset_s = {:.3} for the inertial samples",
@@ -155,12 +155,12 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, doubts: &mut 
     let rate_hz = (imu.len() - 1) as f64 / (imu[imu.len() - 1] - imu[0]);
     let rates = SampleRates::of(&dataset.imu[0].motion);
     if rate_hz < rates.least_hz {
-        doubts.push(format!(
+        checks.push(format!(
             "inertial samples: found {rate_hz:.1} Hz, expected at least {:.0} Hz to navigate",
             rates.least_hz
         ));
     } else if rate_hz < rates.poor_hz {
-        doubts.push(format!(
+        checks.push(format!(
             "inertial samples: found {rate_hz:.1} Hz; navigation is poor below {:.0} Hz",
             rates.poor_hz
         ));
@@ -172,7 +172,7 @@ pub(crate) fn write(
     f: &mut fmt::Formatter<'_>,
     tables: &[String],
     findings: &[String],
-    doubts: &[String],
+    checks: &[String],
 ) -> fmt::Result {
     for table in tables {
         writeln!(f, "{table}\n")?;
@@ -180,7 +180,7 @@ pub(crate) fn write(
     for finding in findings {
         writeln!(f, "found: {finding}")?;
     }
-    for doubt in doubts {
+    for doubt in checks {
         writeln!(f, "check: {doubt}")?;
     }
     Ok(())

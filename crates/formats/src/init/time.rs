@@ -10,7 +10,7 @@ impl Reader<'_> {
     pub(super) fn time(
         &mut self,
         has_motion: bool,
-        doubts: &mut Vec<String>,
+        checks: &mut Vec<String>,
     ) -> Option<TimeColumn> {
         let column = self.time_column()?;
         let rises = self.look.rises(column);
@@ -24,29 +24,29 @@ impl Reader<'_> {
             Some("ns") => TimeUnit::Nanoseconds,
             _ => time_unit(step, has_motion),
         };
-        let date = self.date(column, unit, doubts);
-        let week = self.week(column, unit, doubts);
+        let date = self.date(column, unit, checks);
+        let week = self.week(column, unit, checks);
         let name = self.name(column);
         let step_s = step * unit.seconds();
         let longest_s = if has_motion { 0.2 } else { 30.0 };
         if !(1e-5..=longest_s).contains(&step_s) {
-            doubts.push(format!(
+            checks.push(format!(
                 "time {name}: found steps of {step_s} s, read as {}: check its unit",
                 unit.name()
             ));
         }
         if !rises {
-            self.say_how_it_rises(column, doubts);
+            self.describe_rise(column, checks);
         }
         let lower = name.to_lowercase();
         if unit.is_of_day() && (lower.contains("local") || lower.contains("lcl")) {
-            doubts.push(format!(
+            checks.push(format!(
                 "time {name} is local and names no zone: read as UTC; set offset_s under [table.time], \
                  -3600 per hour east of Greenwich"
             ));
         }
         if unit.is_of_day() && (lower == "gpst" || lower.contains("gps")) {
-            doubts.push(format!(
+            checks.push(format!(
                 "time {name} is GPS time as a date: read as UTC; set offset_s = -18.0 under \
                  [table.time] for dates since 2017, if another file is in UTC"
             ));
@@ -111,7 +111,7 @@ impl Reader<'_> {
     }
 
     /// The date column that belongs to the times of day.
-    fn date(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
+    fn date(&self, time: usize, unit: TimeUnit, checks: &mut Vec<String>) -> Option<usize> {
         const DAY_S: f64 = 86_400.0;
         let date = self.known.column(Quantity::Date).filter(|date| *date != time)?;
         // A time that includes its date needs no date column.
@@ -122,7 +122,7 @@ impl Reader<'_> {
             return None;
         }
         if !self.look.are_dates[date] {
-            doubts.push(format!(
+            checks.push(format!(
                 "time: {} is not a date, expected ddmmyy, yyyymmdd or 2025-07-08: ignored, so the \
                  times of day in {} have no date",
                 self.look.layout.names[date], self.look.layout.names[time]
@@ -133,7 +133,7 @@ impl Reader<'_> {
     }
 
     /// The column of the GPS week that belongs to the times of week.
-    fn week(&self, time: usize, unit: TimeUnit, doubts: &mut Vec<String>) -> Option<usize> {
+    fn week(&self, time: usize, unit: TimeUnit, checks: &mut Vec<String>) -> Option<usize> {
         /// Weeks after which the ten-bit week number of some receivers starts again at 0.
         const TEN_BITS: f64 = 1024.0;
         let week = self.known.column(Quantity::Week)?;
@@ -152,7 +152,7 @@ impl Reader<'_> {
         let week_name = &self.look.layout.names[week];
         let count = self.look.largest(week);
         if count < TEN_BITS {
-            doubts.push(format!(
+            checks.push(format!(
                 "time: week {count} of {week_name} is between 1980 and 1999. If the receiver sends \
                  only ten bits of the week, set offset_s under [table.time] to 619315200 s per \
                  1024 weeks"
@@ -162,18 +162,18 @@ impl Reader<'_> {
     }
 
     /// Reports repeated times and rows out of order.
-    fn say_how_it_rises(&self, column: usize, doubts: &mut Vec<String>) {
+    fn describe_rise(&self, column: usize, checks: &mut Vec<String>) {
         let (file, name) = (&self.file, &self.look.layout.names[column]);
         let (rows, most) = self.look.rows_of_one_value(column);
         if rows > 1 {
-            doubts.push(format!(
+            checks.push(format!(
                 "time {name} of {file} repeats, typically on {rows} rows and at most on {most}: \
                  rows of equal time are combined, and identical rows count once"
             ));
         }
         let behind = self.look.rows_behind(column);
         if behind > 0 {
-            doubts.push(format!(
+            checks.push(format!(
                 "time {name} of {file} goes back on {behind} rows: these are ignored; sort the \
                  file to keep them"
             ));

@@ -12,7 +12,7 @@ const UNIT_TOLERANCE: f64 = 1.07;
 /// Ratio of speed to displacement, either way, beyond which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
 /// [`SPEED_TOLERANCE`] where the directions disagree because the positions scatter.
-const SPEED_TOLERANCE_ASTRAY: f64 = 1.5;
+const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
 const LEAST_COSINE: f64 = 0.7;
 /// Cosine from which on velocity and displacement determine a unit. It is lower where the positions scatter by half
@@ -34,7 +34,7 @@ pub(super) const COURSE_UNITS: [CourseUnit; 4] =
 
 /// Stated units of a receiver's velocity.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct StatedUnits {
     /// Whether a name or the receiver's known format states the unit of the speed.
     pub speed: bool,
     /// Whether the unit of the course is stated.
@@ -136,14 +136,14 @@ fn legs(fixes: &[Fix]) -> Vec<Leg> {
 pub(super) fn settle_speed(
     gps: &mut GpsColumns,
     travel: Option<Travel>,
-    told: Told,
+    told: StatedUnits,
     findings: &mut Vec<String>,
-    doubts: &mut Vec<String>,
+    checks: &mut Vec<String>,
 ) {
     let (unit, columns) = (gps.speed_unit, velocity_columns(gps));
     let Some(Travel { ratio, cosine }) = travel else {
         if !told.speed {
-            doubts.push(format!(
+            checks.push(format!(
                 "gps: the unit of {columns} is not stated and is assumed to be {}; the vehicle \
                  moves too little to determine it from the positions. Set speed_unit under \
                  [table.gps]",
@@ -151,7 +151,7 @@ pub(super) fn settle_speed(
             ));
         }
         if !told.course && gps.course_unit == CourseUnit::Radians {
-            doubts.push(format!(
+            checks.push(format!(
                 "gps: {} is read as rad because it stays below 6.3; the vehicle moves too little \
                  to confirm it. If it is not, set course_unit under [table.gps]",
                 gps.course
@@ -172,18 +172,18 @@ pub(super) fn settle_speed(
                 fitting.name()
             ));
         }
-        _ if off > SPEED_TOLERANCE && (is_telling || off > SPEED_TOLERANCE_ASTRAY) => {
+        _ if off > SPEED_TOLERANCE && (is_telling || off > SPEED_TOLERANCE_SCATTERED) => {
             let instead = fitting.map_or_else(String::new, |fitting| {
                 format!("; as {} they would agree", fitting.name())
             });
-            doubts.push(format!(
+            checks.push(format!(
                 "gps: {columns}, read as {}, gives {:.2} times the distances between the \
                  fixes{instead}: check speed_unit and unit under [table.gps]",
                 unit.name(),
                 1.0 / ratio
             ));
         }
-        _ if !told.speed => doubts.push(format!(
+        _ if !told.speed => checks.push(format!(
             "gps: the unit of {columns} is not stated and is assumed to be {}; this gives {:.2} \
              times the distances between the fixes",
             unit.name(),
@@ -193,7 +193,7 @@ pub(super) fn settle_speed(
     }
     if cosine < LEAST_COSINE {
         let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
-        doubts.push(format!(
+        checks.push(format!(
             "gps: the direction of motion differs from {columns} by a median of {angle_deg:.0}°: \
              check for swapped columns, a wrong sign, a wrong course_unit under [table.gps], or a \
              heading instead of a course"
@@ -211,20 +211,25 @@ fn velocity_columns(gps: &GpsColumns) -> String {
 }
 
 /// Compares the vertical velocity of `fixes` with their heights and appends points to check.
-pub(super) fn judge_climb(gps: &GpsColumns, fixes: &[Fix], told: Told, doubts: &mut Vec<String>) {
+pub(super) fn judge_climb(
+    gps: &GpsColumns,
+    fixes: &[Fix],
+    told: StatedUnits,
+    checks: &mut Vec<String>,
+) {
     let column = if gps.down.is_empty() { &gps.up } else { &gps.down };
     if column.is_empty() {
         return;
     }
     match climb_ratio(fixes) {
-        Some(ratio) if !(0.75..1.33).contains(&ratio) => doubts.push(format!(
+        Some(ratio) if !(0.75..1.33).contains(&ratio) => checks.push(format!(
             "gps: {column}, read as {} with the assumed sign, gives {:.2} times the change of \
              height: check its unit and sign, and the unit of the height",
             gps.speed_unit.name(),
             1.0 / ratio
         )),
         None if !told.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
-            doubts.push(format!(
+            checks.push(format!(
                 "gps: the unit of {column} is not stated and is assumed to be {}, as for the speed \
                  over ground",
                 gps.speed_unit.name()

@@ -15,7 +15,7 @@ const TRIAL_SAMPLES: usize = 60_000;
 const TRIAL_FIXES: usize = 15;
 
 /// Smallest score of a trial at which the fixes contradict the axes.
-const DENIED: f64 = 1.0;
+const DISAGREES: f64 = 1.0;
 
 /// The axes of each sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub(crate) struct Turn {
 pub(crate) struct Found {
     pub turn: Turn,
     pub findings: Vec<String>,
-    pub doubts: Vec<String>,
+    pub checks: Vec<String>,
 }
 
 /// Determines the axes of the sensors of `dataset`, which was read without any change of axes.
@@ -43,14 +43,14 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
         attitude_signs: [1.0; 3],
         yaw_offset_deg: 0.0,
     };
-    let mut found = Found { turn: identity, findings: Vec::new(), doubts: Vec::new() };
+    let mut found = Found { turn: identity, findings: Vec::new(), checks: Vec::new() };
     let Some(gravity) = median_force(&dataset.imu) else { return found };
     let norm = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let [x, y, z] = gravity;
     let mean = format!("median specific force: {x:+.2} {y:+.2} {z:+.2} m/s²");
     let upward = (0..3).find(|&axis| gravity[axis].abs() > 0.85 * norm);
     let Some(axis) = upward.filter(|_| (6.0..14.0).contains(&norm)) else {
-        found.doubts.push(format!(
+        found.checks.push(format!(
             "{mean}: expected 9.8 m/s² along one axis and little along the others. Check the unit \
              and the mounting; the axes are assumed to be forward, right, down"
         ));
@@ -61,7 +61,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     let way = if gravity[axis] > 0.0 { "up" } else { "down" };
     found.findings.push(format!("{mean}: {letter} points {way}"));
     if axis != 2 {
-        found.doubts.push(
+        found.checks.push(
             "gravity does not determine the forward axis: check `axes` under [table.gyro] and \
              [table.accel], forward first"
                 .into(),
@@ -78,7 +78,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     }
     // The first candidate is the usual one. It is chosen where the fixes do not contradict it; otherwise
     // another candidate must be clearly better.
-    let usual = tried.first().filter(|(score, ..)| *score < DENIED);
+    let usual = tried.first().filter(|(score, ..)| *score < DISAGREES);
     let Some((score, turn, notes)) = usual.or_else(|| {
         let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
         let scores = tried.iter().enumerate().map(|(index, one)| (one.0 * handicap(index), one));

@@ -12,7 +12,7 @@ use hovernav_toml::write_whole;
 /// Writes the mapping and a commented manifest into `directory`.
 pub(crate) fn write(
     mapping: &Mapping,
-    doubts: &[String],
+    checks: &[String],
     directory: &Path,
     force: bool,
 ) -> Result<(), LogError> {
@@ -26,7 +26,7 @@ pub(crate) fn write(
     for table in &mut mapping.table {
         table.file = relative(&table.file, directory)?;
     }
-    write_whole(&path, text(&mapping, doubts)).map_err(LogError::io(&path))?;
+    write_whole(&path, text(&mapping, checks)).map_err(LogError::io(&path))?;
     let manifest = directory.join("dataset.toml");
     if !manifest.exists() {
         write_whole(&manifest, MANIFEST).map_err(LogError::io(&manifest))?;
@@ -47,14 +47,14 @@ fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
 }
 
 /// The mapping as TOML text; reading it returns the same mapping.
-pub(crate) fn text(mapping: &Mapping, doubts: &[String]) -> String {
+pub(crate) fn text(mapping: &Mapping, checks: &[String]) -> String {
     let mut lines = Lines(String::new());
     lines.line(
         "# Columns, units and axes of these files, as proposed by `hovernav init`. Correct any \
          errors;",
     );
     lines.line("# `hovernav config mapping.toml` explains every key.");
-    for doubt in doubts {
+    for doubt in checks {
         // A column name may contain control characters; a TOML comment may not.
         let doubt = doubt.replace(char::is_control, " ");
         lines.line(format_args!("# Check: {doubt}"));

@@ -40,7 +40,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
         counts.bytes_lost() + counts.packets * mode.packet_length() as u64,
     ));
     if impossible > 0 {
-        assembly.say(format!("{impossible} packets left out: their values are impossible"));
+        assembly.say(format!("{impossible} packets rejected: their values are impossible"));
     }
     let interval_s = interval_s(&packets).unwrap_or_else(|| {
         assembly.say("the timer of the DMU does not run: 33 packets per second are assumed");
@@ -69,7 +69,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
                     assembly.imu(place, measurement.at(stamp.time));
                 }
             }
-            Err(_) => assembly.imu_left_out(place, "left out: its timer did not advance"),
+            Err(_) => assembly.skip_imu(place, "skipped: its timer did not advance"),
         }
     }
     let mut manifest = Manifest::default();

@@ -25,14 +25,14 @@ use hovernav_log::{Dimensions, LogError, Manifest, StatedFix};
 const DAY_NS: i64 = 86_400_000_000_000;
 
 /// The fixes and headings of one protocol in the stream.
-struct Heard {
+struct Received {
     name: &'static str,
     receiver: Receiver,
     fixes: Vec<(u64, ReceiverFix)>,
     headings: Vec<(u64, ReceiverHeading)>,
 }
 
-impl Heard {
+impl Received {
     fn of(name: &'static str, receiver: Receiver) -> Self {
         Self { name, receiver, fixes: Vec::new(), headings: Vec::new() }
     }
@@ -75,12 +75,12 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
     let tsip = Receiver::Tsip(tsip::Decoder::with_week_floor(floor));
     // The richest protocol first: it is used where several report one epoch.
     let mut heard = [
-        Heard::of("UBX", Receiver::new(Protocol::Ubx)),
-        Heard::of("TSIP", tsip),
-        Heard::of("NMEA 0183", Receiver::new(Protocol::Nmea)),
+        Received::of("UBX", Receiver::new(Protocol::Ubx)),
+        Received::of("TSIP", tsip),
+        Received::of("NMEA 0183", Receiver::new(Protocol::Nmea)),
     ];
     let unread = listen(input, &mut heard)?;
-    heard.iter_mut().for_each(Heard::finish);
+    heard.iter_mut().for_each(Received::finish);
     remark_protocols(&heard, &unread, &mut assembly);
     let headings = heard.iter().flat_map(|heard| heard.headings.clone()).collect::<Vec<_>>();
     let [ubx, tsip, nmea] = heard;
@@ -107,7 +107,7 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
 }
 
 /// Passes each frame to the decoder of its protocol, and other bytes to that of TSIP, which has no checksums.
-fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> {
+fn listen(input: Input<'_>, heard: &mut [Received; 3]) -> Result<Unread, LogError> {
     let mut unread = Unread::default();
     let mut window = begin(input)?;
     // Bytes of which a checksum was computed in vain.
@@ -147,11 +147,11 @@ fn listen(input: Input<'_>, heard: &mut [Heard; 3]) -> Result<Unread, LogError> 
     }
 }
 
-fn remark_protocols(heard: &[Heard; 3], unread: &Unread, assembly: &mut Assembly) {
+fn remark_protocols(heard: &[Received; 3], unread: &Unread, assembly: &mut Assembly) {
     let [ubx, tsip, nmea] = heard;
     // TSIP has no checksum: other bytes may look like its packets.
     let is_tsip = ubx.fixes.is_empty() && nmea.fixes.is_empty();
-    for Heard { name, receiver, .. } in
+    for Received { name, receiver, .. } in
         [Some(ubx), is_tsip.then_some(tsip), Some(nmea)].into_iter().flatten()
     {
         let MessageCounts { read, unknown, damaged, impossible, no_fix } = receiver.counts();

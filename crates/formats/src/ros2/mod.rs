@@ -50,7 +50,7 @@ pub(crate) fn read(path: &Path, inputs: &[Input<'_>], options: &Options) -> Resu
             && let Some(kind) = topics.kind((file, header.channel_id))
         {
             let Some(left) = room.checked_sub(1) else {
-                gathered.left_out += 1;
+                gathered.skipped += 1;
                 return;
             };
             room = left;
@@ -71,7 +71,7 @@ struct Gathered {
     velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
     unreadable: usize,
     /// Number of messages in excess of the bytes of the file.
-    left_out: usize,
+    skipped: usize,
     are_down: bool,
     has_imu: bool,
     /// Whether any orientation is not the identity, which drivers without an orientation send.
@@ -86,7 +86,7 @@ impl Gathered {
             fixes: Vec::new(),
             velocities: Vec::new(),
             unreadable: 0,
-            left_out: 0,
+            skipped: 0,
             are_down: false,
             has_imu: false,
             has_turned: false,
@@ -192,12 +192,12 @@ impl Gathered {
         }
         if self.unreadable > 0 {
             let count = self.unreadable;
-            self.assembly.say(format!("{count} messages left out: shorter than their type"));
+            self.assembly.say(format!("{count} messages skipped: shorter than their type"));
         }
-        if self.left_out > 0 {
-            let count = self.left_out;
+        if self.skipped > 0 {
+            let count = self.skipped;
             self.assembly.say(format!(
-                "{count} messages left out: the file contains more messages \
+                "{count} messages skipped: the file contains more messages \
                                        than bytes"
             ));
         }

@@ -72,7 +72,7 @@ pub struct RunSummary {
     pub findings: Vec<Finding>,
     /// Number of readings that were unusable because of an error in them.
     aids_unusable: UnusedReadings,
-    /// Number of readings that were left out by design.
+    /// Number of readings that were skipped by design.
     aids_left_out: UnusedReadings,
 }
 
@@ -161,25 +161,25 @@ impl RunSummary {
             warnings: dataset.warnings.clone(),
             findings: dataset.findings(run),
             aids_unusable: run.unusable,
-            aids_left_out: run.left_out,
+            aids_left_out: run.skipped,
         };
         summary.warnings.extend(sentences(&summary.findings));
-        if run.solutions_left_out > 0 {
-            let (kept, all) = (run.solutions.len(), run.solutions.len() + run.solutions_left_out);
+        if run.solutions_thinned > 0 {
+            let (kept, all) = (run.solutions.len(), run.solutions.len() + run.solutions_thinned);
             summary.notes.push(format!(
                 "page, scores and findings use {kept} of {all} solutions, thinned evenly"
             ));
         }
-        if run.fixes_left_out > 0 {
+        if run.fixes_thinned > 0 {
             summary.notes.push(format!(
                 "page and findings omit {} comparisons of accepted fixes, thinned evenly; the counts include all",
-                run.fixes_left_out
+                run.fixes_thinned
             ));
         }
-        if run.comparisons_left_out > 0 {
+        if run.comparisons_thinned > 0 {
             summary.notes.push(format!(
                 "the page omits {} accepted measurements of other sensors, thinned evenly; the counts include all",
-                run.comparisons_left_out
+                run.comparisons_thinned
             ));
         }
         summary.add_notices(run);

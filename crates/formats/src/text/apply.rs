@@ -100,7 +100,7 @@ fn read_table(
             return Err(LogError::Unusable { path, reason });
         }
         if let Err(fault) = read_row(&fields, &mut columns, gathered, &mut remarks) {
-            remarks.count("left out: a field does not fit its column", fields.line);
+            remarks.count("skipped: a field does not fit its column", fields.line);
             unreadable += 1;
             first_fault.get_or_insert(fault);
         }
@@ -115,7 +115,7 @@ fn read_table(
     }
     if let Some((line, bytes)) = source.unwritten() {
         remarks.say(format!(
-            "line {line}: {bytes} zero bytes, from storage that was not written: the lines with them are left out"
+            "line {line}: {bytes} zero bytes, from storage that was not written: the lines with them are skipped"
         ));
     }
     warnings.extend(remarks.into_warnings());
@@ -155,7 +155,7 @@ fn read_capture(
     _: &mut Vec<String>,
 ) -> Result<(), LogError> {
     let format = "capture of raw bytes".to_owned();
-    Err(LogError::LeftOut { path: path.to_path_buf(), format, feature: "raw" })
+    Err(LogError::MissingFeature { path: path.to_path_buf(), format, feature: "raw" })
 }
 
 fn read_row(
@@ -166,7 +166,7 @@ fn read_row(
 ) -> Result<(), LogError> {
     let line = fields.line;
     let Some(time) = columns.time(fields)? else {
-        remarks.count("left out: no time", line);
+        remarks.count("skipped: no time", line);
         return Ok(());
     };
     let attitude = columns.attitude(fields)?;

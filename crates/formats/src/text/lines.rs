@@ -34,7 +34,7 @@ impl Lines {
     }
 
     /// The next line without its line end and without a byte order mark; `None` at the end of the file. Zero bytes are
-    /// of storage that was reserved but not written: a line is left out if they are before other bytes of it.
+    /// of storage that was reserved but not written: a line is skipped if they are before other bytes of it.
     ///
     /// # Errors
     /// [`LogError::Io`]; [`LogError::Unusable`] for a line that is too long.
@@ -94,7 +94,7 @@ impl Lines {
         }
     }
 
-    /// Line and number of the zero bytes for which lines have been left out.
+    /// Line and number of the zero bytes for which lines have been skipped.
     pub fn unwritten(&self) -> Option<(u64, u64)> {
         self.unwritten
     }

@@ -80,8 +80,8 @@ pub struct TimeColumn {
     /// Column of the GPS week of the time, counted from 6 January 1980; with `scale = "gps"`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub week: String,
-    /// Time scale: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January 1980. GPS time
-    /// is converted to UTC since 1970 with the leap seconds of its date.
+    /// Time scale: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January 1980, which is
+    /// converted to UTC with leap seconds.
     #[serde(skip_serializing_if = "TimeScale::is_own")]
     pub scale: TimeScale,
     /// Offset added to the time, s, to bring several files to one clock.

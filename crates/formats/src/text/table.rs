@@ -232,7 +232,7 @@ impl TableColumns {
         self.last_height = Some(value);
         if is_unknown(value) {
             remarks.count(
-                "left out: the barometric value is one for unknown ones, such as -9999",
+                "skipped: the barometric value is one for unknown ones, such as -9999",
                 fields.line,
             );
             return Ok(None);
@@ -243,7 +243,7 @@ impl TableColumns {
             false => Some(value).filter(|height_m| height_m.abs() <= GREATEST_HEIGHT_M),
         };
         if height_m.is_none() {
-            remarks.count("left out: the barometric value is out of range", fields.line);
+            remarks.count("rejected: the barometric value is out of range", fields.line);
         }
         Ok(height_m)
     }
@@ -263,7 +263,7 @@ impl TableColumns {
             values[stick] * factor * sign
         });
         if sticks.iter().any(|stick: &f64| stick.abs() > 2.0) {
-            remarks.count("left out: a stick is beyond ±2 of its full stroke", fields.line);
+            remarks.count("rejected: a stick is beyond ±2 of its full stroke", fields.line);
             return Ok(None);
         }
         Ok(Some(sticks))

@@ -160,7 +160,7 @@ fn joined(
     }
     if without > 0 && !forces.is_empty() {
         warnings.push(format!(
-            "gyro: {without} rows left out: no valid specific force at their \
+            "gyro: {without} rows skipped: no valid specific force at their \
                                time"
         ));
     }

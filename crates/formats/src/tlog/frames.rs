@@ -44,7 +44,7 @@ pub(super) struct Damages {
     pub wrong_checksums: usize,
     pub first_wrong: Option<u64>,
     /// Number of bytes outside frames, and the offset of the first.
-    pub passed_over: u64,
+    pub skipped: u64,
     pub first_passed: Option<u64>,
     /// Byte offset of a frame that the end of the file cuts off.
     pub cut_off: Option<u64>,
@@ -79,7 +79,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(&Frame)) -> io::
         }
         let layout = found.filter(|layout| layout.is_followed(bytes));
         let Some(layout) = layout else {
-            damages.passed_over += 1;
+            damages.skipped += 1;
             damages.first_passed.get_or_insert(place);
             window.consume(1);
             continue;

@@ -80,14 +80,14 @@ pub(crate) fn read(input: Input<'_>, options: &Options) -> Result<Log, LogError>
 fn remark_damages(damages: &Damages, to: &mut Assembly) {
     if let Some(first) = damages.first_wrong {
         to.say(format!(
-            "at byte {first}: a frame with a wrong checksum; {} such frames left out",
+            "at byte {first}: a frame with a wrong checksum; {} such frames skipped",
             damages.wrong_checksums
         ));
     }
     if let Some(first) = damages.first_passed {
         to.say(format!(
             "at byte {first}: found no MAVLink frame; {} such bytes ignored",
-            damages.passed_over
+            damages.skipped
         ));
     }
     if let Some(place) = damages.cut_off {

@@ -31,7 +31,7 @@ pub(super) struct Rows {
     pub inputs: Inputs,
     /// Innovations whose variances have not arrived yet.
     pub innovations: Innovations,
-    /// Share of the time that the samples integrate over.
+    /// Share of the time that the intervals of integrated samples cover.
     pub integrals: Integrals,
     /// Samples in which an accelerometer or a gyro clipped.
     pub accel_clipping: Clipping,
@@ -178,7 +178,7 @@ impl Rows {
             );
         }
         if accel_relative.abs() >= UNKNOWN_RELATIVE_US {
-            return to.imu_left_out(place, "left out: the specific force is missing");
+            return to.skip_imu(place, "skipped: the specific force is missing");
         }
         // Microseconds; seconds in logs from before 2017.
         self.integrals.sample(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
@@ -228,7 +228,7 @@ impl Rows {
         };
         let Some(time) = self.sampled(t, sample) else { return };
         if !(angle_dt > 0.0 && velocity_dt > 0.0) {
-            return to.imu_left_out(place, "left out: the time of an increment is zero or missing");
+            return to.skip_imu(place, "skipped: the time of an increment is zero or missing");
         }
         self.integrals.sample(time, angle_dt / 1e6);
         self.accel_clipping.count(accel_bits, time);

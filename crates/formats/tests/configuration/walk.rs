@@ -25,7 +25,7 @@ const TABLES: &[(&str, &str)] = &[
     ("Manifest.aiding", "Aiding"),
     ("Manifest.filter", "EkfConfig"),
 ];
-const LEFT_OUT: &[&str] = &["AutopilotSection.flown"];
+const NOT_COMPARED: &[&str] = &["AutopilotSection.flown"];
 
 /// Default values of types, by name.
 pub type Defaults = BTreeMap<&'static str, toml::Value>;
@@ -45,7 +45,7 @@ impl Walk<'_> {
         let mut properties = Map::new();
         for field in fields {
             let place = format!("{name}.{}", field.key);
-            if LEFT_OUT.contains(&place.as_str()) {
+            if NOT_COMPARED.contains(&place.as_str()) {
                 continue;
             }
             let path = format!("{prefix}{}", field.key);

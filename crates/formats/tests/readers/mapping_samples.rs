@@ -27,7 +27,7 @@ fn columns_called_dth_and_dv_are_increments() {
 }
 
 #[test]
-fn an_impossible_field_is_left_out_with_count_and_first_line() {
+fn an_impossible_field_is_rejected_with_count_and_first_line() {
     let names = "gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2,\
                  mag_x_gauss,mag_y_gauss,mag_z_gauss";
     let text = at_rest(names, |k| {
@@ -37,7 +37,7 @@ fn an_impossible_field_is_left_out_with_count_and_first_line() {
     let (report, _, dataset) = mapped(&[("imu.csv", text)]);
     let fields = dataset.imu.iter().filter(|sample| sample.magnetic_field_gauss.is_some()).count();
     assert!((dataset.imu.len(), fields) == (2000, 1997), "{fields}\n{report}");
-    let told = "3 rows, the first at line 102, magnetic field left out: over 100 gauss";
+    let told = "3 rows, the first at line 102, magnetic field rejected: over 100 gauss";
     assert!(
         dataset.warnings.iter().any(|warning| warning.contains(told)),
         "{:?}",

@@ -282,7 +282,7 @@ fn a_chunk_with_more_messages_than_file_bytes_is_truncated() {
     assert!(file.len() < 200_000, "{}", file.len());
     let refused = open_bytes(&file, Path::new("bomb.mcap"), &Options::default()).unwrap_err();
     let told = format!(
-        "{} messages left out: the file contains more messages than bytes",
+        "{} messages skipped: the file contains more messages than bytes",
         300_000 - file.len()
     );
     assert!(refused.to_string().contains(&told), "{refused}");

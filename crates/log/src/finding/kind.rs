@@ -71,7 +71,7 @@ pub enum FindingKind {
     BiasStep,
     /// The magnetic field is not the Earth's alone.
     MagneticDisturbance,
-    /// Single readings of a magnetic field off those before and after.
+    /// Single magnetic readings that differ from those before and after.
     Spikes,
     /// The unit's own attitude turns unlike its gyros.
     AttitudeUnlikeGyros,

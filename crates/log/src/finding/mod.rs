@@ -64,8 +64,8 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
 pub struct SetupFinding {
     /// Sensor concerned.
     pub sensor: Sensor,
-    /// Whether it is certainly wrong: the log is then not estimated as it is, or not with what
-    /// [can be left out](Self::can_be_left_out).
+    /// Whether it is certainly wrong: the log is then rejected, or estimated without the sensor if that
+    /// [can be ignored](Self::can_be_ignored).
     pub is_certain: bool,
     /// Found and expected values, with sizes.
     pub found: String,
@@ -88,7 +88,7 @@ impl fmt::Display for SetupFinding {
 impl SetupFinding {
     /// Whether the estimator can do without the sensor: an aid, or the receiver's velocity.
     #[must_use]
-    pub fn can_be_left_out(&self) -> bool {
+    pub fn can_be_ignored(&self) -> bool {
         self.sensor == Sensor::GpsVelocity
             || AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
     }
@@ -101,7 +101,7 @@ impl SetupFinding {
             end_s,
             sensor: self.sensor,
             kind: FindingKind::SetUp,
-            severity: if self.is_certain && !self.can_be_left_out() {
+            severity: if self.is_certain && !self.can_be_ignored() {
                 Severity::Error
             } else {
                 Severity::Warning
@@ -113,7 +113,7 @@ impl SetupFinding {
 }
 
 /// Number of sentences of one kind; further findings are only counted.
-const TOLD: usize = 3;
+const LISTED: usize = 3;
 
 /// The warnings among `findings` as sentences, in order of time. Of each sensor and kind the three longest appear, with
 /// the number of the others.
@@ -128,7 +128,7 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
     for mut of_kind in kinds.into_values() {
         let length = |finding: &Finding| finding.end_s - finding.start_s;
         of_kind.sort_by(|a, b| length(b).total_cmp(&length(a)));
-        let others = of_kind.split_off(of_kind.len().min(TOLD));
+        let others = of_kind.split_off(of_kind.len().min(LISTED));
         told.extend(of_kind.iter().map(|finding| (finding.start_s, finding.words.clone())));
         if let [first, ..] = &others[..] {
             let start_s = others.iter().map(|other| other.start_s).fold(f64::INFINITY, f64::min);
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_happened_often_is_told_three_times_and_counted() {
+    fn what_happened_often_is_reported_three_times_and_counted() {
         let finding = |start_s: f64, length_s: f64, severity| Finding {
             start_s,
             end_s: start_s + length_s,

@@ -16,7 +16,7 @@ struct Group {
     name: &'static str,
     unit: &'static str,
     scale: f64,
-    /// Rejections beyond this size, in the unit, are a warning even if short.
+    /// Rejections beyond this size, in the unit, cause a warning even if short.
     large: f64,
 }
 
@@ -104,7 +104,7 @@ struct Compared {
     verdict: Verdict,
 }
 
-/// Smallest number of rejections in a row that are a warning at any size.
+/// Smallest number of consecutive rejections of any size that cause a warning.
 const LASTING: usize = 3;
 /// Smallest duration of such rejections, s.
 const LASTING_S: f64 = 2.0;
@@ -128,7 +128,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Time after a fix, s, by which a filter reset to it shows the result.
+/// Time after a fix, s, within which a filter that was reset to it shows the result.
 const REOPENED_S: f64 = 1.0;
 
 impl Judged<'_> {
@@ -172,11 +172,11 @@ fn refusal(
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
         // In a thinned run the number of accepted readings is unknown.
-        let left_out = match first.sensor {
-            Sensor::Gps => log.run.fixes_left_out,
-            _ => log.run.comparisons_left_out,
+        let thinned = match first.sensor {
+            Sensor::Gps => log.run.fixes_thinned,
+            _ => log.run.comparisons_thinned,
         };
-        let of_all = if left_out == 0 { format!(" of {}", heard.count()) } else { String::new() };
+        let of_all = if thinned == 0 { format!(" of {}", heard.count()) } else { String::new() };
         let count = refused.len();
         parts.push(format!("{name} by up to {largest:.1} {unit} ({count}{of_all} readings)"));
     }
@@ -254,7 +254,7 @@ fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
 }
 
 /// Whether the heading of a report is of another sensor than the group's: the unit's own heading comes with its tilt.
-fn tells_another(group: &Group, report: &Report) -> bool {
+fn is_of_another_fault(group: &Group, report: &Report) -> bool {
     let with_tilt = report.innovations().any(|axis| axis.channel == Channel::Roll);
     group.channels == [Channel::Yaw] && with_tilt == (group.sensor == Sensor::Magnetometer)
 }
@@ -267,7 +267,7 @@ fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
     });
     let mut all = Vec::new();
     for report in reports {
-        if tells_another(group, report) {
+        if is_of_another_fault(group, report) {
             continue;
         }
         let mut axes =

@@ -15,15 +15,15 @@ const DISTURBED: f64 = 0.25;
 /// Relative change of the field that an imperfect calibration of the magnetometer can explain.
 const UNCALIBRATED: f64 = 0.15;
 /// Smaller heading differences, rad (10°), occur by chance.
-const DOUBTED_RAD: f64 = 0.175;
+const SUSPECT_RAD: f64 = 0.175;
 /// Suspect headings at most this far apart, s, are one finding.
-const ONE_DOUBT_S: f64 = 30.0;
+const ONE_AMBIGUITY_S: f64 = 30.0;
 /// Shorter disturbances, s, are ignored as noise.
 const LASTING_S: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {
     start(log, findings);
-    doubts(log, findings);
+    checks(log, findings);
     let known = findings.len();
     field.find(findings);
     changed_fields(log, known, findings);
@@ -151,19 +151,19 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 }
 
 /// Headings that the fixes made suspect without resetting them.
-fn doubts(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let doubts = log.run.notices.iter().filter_map(|notice| match notice {
+fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
+    let checks = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::HeadingDoubted { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
         _ => None,
     });
-    for span in spans(doubts, ONE_DOUBT_S) {
+    for span in spans(checks, ONE_AMBIGUITY_S) {
         let times = if span.count > 1 { format!(" ({} times)", span.count) } else { String::new() };
         findings.push(Finding {
             start_s: span.start_s,
             end_s: span.end_s,
             sensor: Sensor::Filter,
             kind: FindingKind::HeadingInDoubt,
-            severity: if span.largest > DOUBTED_RAD { Severity::Warning } else { Severity::Info },
+            severity: if span.largest > SUSPECT_RAD { Severity::Warning } else { Severity::Info },
             count: span.count,
             words: format!(
                 "the heading was up to {:.0}° off {} according to GPS{times}: an error of the attitude, magnetometer \

@@ -37,7 +37,7 @@ use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
 use steps::Witness;
-use timing::Felt;
+use timing::MeasuredVelocity;
 
 impl Dataset {
     /// Events in a `run` over this log, in order of time, each a span with a sentence. Kinds are outages, gaps,
@@ -47,7 +47,7 @@ impl Dataset {
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
         let log = Judged { dataset: self, run };
-        let Looked { inertial, ends, field, witness, felt, setup, of_unit } = Looked::at(&log);
+        let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);
         let mut findings = Vec::new();
         inertial::find(&log, inertial, ends, &mut findings);
         fixes::find(&log, &mut findings);
@@ -58,7 +58,7 @@ impl Dataset {
         heading::find(&log, field, &mut findings);
         slow::find(&log, &mut findings);
         steps::find(&log, witness, &mut findings);
-        timing::find(&log, &felt, &mut findings);
+        timing::find(&log, &measured, &mut findings);
         lever_arm::find(&log, &mut findings);
         understated::find(&log, &mut findings);
         unused::find(&log, &mut findings);
@@ -79,7 +79,7 @@ struct Looked {
     ends: Ends,
     field: FieldStrength,
     witness: Witness,
-    felt: Felt,
+    measured: MeasuredVelocity,
     setup: SetupLook,
     of_unit: OfUnit,
 }
@@ -88,7 +88,7 @@ impl Looked {
     fn at(log: &Judged<'_>) -> Self {
         let (mut inertial, mut ends) = (Inertial::of(log), Ends::of(log));
         let (mut field, mut witness) = (FieldStrength::default(), Witness::default());
-        let (mut felt, mut setup) = (Felt::default(), SetupLook::default());
+        let (mut measured, mut setup) = (MeasuredVelocity::default(), SetupLook::default());
         let mut of_unit = OfUnit::default();
         let (dataset, apart) = (log.dataset, &log.dataset.magnetometer);
         let own = |sample: &ImuSample| sample.magnetic_field_gauss.filter(|_| apart.is_empty());
@@ -102,7 +102,7 @@ impl Looked {
                 inertial.push(&rates);
                 ends.look(&rates);
                 witness.push(log, &rates, sample.attitude);
-                felt.push(log, &rates);
+                measured.push(log, &rates);
             }
         }
         apart.iter().for_each(|(_, field_gauss)| field.look(*field_gauss));
@@ -118,7 +118,7 @@ impl Looked {
             }
             apart.iter().for_each(|(time, field_gauss)| field.look_again(*time, *field_gauss));
         }
-        Self { inertial, ends, field, witness, felt, setup, of_unit }
+        Self { inertial, ends, field, witness, measured, setup, of_unit }
     }
 }
 

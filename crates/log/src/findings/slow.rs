@@ -19,7 +19,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
     // Steps for which the filter itself has enlarged its bias uncertainty are judged in `steps`.
-    let doubted: Vec<f64> = log
+    let suspect: Vec<f64> = log
         .run
         .notices
         .iter()
@@ -65,7 +65,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least
                     && ratio > STEP
-                    && !doubted.iter().any(|&doubted_s| (start_s..end_s).contains(&doubted_s))
+                    && !suspect.iter().any(|&doubted_s| (start_s..end_s).contains(&doubted_s))
                     && largest.is_none_or(|most| change.abs() > most.2.abs())
                 {
                     largest = Some((start_s, end_s, change, sigma));

@@ -18,7 +18,7 @@ const ABSORBED_S: f64 = 15.0;
 /// Number of means on either side of a step.
 const SIDE: usize = 3;
 /// Largest number of parts near a step in which the attitude may disagree with the gyros, as at a real step.
-const MOST_DENIED: usize = 2;
+const MOST_REJECTED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
 /// Smaller steps of a gyro's bias, rad/s, matter little.
@@ -48,14 +48,14 @@ struct Excess {
 }
 
 pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Finding>) {
-    let denied_s = denied_s(log);
+    let rejected_s = rejected_s(log);
     let is_witness = &|near: &[Excess]| {
         let is_denied = |part: &&Excess| {
-            let first = denied_s.partition_point(|&time_s| time_s < part.start_s);
-            denied_s.get(first).is_some_and(|&time_s| time_s < part.start_s + MEAN_S)
+            let first = rejected_s.partition_point(|&time_s| time_s < part.start_s);
+            rejected_s.get(first).is_some_and(|&time_s| time_s < part.start_s + MEAN_S)
         };
         near.iter().all(|part| part.turn_radps < TURNING_RADPS)
-            && near.iter().filter(is_denied).count() <= MOST_DENIED
+            && near.iter().filter(is_denied).count() <= MOST_REJECTED
     };
     let [turns, forces] = witness.finish(log);
     let degps = ("°/s", 180.0 / std::f64::consts::PI);
@@ -70,12 +70,12 @@ pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Findin
 }
 
 /// Times at which the unit's own attitude disagreed with the gyros, s.
-fn denied_s(log: &Judged<'_>) -> Vec<f64> {
-    let denied = log.run.notices.iter().filter_map(|notice| match notice {
+fn rejected_s(log: &Judged<'_>) -> Vec<f64> {
+    let rejected = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::NotUsed { time, reason: Unusable::TurnsOtherwise, .. } => Some(time.seconds()),
         _ => None,
     });
-    denied.collect()
+    rejected.collect()
 }
 
 /// Differences of the sensors from the unit's own attitude and the fixes, over parts of [`MEAN_S`].
@@ -151,23 +151,24 @@ fn force_excess(
     for pair in fixes[first..].windows(2).take_while(|pair| pair[1].time <= end) {
         let interval_s = pair[1].time - pair[0].time;
         let change_mps = pair[1].velocity_mps()? - pair[0].velocity_mps()?;
-        let (mut felt_mps, mut felt_s, mut last) = (Vector::<Ned>::ZERO, 0.0, None);
+        let (mut force_integral_mps, mut force_integral_s, mut last) =
+            (Vector::<Ned>::ZERO, 0.0, None);
         while let Some(at) = part.get(index).filter(|at| at.time <= pair[1].time) {
             if at.time > pair[0].time {
                 let body_to_ned = (*attitude.get(index)?)?;
-                felt_mps += body_to_ned * Vector::from(at.force_mps2) * at.interval_s;
-                felt_s += at.interval_s;
+                force_integral_mps += body_to_ned * Vector::from(at.force_mps2) * at.interval_s;
+                force_integral_s += at.interval_s;
                 last = Some(body_to_ned);
             }
             index += 1;
         }
         let Some(body_to_ned) = last else { continue };
-        if !(0.5..2.0).contains(&(felt_s / interval_s)) {
+        if !(0.5..2.0).contains(&(force_integral_s / interval_s)) {
             continue;
         }
-        let expected_mps = change_mps - Vector::new(0.0, 0.0, GRAVITY_MPS2) * felt_s;
-        excess += body_to_ned.inverse() * (felt_mps - expected_mps);
-        covered_s += felt_s;
+        let expected_mps = change_mps - Vector::new(0.0, 0.0, GRAVITY_MPS2) * force_integral_s;
+        excess += body_to_ned.inverse() * (force_integral_mps - expected_mps);
+        covered_s += force_integral_s;
     }
     (covered_s > 0.5 * MEAN_S).then(|| (excess * (1.0 / covered_s)).to_array())
 }

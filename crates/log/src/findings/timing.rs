@@ -18,7 +18,7 @@ const OFFSET_S: f64 = 0.1;
 /// Offsets that the filter can estimate, s.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
 /// Share of rejected fixes up to which the filter's estimate is trusted.
-const REFUSED: f64 = 0.1;
+const MANY_REJECTED: f64 = 0.1;
 /// Smallest offset for which the accelerations are used, s.
 const FAR_S: f64 = 0.25;
 /// Difference beyond which the accelerations outweigh the filter's estimate, s.
@@ -58,16 +58,16 @@ const EXPLAINED: f64 = 0.5;
 /// Lead of the best delay over zero and over distant delays, in explained share.
 const CLEARLY: f64 = 0.1;
 /// Offsets that explain a smaller share of the changes are rejected.
-const DENIED: f64 = 0.1;
+const UNEXPLAINED: f64 = 0.1;
 /// Lead of GPS time over UTC, s.
 const LEAP_SECONDS: f64 = 18.0;
 
-pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
+pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut Vec<Finding>) {
     let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
     let FixTally { used, rejected } = log.run.fixes_compared;
-    let told = told_changes(log);
-    if let Some(drift) = felt.drift(&told) {
+    let told = reported_changes(log);
+    if let Some(drift) = measured.drift(&told) {
         let percent = 100.0 * drift.abs();
         let fast = if drift < 0.0 { "fast" } else { "slow" };
         findings.push(Finding {
@@ -87,15 +87,16 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
         return;
     }
     // Without significant accelerations no offset is rejected.
-    let is_denied =
-        |offset_s: f64| felt.explained(&told, |_| offset_s).is_some_and(|share| share < DENIED);
+    let is_unexplained = |offset_s: f64| {
+        measured.explained(&told, |_| offset_s).is_some_and(|share| share < UNEXPLAINED)
+    };
     let is_trusted = |offset_s: f64| {
         FOLLOWED_S.contains(&offset_s)
-            && (rejected as f64) < REFUSED * (used + rejected) as f64
-            && !is_denied(offset_s)
+            && (rejected as f64) < MANY_REJECTED * (used + rejected) as f64
+            && !is_unexplained(offset_s)
     };
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
-    let far_s = felt.delay_s(&told).filter(|far_s| {
+    let far_s = measured.delay_s(&told).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
     });
     let side = |offset_s: f64| {
@@ -145,7 +146,7 @@ pub(super) fn find(log: &Judged<'_>, felt: &Felt, findings: &mut Vec<Finding>) {
 
 /// Horizontal velocity from the measured specific force, turned by the attitude of a run, up to a constant.
 #[derive(Default)]
-pub(super) struct Felt {
+pub(super) struct MeasuredVelocity {
     moments: Vec<Moment>,
     sum_mps: [f64; 2],
     gaps: u32,
@@ -162,7 +163,7 @@ struct Moment {
     gaps: u32,
 }
 
-impl Felt {
+impl MeasuredVelocity {
     pub fn push(&mut self, log: &Judged<'_>, rates: &Rates) {
         let time_s = rates.time.seconds();
         if self.moments.first().is_some_and(|first| time_s - first.time_s >= LOOKED_S) {
@@ -251,22 +252,23 @@ impl Felt {
         let pairs: Vec<_> = told
             .iter()
             .filter_map(|change| {
-                let felt = self.change(change.times_s.map(|time_s| time_s - delay_s(time_s)))?;
-                Some((felt, change.north_east_mps))
+                let measured =
+                    self.change(change.times_s.map(|time_s| time_s - delay_s(time_s)))?;
+                Some((measured, change.north_east_mps))
             })
             .collect();
         if pairs.len() < LEAST_CHANGES {
             return None;
         }
         let count = pairs.len() as f64;
-        let (mut felt, mut told) = ([0.0; 2], [0.0; 2]);
+        let (mut measured, mut told) = ([0.0; 2], [0.0; 2]);
         for (a, b) in &pairs {
-            felt = [felt[0] + a[0] / count, felt[1] + a[1] / count];
+            measured = [measured[0] + a[0] / count, measured[1] + a[1] / count];
             told = [told[0] + b[0] / count, told[1] + b[1] / count];
         }
         let (mut along, mut across, mut squares) = (0.0, 0.0, [0.0; 2]);
         for (a, b) in pairs {
-            let a = [a[0] - felt[0], a[1] - felt[1]];
+            let a = [a[0] - measured[0], a[1] - measured[1]];
             let b = [b[0] - told[0], b[1] - told[1]];
             along += a[0] * b[0] + a[1] * b[1];
             across += a[0] * b[1] - a[1] * b[0];
@@ -317,7 +319,7 @@ fn second_difference([start, middle, end]: [[f64; 2]; 3]) -> [f64; 2] {
     [0, 1].map(|axis| end[axis] - 2.0 * middle[axis] + start[axis])
 }
 
-fn told_changes(log: &Judged<'_>) -> Vec<Change> {
+fn reported_changes(log: &Judged<'_>) -> Vec<Change> {
     let mut told: Vec<(f64, [f64; 2])> = Vec::new();
     for fix in &log.dataset.fixes {
         let (time_s, velocity) = (fix.time.seconds(), fix.horizontal_velocity_mps);

@@ -236,7 +236,7 @@ impl Trial {
 }
 
 /// Source of heading without which the fixes become consistent with the run. `None` if the fixes are consistent
-/// already, or with no source left out.
+/// already, or with no source ignored.
 ///
 /// Runs the estimator over a part of the log up to four times, but only where the fixes are inconsistent with `run`.
 #[must_use]
@@ -252,6 +252,6 @@ pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Opt
 #[must_use]
 pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
     let trial = Trial::of(dataset, config, run)?;
-    // Leaving out a wrong source makes any axes consistent, and it is the simpler cause.
+    // Ignoring a wrong source makes any axes consistent, and it is the simpler cause.
     trial.denied_aid().or_else(|| trial.axes())
 }

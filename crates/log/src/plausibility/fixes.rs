@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_course_tells_the_unit_of_the_velocity_and_nothing_else() {
+    fn a_straight_course_determines_the_unit_of_the_velocity_and_nothing_else() {
         for seed in 0..40 {
             let mut found = Vec::new();
             check(&on_a_line(1.0, seed), &mut found);
@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_velocity_that_is_told_late_in_a_circle_is_in_no_other_unit() {
+    fn a_velocity_that_is_reported_late_in_a_circle_is_in_no_other_unit() {
         let center = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
         for (period_s, radius_m, late_s) in
             [(6.0, 5.0, 1.0), (12.0, 6.0, 2.0), (10.0, 6.0, 2.0), (6.0, 5.0, 3.0)]

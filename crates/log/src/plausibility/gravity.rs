@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_is_told_by_what_is_felt_while_nothing_accelerates() {
+    fn a_scale_is_determined_by_what_is_measured_while_nothing_accelerates() {
         assert!(found(1.0).is_empty() && found(1.03).is_empty());
         for scale_by in [0.9, 1.1, 1.3] {
             let [finding] = &found(scale_by)[..] else { panic!("{scale_by}") };

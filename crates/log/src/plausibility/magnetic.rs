@@ -60,7 +60,7 @@ impl Field {
             Some((_, unit, mend)) => (format!("a field in {unit}"), (*mend).to_owned()),
             None => (
                 "strong iron or a strong current nearby, or another unit".into(),
-                format!("calibrate the magnetometer, or {LEAVE_OUT}"),
+                format!("calibrate the magnetometer, or {IGNORE}"),
             ),
         };
         found.push(SetupFinding {
@@ -74,8 +74,8 @@ impl Field {
 }
 
 /// Settings without a magnetometer, for the initial heading and for the filter.
-const LEAVE_OUT: &str =
-    "leave it out: [aiding] magnetometer = false and [alignment] heading = \"unknown\"";
+const IGNORE: &str =
+    "ignore it: [aiding] magnetometer = false and [alignment] heading = \"unknown\"";
 
 /// Compares the dip of the field with that of the model.
 fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<SetupFinding>) {
@@ -99,6 +99,6 @@ fn dip(field: &Field, up: [f64; 3], model: &MagneticField, found: &mut Vec<Setup
         } else {
             "axes other than those of the inertial unit, or iron nearby".into()
         },
-        mend: format!("rotate mag_{{x,y,z}} to forward, right, down, or {LEAVE_OUT}"),
+        mend: format!("rotate mag_{{x,y,z}} to forward, right, down, or {IGNORE}"),
     });
 }

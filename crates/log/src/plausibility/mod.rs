@@ -102,13 +102,13 @@ impl SetupLook {
 
 impl Dataset {
     /// Rejects a log whose set-up is certainly wrong; `path` names it in the message. Returns the certain errors of
-    /// sensors that [can be left out](SetupFinding::can_be_left_out), for [`leave_out`](Self::leave_out).
+    /// sensors that [can be ignored](SetupFinding::can_be_ignored), for [`ignore`](Self::ignore).
     ///
     /// # Errors
     /// [`LogError::Setup`] with all certain errors, their likely causes and remedies.
     pub fn ensure_possible(&self, path: &Path) -> Result<Vec<SetupFinding>, LogError> {
         let certain = self.check_setup().into_iter().filter(|finding| finding.is_certain);
-        let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_left_out);
+        let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_ignored);
         if findings.is_empty() {
             return Ok(aids);
         }

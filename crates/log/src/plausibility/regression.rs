@@ -125,7 +125,7 @@ impl Scale {
 const LEAST: f64 = 12.0;
 /// Smallest number of pairs for each entry of a row.
 const LEAST_EACH: f64 = 4.0;
-/// Share of the pairs that a [`fit`] leaves out.
+/// Share of the pairs that a [`fit`] ignores.
 const TRIMMED: f64 = 0.2;
 /// Smallest share of a component's independent spread in the spread of all components: an error in one of two
 /// components shows in the other.
@@ -144,7 +144,7 @@ const FOLLOWED: f64 = 0.5;
 const LEAST_MOVING: usize = 3;
 
 /// Fit that most of the moving pairs `(x, y)` follow, each with one vote. The fifth of the pairs with the largest
-/// residuals is left out. So a receiver that jumps or freezes for a minute does not look like a wrong unit. Zero is
+/// residuals is ignored. So a receiver that jumps or freezes for a minute does not look like a wrong unit. Zero is
 /// `explained` if too few of the moving pairs follow. `None` as in [`Regression::fit`].
 pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
     let whole = Regression::of(pairs);

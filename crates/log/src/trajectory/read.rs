@@ -68,7 +68,7 @@ fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, Lo
     let mut rows = Rows::new();
     while let Some(row) = table.next(remarks)? {
         let Some(time) = row.time(time)? else {
-            remarks.count("left out: no time", row.line);
+            remarks.count("skipped: no time", row.line);
             continue;
         };
         let mut values = [f64::NAN; 30];
@@ -171,11 +171,11 @@ fn of_lines(
         let quaternion = if is_euroc { [b, c, d, a] } else { [a, b, c, d] };
         let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
         let Some(time) = time.filter(|_| (0.5..2.0).contains(&length)) else {
-            remarks.count("left out: no time or no quaternion of length one", line_number);
+            remarks.count("skipped: no time or no quaternion of length one", line_number);
             continue;
         };
         if [x, y, z].iter().any(|metres| metres.abs() > FURTHEST_M) {
-            remarks.count("left out: further from its zero than the Earth is wide", line_number);
+            remarks.count("rejected: further from its zero than the Earth is wide", line_number);
             continue;
         }
         let mut solution = unknown(time);

@@ -290,8 +290,8 @@ impl Helicopter {
         let wake = wa - (inflow - climb) * speed * main.tip_speed_mps;
         let pressure = (ua * ua + va * va + wake * wake).sqrt() * -half_density;
         let [front, side, top] = par.fuselage_area_m2;
-        let beside = va - r * par.vertical_fin.arm_m;
-        let fin_y = fin_force(&par.vertical_fin, half_density, ua, beside);
+        let side_by_side = va - r * par.vertical_fin.arm_m;
+        let fin_y = fin_force(&par.vertical_fin, half_density, ua, side_by_side);
         let below = wa + q * par.horizontal_fin.arm_m;
         let fin_z = fin_force(&par.horizontal_fin, half_density, ua, below);
 

@@ -87,7 +87,7 @@ pub fn symmetrise(matrix: &mut DMatrix<f64>) {
 
 /// Matrix of two matrices in adjacent columns, `left` first.
 #[must_use]
-pub fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+pub fn side_by_side(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let mut both = DMatrix::zeros(left.nrows(), left.ncols() + right.ncols());
     both.columns_mut(0, left.ncols()).copy_from(left);
     both.columns_mut(left.ncols(), right.ncols()).copy_from(right);

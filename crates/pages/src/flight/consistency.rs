@@ -30,7 +30,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_that_is_too_sure_does_not_pass_and_one_that_is_timid_is_told_so() {
+    fn a_filter_that_is_too_sure_does_not_pass_and_one_that_is_timid_is_reported_as_such() {
         assert_eq!(in_words(&pooled(1.0)).0, Level::Good);
         assert_eq!(in_words(&pooled(0.8)).0, Level::Good);
         assert!(in_words(&pooled(0.2)).1.starts_with("conservative"));

@@ -161,8 +161,8 @@ pub struct Fixes {
     pub position_m: Columns,
     pub velocity_mps: Columns,
     /// Per axis; north and east are accepted or rejected together.
-    pub position_refused: [Vec<bool>; 3],
-    pub velocity_refused: [Vec<bool>; 3],
+    pub position_rejected: [Vec<bool>; 3],
+    pub velocity_rejected: [Vec<bool>; 3],
 }
 
 impl Fixes {
@@ -184,12 +184,12 @@ impl Fixes {
                 let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
                 [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)]
             }),
-            position_refused: [
+            position_rejected: [
                 refused(&[PositionNorth, PositionEast]),
                 refused(&[PositionNorth, PositionEast]),
                 refused(&[PositionDown]),
             ],
-            velocity_refused: [
+            velocity_rejected: [
                 refused(&[VelocityNorth, VelocityEast]),
                 refused(&[VelocityNorth, VelocityEast]),
                 refused(&[VelocityDown]),

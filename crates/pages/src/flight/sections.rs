@@ -94,7 +94,7 @@ impl Sections<'_, '_> {
         let start = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
         let [fix_north, fix_east, _] = &self.fixes.position_m;
         let row =
-            dots(Row::new("North", "m"), fix_east, fix_north, &self.fixes.position_refused[0])
+            dots(Row::new("North", "m"), fix_east, fix_north, &self.fixes.position_rejected[0])
                 .with(track(Role::Reference, &self.reference))
                 .with(track(Role::Onboard, &self.onboard))
                 .with(track(Role::Smoothed, &self.smoothed))
@@ -118,7 +118,7 @@ impl Sections<'_, '_> {
     fn position(&self) -> Section {
         let sigma = columns(self.data.solutions, |s| s.position_sigma_m.to_array());
         let rows = self.rows(NED, "m", |motion| &motion.position_m, Some(&sigma));
-        let fixes = self.fixes.position_m.iter().zip(&self.fixes.position_refused);
+        let fixes = self.fixes.position_m.iter().zip(&self.fixes.position_rejected);
         let rows = rows
             .zip(fixes)
             .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused))
@@ -137,7 +137,7 @@ impl Sections<'_, '_> {
     fn velocity(&self) -> Section {
         let sigma = columns(self.data.solutions, |s| s.velocity_sigma_mps.to_array());
         let rows = self.rows(NED, "m/s", |motion| &motion.velocity_mps, Some(&sigma));
-        let fixes = self.fixes.velocity_mps.iter().zip(&self.fixes.velocity_refused);
+        let fixes = self.fixes.velocity_mps.iter().zip(&self.fixes.velocity_rejected);
         let rows = rows
             .zip(fixes)
             .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused));
@@ -292,8 +292,7 @@ impl Sections<'_, '_> {
     }
 }
 
-/// One-sigma of u, v and w, m/s: from the velocity rotated into the body and from the attitude of that rotation, both
-/// independent.
+/// One-sigma of u, v and w, m/s, from those of velocity and attitude, which are taken as independent.
 fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     let ned_to_body = solution.body_to_ned.inverse().matrix();
     let sigma = solution.velocity_sigma_mps.to_array();

@@ -21,9 +21,8 @@ use hovernav::servo::SwitchConfig;
 pub struct AutopilotSection {
     /// Output of `hovernav design`; a relative path is relative to the directory of `fly.toml`.
     pub file: PathBuf,
-    /// Model of the vehicle, on which the gains are tested before the flight. It is a `model.toml`, with a relative
-    /// path relative to the directory of `fly.toml`, or the name of a model that comes with hovernav. Loops that are
-    /// unstable with it are rejected; without it there is no such test.
+    /// Model of the vehicle: a `model.toml`, relative to the directory of `fly.toml`, or the name of a model that comes
+    /// with hovernav. Gains that are unstable with it are rejected before the flight; without it they are not tested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<PathBuf>,
     /// The switch on the aux channel.
@@ -39,9 +38,9 @@ pub struct AutopilotSection {
     /// rejected, because they would have no effect.
     #[serde(default)]
     pub steering: SteeringConfig,
-    /// With `pilot = "steer"`: deflection of a stick from its position at engagement that returns control to the pilot
-    /// at once. It is above `steering.full_stick`, up to 1; 0.8 where not set. With `pilot = "override"` it is
-    /// rejected, because `transfer.override_travel` of the file applies.
+    /// With `pilot = "steer"`: deflection of a stick from its position at engagement that returns control to the pilot,
+    /// above `steering.full_stick`, up to 1; 0.8 where not set. With `pilot = "override"` it is rejected:
+    /// `transfer.override_travel` of the file applies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub override_travel: Option<f64>,
     /// Throttle while the autopilot flies.

@@ -46,9 +46,8 @@ use hovernav_toml::TomlError;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FlyConfig {
-    /// Real-time priority of the loop's thread, 1 to 99, so that no ordinary program delays it. Needs the right to do
-    /// so (`CAP_SYS_NICE`); without that right, the flight reports it and continues. Without this key the thread has
-    /// ordinary priority.
+    /// Real-time priority of the loop's thread, 1 to 99; without it, ordinary priority. Without the right to it
+    /// (`CAP_SYS_NICE`) the flight reports that and continues.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub realtime_priority: Option<u8>,
     /// The inertial unit.

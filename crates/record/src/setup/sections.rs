@@ -89,8 +89,8 @@ pub struct ReceiverSection {
     pub baud: Option<u32>,
     /// Protocol of the receiver.
     pub protocol: ReceiverProtocol,
-    /// Rate of fixes to which a u-blox receiver is set, Hz, 1 to 10. For a Trimble receiver any number other than 0
-    /// requests the necessary reports; 0 leaves the receiver unchanged.
+    /// Rate of fixes of a u-blox receiver, Hz, 1 to 10. For a Trimble receiver 0 leaves the receiver unchanged, any
+    /// other number requests the necessary reports.
     pub rate_hz: u8,
     /// Height of the geoid above the ellipsoid at the site, m, for a receiver that does not send it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -140,8 +140,8 @@ impl From<ReceiverProtocol> for Protocol {
 pub struct RecordSection {
     /// Directory of the records, one file for each flight, named after its start.
     pub directory: PathBuf,
-    /// Whether a flight without a record is refused, for the ground. Otherwise a directory that is full or read-only is
-    /// reported, and `fly` flies without a record: a restart in flight must not fail.
+    /// Whether `fly` refuses a flight without a record, on the ground. Otherwise it reports a full or read-only
+    /// directory and flies without a record.
     pub required: bool,
 }
 

@@ -112,7 +112,7 @@ fn a_key_without_an_effect_is_refused() {
 
 /// A number out of its range gives the same form of sentence for every key.
 #[test]
-fn every_number_out_of_its_range_is_told_in_one_form() {
+fn every_number_out_of_its_range_is_reported_in_one_form() {
     for (section, key, range) in [
         ("navigation.imu", "gyro_range_degps", "10 to 10000 °/s"),
         ("navigation.imu", "rate_hz", "1 to 10000 Hz"),
@@ -145,7 +145,7 @@ fn every_number_out_of_its_range_is_told_in_one_form() {
 }
 
 #[test]
-fn a_value_of_another_kind_is_told_in_plain_words() {
+fn a_value_of_another_kind_is_reported_in_plain_words() {
     for (text, told) in [
         ("[dmu]\nrate_hz = 'fast'\n", "[dmu] rate_hz: found \"fast\", expected a number"),
         ("[dmu]\nport = 3\n", "[dmu] port: found 3, expected a path in quotes"),

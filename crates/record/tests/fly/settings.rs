@@ -70,7 +70,7 @@ fn merge(base: &mut Table, over: Table) {
     }
 }
 
-/// An example, extended by every key that it leaves out.
+/// An example, extended by every key that it lacks.
 fn whole(example: &str) -> Table {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
     let mut fly = table(&std::fs::read_to_string(directory.join(example)).unwrap());

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crash_is_told_with_the_event_before_it() {
+    fn a_crash_is_reported_with_the_event_before_it() {
         let draw = Draw {
             seed: 1,
             drawn: Vec::new(),

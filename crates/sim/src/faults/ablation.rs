@@ -179,7 +179,7 @@ fn opened(
     let Some((_, scratch)) = clean.copy(faults, seed)? else { return Ok(None) };
     let Ok(mut dataset) = Dataset::open(scratch.path()) else { return Ok(None) };
     let Ok(denied) = dataset.check_fitness(scratch.path()) else { return Ok(None) };
-    dataset.leave_out(denied);
+    dataset.ignore(denied);
     let config = dataset.settings()?;
     Ok(Some((dataset, config)))
 }
@@ -259,8 +259,8 @@ impl Effect {
     }
 }
 
-/// A table with a row for each cut: runs that get worse or better by more than 5 % in their most changed error, the
-/// largest loss and gain, and the mean change of the share inside 3 sigma.
+/// A table with a row for each cut. It has the runs that get worse or better by more than 5 % in their most changed
+/// error, the largest loss and gain, and the mean change of the share inside 3 sigma.
 #[must_use]
 pub fn ablation_markdown(rows: &[Ablated]) -> String {
     let without: BTreeMap<&str, &Ablated> =

@@ -12,16 +12,16 @@ use hovernav_log::{Dataset, LogError, Run, sentences};
 pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogError> {
     let path = PathBuf::from(&dataset.manifest.name);
     let denied = dataset.check_fitness(&path)?;
-    let mut left_out = dataset.leave_out(denied);
+    let mut ignored = dataset.ignore(denied);
     let config = dataset.settings()?;
     let mut run = dataset.estimate(&config, |_| {});
-    let without = dataset.leave_out_denied(&config, &run);
+    let without = dataset.ignore_inconsistent(&config, &run);
     if !without.is_empty() {
         run = dataset.estimate(&config, |_| {});
-        left_out.extend(without);
+        ignored.extend(without);
     }
     let mut warnings = std::mem::take(&mut dataset.warnings);
-    warnings.extend(left_out.iter().map(ToString::to_string));
+    warnings.extend(ignored.iter().map(ToString::to_string));
     warnings.extend(sentences(&dataset.findings(&run)));
     Ok((run, warnings))
 }

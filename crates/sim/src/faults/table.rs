@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_fields_that_change_are_written_anew() {
+    fn only_the_fields_that_change_are_written_again() {
         let text = "t_s, a ,note\r\n0.10,1.500,x\r\nbroken\r\n0.20,,y\r\n0.30,2.0,z";
         let mut table = Table::parse(text).unwrap();
         let dir = tempfile::tempdir().unwrap();

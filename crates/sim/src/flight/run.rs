@@ -247,8 +247,8 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
     /// Passes an event to the estimator, and its result to the autopilot.
     fn estimate(&mut self, event: &Event) {
         let Self { estimator, stepless, autopilot, .. } = self;
-        autopilot.hear(event);
-        estimator.push_traced(event, stepless, |notice| autopilot.hear_notice(&notice));
+        autopilot.observe(event);
+        estimator.push_traced(event, stepless, |notice| autopilot.observe_notice(&notice));
     }
 
     /// Passes the measurements at `time` to the record and to the estimator.

@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_without_rows_are_told_at_both_ends_and_within() {
+    fn parts_without_rows_are_reported_at_both_ends_and_within() {
         let rows =
             (0..400).map(|row| 0.03 * f64::from(row)).filter(|time_s| !(4.0..6.0).contains(time_s));
         let times: Vec<Time> = rows.map(at).collect();

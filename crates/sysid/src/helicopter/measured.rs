@@ -273,7 +273,7 @@ impl Measured {
                 continue;
             }
             values = with(&values, &free, &fit.parameters);
-            let drowned = least_told(identified, &free, &fit);
+            let drowned = least_determined(identified, &free, &fit);
             if drowned.is_empty() || drowned.len() == free.len() {
                 break fit;
             }
@@ -320,7 +320,7 @@ fn with(values: &[f64], free: &[usize], theta: &[f64]) -> Vec<f64> {
 
 /// Parameters of `free` that are not identifiable from the responses: those on a limit of their range, which distort the
 /// others; or else all with too large an insensitivity; or else the one with the widest bound.
-fn least_told(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec<usize> {
+fn least_determined(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec<usize> {
     let is_on_limit = |(parameter, value): (&usize, &f64)| {
         let own = &identified.structure.parameters[*parameter];
         let is_delay = identified.structure.delays.contains(&Some(*parameter));
@@ -330,21 +330,21 @@ fn least_told(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec
     if !on_limit.is_empty() {
         return on_limit;
     }
-    let doubts = |spread: &[f64]| -> Vec<(usize, f64)> {
+    let checks = |spread: &[f64]| -> Vec<(usize, f64)> {
         let own = free.iter().zip(fit.parameters.iter().zip(spread));
         let own = own.filter(|(one, _)| identified.structure.parameters[**one].prior.is_none());
-        let doubts = own.map(|(&parameter, (value, spread))| {
+        let checks = own.map(|(&parameter, (value, spread))| {
             let is_delay = identified.structure.delays.contains(&Some(parameter));
             let doubt = spread / if is_delay { UNTOLD_DELAY_S } else { UNTOLD * value.abs() };
             (parameter, if doubt.is_nan() { f64::INFINITY } else { doubt })
         });
-        doubts.filter(|(_, doubt)| *doubt > 1.0).collect()
+        checks.filter(|(_, doubt)| *doubt > 1.0).collect()
     };
-    let unseen = doubts(&fit.insensitivities);
+    let unseen = checks(&fit.insensitivities);
     if !unseen.is_empty() {
         return unseen.into_iter().map(|(parameter, _)| parameter).collect();
     }
-    let worst = doubts(&fit.bounds).into_iter().max_by(|one, other| one.1.total_cmp(&other.1));
+    let worst = checks(&fit.bounds).into_iter().max_by(|one, other| one.1.total_cmp(&other.1));
     worst.map(|(parameter, _)| parameter).into_iter().collect()
 }
 

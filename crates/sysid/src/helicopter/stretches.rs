@@ -61,8 +61,8 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples near a hover that are recorded and not `left_out`.
-fn steady(record: &FlightRecord, left_out: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+/// Ranges of samples near a hover that are recorded and not `omitted`.
+fn steady(record: &FlightRecord, omitted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;
     let at = |sample: usize| record.start.offset_by(sample as f64 * experiment.period_s);
@@ -76,10 +76,8 @@ fn steady(record: &FlightRecord, left_out: impl Fn(usize) -> bool) -> Vec<Range<
     let mut found: Vec<Range<usize>> = Vec::new();
     let mut first = None;
     for sample in 0..=experiment.samples() {
-        let within = sample < experiment.samples()
-            && is_known(sample)
-            && hovers(sample)
-            && !left_out(sample);
+        let within =
+            sample < experiment.samples() && is_known(sample) && hovers(sample) && !omitted(sample);
         let turned = first.is_some_and(|first: usize| {
             let headings = record.heading_rad.get(sample).zip(record.heading_rad.get(first));
             headings.is_some_and(|(now, then)| wrap_angle(now - then).abs() > TURNED_RAD)

@@ -417,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn small_values_are_told_in_digits_that_say_something() {
+    fn small_values_are_reported_in_digits_that_say_something() {
         assert_eq!(shown(-3.681, 2.612), "-3.681 ± 2.612");
         assert_eq!(shown(0.203, 0.008), "0.2030 ± 0.0080");
         assert_eq!(shown(0.00012, 0.00013), "0.00012 ± 0.00013");

@@ -54,7 +54,7 @@ pub struct Minimum {
 
 /// Minimises `problem` from `start` between `lower` and `upper`.
 ///
-/// A parameter on a bound is left out of the step if its gradient points outwards; a step past a bound ends on it.
+/// A parameter on a bound takes no part in the step if its gradient points outwards; a step past a bound ends on it.
 /// Damping multiplies the information's diagonal, so the scale of a parameter does not matter. `None` where the cost
 /// does not exist at the start.
 ///
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_in_the_way_holds_and_is_told() {
+    fn a_bound_in_the_way_holds_and_is_reported() {
         let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
         let found =
             minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &[0.5, f64::INFINITY], limits)

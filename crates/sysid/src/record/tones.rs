@@ -121,10 +121,11 @@ pub fn without_tones(record: &Experiment, tones: &[Tone], filled: &[&str]) -> Ex
                     Some(*level)
                 })
                 .collect();
-            let mut beside = noise.clone();
-            notch_twice(&mut beside, *tone, record.period_s);
-            for ((filling, noise), beside) in filling.iter_mut().zip(noise).zip(beside) {
-                *filling += noise - beside;
+            let mut side_by_side = noise.clone();
+            notch_twice(&mut side_by_side, *tone, record.period_s);
+            for ((filling, noise), side_by_side) in filling.iter_mut().zip(noise).zip(side_by_side)
+            {
+                *filling += noise - side_by_side;
             }
         }
         column.iter_mut().zip(filling).for_each(|(value, filling)| *value += filling);

@@ -39,7 +39,7 @@ pub(super) fn search(
         weak.sort_by(|one, other| one.1.total_cmp(&other.1));
         loop {
             let before = (problem.base.clone(), problem.free.clone());
-            let theta = leave_out(&mut problem, &minimum, &weak);
+            let theta = remove_weak(&mut problem, &minimum, &weak);
             let without = minimised(&problem, &theta, coarse);
             let inflation = weak.iter().map(|weak| weak.2).fold(1.0, f64::max);
             let rise = without.as_ref().map_or(f64::INFINITY, |without| {
@@ -134,7 +134,11 @@ fn without(problem: &Problem<'_>, index: usize) -> f64 {
 }
 
 /// Removes `weak` from the search and returns the remaining parameter values.
-fn leave_out(problem: &mut Problem<'_>, minimum: &Minimum, weak: &[(usize, f64, f64)]) -> Vec<f64> {
+fn remove_weak(
+    problem: &mut Problem<'_>,
+    minimum: &Minimum,
+    weak: &[(usize, f64, f64)],
+) -> Vec<f64> {
     let goes = |index: usize| weak.iter().any(|(weak, ..)| *weak == index);
     let theta = problem.free.iter().zip(&minimum.theta);
     let theta = theta.filter(|(index, _)| !goes(**index)).map(|(_, value)| *value).collect();

@@ -47,7 +47,7 @@ pub fn delay_from_injected(
     let mut injected = problem(structure, &injected, &alone, settings)?;
     flown.base.clone_from(&found.theta);
     injected.base.clone_from(&found.theta);
-    let Some(told) = Told::of(&mut flown, &mut injected, delay) else { return Ok(None) };
+    let Some(told) = Indicated::of(&mut flown, &mut injected, delay) else { return Ok(None) };
     let lags = (settings.residual_correlation_s / flown.period_s).round() as usize;
     flown.free.clone_from(free);
     Ok(told.put_into(found, &mut flown, (place, lags), settings.widened))
@@ -66,7 +66,7 @@ fn alone(experiment: &Experiment, input: &str, injected: &str) -> Option<Experim
 }
 
 /// Delay estimated from the injected signal.
-struct Told {
+struct Indicated {
     delay_s: f64,
     /// Trial delays over the whole range, and the squared projection of the innovations on the instruments at each.
     left: Vec<(f64, f64)>,
@@ -74,7 +74,7 @@ struct Told {
     instruments: Vec<DVector<f64>>,
 }
 
-impl Told {
+impl Indicated {
     /// The delay that minimises the projection of the innovations on the instruments. The instruments are the responses
     /// to the injected signal at every delay of whole samples. Between two whole samples the innovations are
     /// interpolated.
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn an_injected_signal_tells_the_delay_from_wherever_the_search_ended() {
+    fn an_injected_signal_determines_the_delay_from_wherever_the_search_ended() {
         let flight = [flight(0.1)];
         let settings = Settings::innovations(vec![0.1]);
         let mut found = identify(&structure(), &flight, &settings).expect("it is identifiable");

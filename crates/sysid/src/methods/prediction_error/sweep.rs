@@ -104,9 +104,9 @@ fn between(fraction: f64) -> Weights {
     let weight = |node: f64| {
         let others = || NODES.into_iter().filter(move |other| *other != node);
         let factor = |other: f64| (fraction - other) / (node - other);
-        let change = others().map(|left_out| {
-            let rest = others().filter(|other| *other != left_out);
-            rest.map(factor).product::<f64>() / (node - left_out)
+        let change = others().map(|omitted| {
+            let rest = others().filter(|other| *other != omitted);
+            rest.map(factor).product::<f64>() / (node - omitted)
         });
         (node, others().map(factor).product(), change.sum())
     };

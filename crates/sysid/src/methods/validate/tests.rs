@@ -91,7 +91,7 @@ fn an_output_that_does_not_move_gives_no_number() {
 }
 
 #[test]
-fn theil_tells_an_offset_from_a_size_from_the_rest() {
+fn theil_separates_an_offset_a_size_and_the_rest() {
     let wave: Vec<f64> = (0..1000).map(|k| (0.0628 * f64::from(k)).sin()).collect();
     let offset: Vec<f64> = wave.iter().map(|value| value + 0.5).collect();
     let larger: Vec<f64> = wave.iter().map(|value| 1.5 * value).collect();

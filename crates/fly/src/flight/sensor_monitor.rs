@@ -32,24 +32,24 @@ pub type Report = (Level, FindingKind, ShortText);
 /// A finding that begins, lasts and ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting {
-    told: Option<Time>,
+    reported: Option<Time>,
 }
 
 impl Lasting {
     /// Whether to report at `now` that the finding is there (`true`) or over (`false`); `size` is in multiples of its
     /// limit.
     fn update(&mut self, size: f64, now: Time) -> Option<bool> {
-        if size > 1.0 && self.told.is_none_or(|told| now - told >= AGAIN_S) {
-            self.told = Some(now);
+        if size > 1.0 && self.reported.is_none_or(|reported| now - reported >= AGAIN_S) {
+            self.reported = Some(now);
             return Some(true);
         }
-        (size < OVER && self.told.take().is_some()).then_some(false)
+        (size < OVER && self.reported.take().is_some()).then_some(false)
     }
 }
 
 /// The watch over samples, fixes and the inertial unit's line.
 #[derive(Debug)]
-pub struct SensorWatch {
+pub struct SensorMonitor {
     usual_s: f64,
     begun: Option<Time>,
     count: u32,
@@ -60,11 +60,11 @@ pub struct SensorWatch {
     bends: [f64; 3],
     lost: Lasting,
     shaken: Lasting,
-    clock: ClockWatch,
-    line: LineWatch,
+    clock: ClockMonitor,
+    line: LineMonitor,
 }
 
-impl SensorWatch {
+impl SensorMonitor {
     /// A watch over a unit whose samples are `usual_s` apart.
     pub fn new(usual_s: f64) -> Self {
         Self {
@@ -77,8 +77,8 @@ impl SensorWatch {
             bends: [0.0; 3],
             lost: Lasting::default(),
             shaken: Lasting::default(),
-            clock: ClockWatch::default(),
-            line: LineWatch::default(),
+            clock: ClockMonitor::default(),
+            line: LineMonitor::default(),
         }
     }
 
@@ -95,7 +95,7 @@ impl SensorWatch {
         force_mps2: Vector<Body>,
         mut report: impl FnMut(Report),
     ) {
-        self.line = LineWatch::default();
+        self.line = LineMonitor::default();
         let intervals = interval_s / self.usual_s;
         if intervals < GAP_INTERVALS {
             let missing = (intervals.round() - 1.0).max(0.0);
@@ -166,7 +166,7 @@ impl SensorWatch {
 
 /// Drift of the flight clock against GPS, by the least delay of the fixes.
 #[derive(Clone, Copy, Debug, Default)]
-struct ClockWatch {
+struct ClockMonitor {
     /// Start of the window, and the least delay in it, ns.
     window: Option<(Time, i64)>,
     /// Middle of the first window, and its least delay, ns.
@@ -174,7 +174,7 @@ struct ClockWatch {
     drifted: Lasting,
 }
 
-impl ClockWatch {
+impl ClockMonitor {
     fn fix(&mut self, arrival: Time, unix_ns: i64) -> Option<Report> {
         let delay_ns = arrival.nanoseconds().saturating_sub(unix_ns);
         let (start, least_ns) = self.window.unwrap_or((arrival, delay_ns));
@@ -190,7 +190,7 @@ impl ClockWatch {
         let drifted_s = least_ns.saturating_sub(first_ns) as f64 * 1e-9;
         let rate = drifted_s / (start - first);
         // A step of the receiver's UTC, by leap seconds or at its first fix, is no drift.
-        if drifted_s.abs() > 1.0 && self.drifted.told.is_none() {
+        if drifted_s.abs() > 1.0 && self.drifted.reported.is_none() {
             self.first = Some((start, least_ns));
             return None;
         }
@@ -208,12 +208,12 @@ impl ClockWatch {
 
 /// Messages of a receiver on the inertial unit's line.
 #[derive(Clone, Copy, Debug, Default)]
-struct LineWatch {
+struct LineMonitor {
     last: [u8; 3],
     starts: u32,
 }
 
-impl LineWatch {
+impl LineMonitor {
     /// Whether these bytes complete the evidence of swapped ports; once.
     fn bytes(&mut self, bytes: &[u8]) -> bool {
         let before = self.starts;
@@ -232,46 +232,49 @@ mod tests {
     const PERIOD_S: f64 = 1.0 / 33.0;
 
     /// Reports of samples up to `until_s`; `is_lost` and `force` by the number of the sample.
-    fn told(
+    fn reported(
         until_s: f64,
         is_lost: impl Fn(u32) -> bool,
         force_z: impl Fn(u32) -> f64,
     ) -> Vec<(Level, FindingKind, String)> {
-        let (mut watch, mut told, mut last) = (SensorWatch::new(PERIOD_S), Vec::new(), 0);
+        let (mut watch, mut reported, mut last) = (SensorMonitor::new(PERIOD_S), Vec::new(), 0);
         for number in (1..(until_s / PERIOD_S) as u32).filter(|number| !is_lost(*number)) {
             let now = Time::ZERO + PERIOD_S * f64::from(number);
             let interval_s = PERIOD_S * f64::from(number - last);
             last = number;
             let force = Vector::new(0.0, 0.0, force_z(number));
             watch.sample(now, interval_s, force, |(level, kind, text)| {
-                told.push((level, kind, text.as_str().to_owned()));
+                reported.push((level, kind, text.as_str().to_owned()));
             });
         }
-        told
+        reported
     }
 
     #[test]
     fn a_quarter_of_the_samples_lost_is_reported_and_its_end_too() {
         let steady = |_| -9.81;
-        assert_eq!(told(300.0, |_| false, steady), []);
-        assert_eq!(told(300.0, |number| number % 100 == 0, steady), [], "one percent is usual");
-        let told = told(300.0, |number| number % 4 == 0 && number < 33 * 150, steady);
-        let levels: Vec<_> = told.iter().map(|(level, ..)| *level).collect();
+        assert_eq!(reported(300.0, |_| false, steady), []);
+        assert_eq!(reported(300.0, |number| number % 100 == 0, steady), [], "one percent is usual");
+        let reported = reported(300.0, |number| number % 4 == 0 && number < 33 * 150, steady);
+        let levels: Vec<_> = reported.iter().map(|(level, ..)| *level).collect();
         // At once, each minute, and when it is over.
         assert_eq!(
             levels,
             [Level::Warning, Level::Warning, Level::Warning, Level::Info],
-            "{told:?}"
+            "{reported:?}"
         );
-        assert!(told.iter().all(|(_, kind, _)| *kind == FindingKind::SamplesLost));
-        assert!(told[0].2.contains("24.8 %") && told[3].2.contains("recovered"), "{told:?}");
+        assert!(reported.iter().all(|(_, kind, _)| *kind == FindingKind::SamplesLost));
+        assert!(
+            reported[0].2.contains("24.8 %") && reported[3].2.contains("recovered"),
+            "{reported:?}"
+        );
     }
 
     #[test]
     fn vibration_is_reported_by_the_limit_of_estimate() {
         let shaken = |number: u32| -9.81 + if number.is_multiple_of(2) { 8.0 } else { -8.0 };
-        let told = told(100.0, |_| false, |k| if k < 33 * 50 { shaken(k) } else { -9.81 });
-        let kinds: Vec<_> = told.iter().map(|(level, kind, _)| (*level, *kind)).collect();
+        let reported = reported(100.0, |_| false, |k| if k < 33 * 50 { shaken(k) } else { -9.81 });
+        let kinds: Vec<_> = reported.iter().map(|(level, kind, _)| (*level, *kind)).collect();
         let (bad, good) = (Level::Warning, Level::Info);
         assert_eq!(kinds, [(bad, FindingKind::Vibration), (good, FindingKind::Vibration)]);
     }
@@ -279,7 +282,7 @@ mod tests {
     #[test]
     fn a_drifting_clock_is_found_and_late_fixes_are_none() {
         let found = |rate: f64| {
-            let mut watch = SensorWatch::new(PERIOD_S);
+            let mut watch = SensorMonitor::new(PERIOD_S);
             (0..900).find_map(|second| {
                 let late_s = 0.1 + 0.2 * f64::from(second % 7) / 7.0;
                 let arrival = Time::ZERO + f64::from(second) * (1.0 + rate) + late_s;
@@ -294,14 +297,14 @@ mod tests {
 
     #[test]
     fn a_receiver_on_the_units_port_is_named_once() {
-        let mut watch = SensorWatch::new(PERIOD_S);
-        let mut told = Vec::new();
+        let mut watch = SensorMonitor::new(PERIOD_S);
+        let mut reported = Vec::new();
         for _ in 0..20 {
             for piece in b"$GPGGA,120000,0121.0,N,10349.0,E,1,9,1.1,42,M,,M,,*00\r\n".chunks(7) {
-                told.extend(watch.unit_bytes(piece));
+                reported.extend(watch.unit_bytes(piece));
             }
         }
-        assert_eq!(told.len(), 1);
-        assert!(told[0].2.as_str().contains("its port sends GPS"));
+        assert_eq!(reported.len(), 1);
+        assert!(reported[0].2.as_str().contains("its port sends GPS"));
     }
 }

@@ -46,9 +46,9 @@ fn yaw_over_sigma(dataset: &mut Dataset, recording: &Recording) -> f64 {
     (squares.sum::<f64>() / run.solutions.len() as f64).sqrt()
 }
 
-fn left_out(dataset: &mut Dataset) -> Vec<SetupFinding> {
+fn ignored(dataset: &mut Dataset) -> Vec<SetupFinding> {
     let denied = dataset.check_fitness(Path::new("log")).unwrap();
-    dataset.leave_out(denied)
+    dataset.ignore(denied)
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn a_magnetometer_that_turns_otherwise_than_the_gyros_is_not_used() {
     let (mut worst_used, mut worst) = (0.0_f64, 0.0_f64);
     for seed in 1..5 {
         let (mut dataset, recording) = flight(seed);
-        assert_eq!(left_out(&mut dataset), []);
+        assert_eq!(ignored(&mut dataset), []);
         for sample in &mut dataset.imu {
             let field = sample.magnetic_field_gauss.map(Vector::to_array);
             sample.magnetic_field_gauss = field.map(|[x, y, z]| [y, x, z].into());
@@ -65,9 +65,9 @@ fn a_magnetometer_that_turns_otherwise_than_the_gyros_is_not_used() {
 
         let mut wanted = dataset.clone();
         wanted.manifest.aiding.insert("magnetometer".into(), true.into());
-        assert_eq!(left_out(&mut wanted), []);
+        assert_eq!(ignored(&mut wanted), []);
 
-        let told = left_out(&mut dataset);
+        let told = ignored(&mut dataset);
         let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
         let words = finding.to_string();
         assert!(
@@ -93,7 +93,7 @@ fn one_that_stays_in_its_file_is_passed_over_there() {
         mend: "end it".into(),
     };
     let before: Vec<_> = dataset.samples().collect();
-    assert_eq!(dataset.leave_out(vec![denied]).len(), 1);
+    assert_eq!(dataset.ignore(vec![denied]).len(), 1);
     let after: Vec<_> = dataset.samples().collect();
     assert!(before.iter().all(|sample| sample.magnetic_field_gauss.is_some()));
     for (mut before, after) in before.into_iter().zip(after) {
@@ -103,7 +103,7 @@ fn one_that_stays_in_its_file_is_passed_over_there() {
 }
 
 #[test]
-fn what_nothing_can_do_without_is_not_left_out() {
+fn what_nothing_can_do_without_is_not_ignored() {
     let mut dataset = Dataset::open(&heli_hover()).unwrap();
     let denied = SetupFinding {
         sensor: Sensor::InertialUnit,
@@ -112,8 +112,8 @@ fn what_nothing_can_do_without_is_not_left_out() {
         cause: "a test".into(),
         mend: String::new(),
     };
-    assert!(!denied.can_be_left_out());
-    assert_eq!(dataset.leave_out(vec![denied]), []);
+    assert!(!denied.can_be_ignored());
+    assert_eq!(dataset.ignore(vec![denied]), []);
 }
 
 /// A second antenna that drifts by 0.3 °/s, too slowly for a gate.
@@ -142,7 +142,7 @@ fn a_second_antenna_without_which_the_fixes_agree_is_not_used() {
 
         dataset.headings = heading(0.3).collect();
         let run = dataset.estimate(&config, |_| {});
-        let told = dataset.leave_out_denied(&config, &run);
+        let told = dataset.ignore_inconsistent(&config, &run);
         let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
         assert!(finding.to_string().starts_with("second antenna: not used: "), "{finding}");
         assert!(dataset.headings.is_empty());

@@ -10,20 +10,20 @@ const FIRST_FIX_S: f64 = 30.0;
 
 /// Times of good fixes, and the reported state.
 #[derive(Debug)]
-pub struct ReceiverWatch {
+pub struct ReceiverMonitor {
     start: Time,
     last_fix: Option<Time>,
     is_good: bool,
-    is_told_absent: bool,
+    is_reported_absent: bool,
 }
 
-impl ReceiverWatch {
+impl ReceiverMonitor {
     pub const fn new(start: Time) -> Self {
-        Self { start, last_fix: None, is_good: false, is_told_absent: false }
+        Self { start, last_fix: None, is_good: false, is_reported_absent: false }
     }
 
     /// Reports the arrival of a good fix.
-    pub fn hear_fix(&mut self, now: Time) {
+    pub fn observe_fix(&mut self, now: Time) {
         self.last_fix = Some(now);
     }
 
@@ -47,7 +47,7 @@ impl ReceiverWatch {
             });
         }
         let is_absent = self.last_fix.is_none() && now - self.start >= FIRST_FIX_S;
-        (is_absent && !std::mem::replace(&mut self.is_told_absent, true)).then_some((
+        (is_absent && !std::mem::replace(&mut self.is_reported_absent, true)).then_some((
             Level::Warning,
             "no fix in 30 s; check the receiver's power, antenna and line, and [receiver] protocol \
              and baud",
@@ -61,12 +61,12 @@ mod tests {
 
     fn told(fixes_s: &[f64], until_s: u32) -> Vec<(u32, &'static str)> {
         let start = Time::ZERO + 100.0;
-        let mut watch = ReceiverWatch::new(start);
+        let mut watch = ReceiverMonitor::new(start);
         let at = |second: u32| start + f64::from(second);
         (0..=until_s)
             .filter_map(|second| {
                 if fixes_s.contains(&f64::from(second)) {
-                    watch.hear_fix(at(second));
+                    watch.observe_fix(at(second));
                 }
                 watch.look(at(second)).map(|(_, text)| (second, text))
             })
