@@ -207,25 +207,33 @@ struct LiveUnit {
     noise: Noise,
 }
 
-/// Interval of the damaged bytes of a noisy line.
-const DAMAGED_EVERY: usize = 100;
+/// Mean interval of the damaged bytes of a noisy line.
+const DAMAGED_EVERY: u64 = 100;
 
-/// Damage to the bytes of a line.
+/// Damage to the bytes of a line: each byte is damaged by chance, independently of the others. Damage at a fixed
+/// interval would hit every message of a receiver whose messages are that long, as NAV-PVT is.
 #[derive(Default)]
 struct Noise {
-    /// Number of bytes sent.
-    sent: usize,
+    /// State of the generator of chances.
+    state: u64,
 }
 
 impl Noise {
     /// Passes `bytes` on; if the line `is_noisy`, one in a hundred is changed.
     fn pass(&mut self, bytes: &mut [u8], is_noisy: bool) {
-        for byte in bytes {
-            self.sent += 1;
-            if is_noisy && self.sent.is_multiple_of(DAMAGED_EVERY) {
+        for byte in bytes.iter_mut().filter(|_| is_noisy) {
+            if self.chance().is_multiple_of(DAMAGED_EVERY) {
                 *byte ^= 0x24;
             }
         }
+    }
+
+    /// The next number of SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom number generators, 2014.
+    fn chance(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.state ^ (self.state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
     }
 }
 
