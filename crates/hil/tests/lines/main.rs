@@ -6,6 +6,7 @@ mod damaged;
 mod excitation;
 mod failsafes;
 mod full_record;
+mod hover;
 mod repeated;
 mod scenes;
 mod turnaround;
