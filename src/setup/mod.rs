@@ -71,7 +71,7 @@ impl Default for SetupCheck {
 impl SetupCheck {
     /// A check before its first event.
     pub const NEW: Self = Self {
-        part: Part::EMPTY,
+        part: Part::from(Time::ZERO),
         parts: 0,
         force: MeanForce::NONE,
         turning: GravityTurn::NONE,
@@ -117,29 +117,31 @@ struct Part {
 }
 
 impl Part {
-    const EMPTY: Self = Self {
-        start: Time::ZERO,
-        last: Time::ZERO,
-        count: 0,
-        weight: 0.0,
-        rate_radps: Vector::ZERO,
-        force_mps2: Vector::ZERO,
-    };
+    /// A part without samples, from `start` on.
+    const fn from(start: Time) -> Self {
+        Self {
+            start,
+            last: start,
+            count: 0,
+            weight: 0.0,
+            rate_radps: Vector::ZERO,
+            force_mps2: Vector::ZERO,
+        }
+    }
 
     /// Adds a sample; returns the means of the part that it ends. A sample after a gap, of unknown interval, only starts
     /// a part.
     fn push(&mut self, sample: &ImuSample) -> Option<MeanRates<f32>> {
         let now = sample.time.nanoseconds();
         let interval = now.saturating_sub(self.last.nanoseconds());
-        self.last = sample.time;
         if !(1..=GAP_NS).contains(&interval) {
-            *self = Self { start: sample.time, last: sample.time, ..Self::EMPTY };
+            *self = Self::from(sample.time);
             return None;
         }
         let mut mean = None;
         if now.saturating_sub(self.start.nanoseconds()) >= PART_NS {
             mean = self.mean();
-            *self = Self { start: sample.time, last: sample.time, ..Self::EMPTY };
+            *self = Self::from(sample.time);
         }
         let (rate_radps, force_mps2, weight) = match sample.motion.cast() {
             Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
@@ -149,6 +151,7 @@ impl Part {
                 (angle_rad, velocity_mps, 1e-9 * interval as f32)
             }
         };
+        self.last = sample.time;
         self.count = self.count.saturating_add(1);
         self.weight += weight;
         self.rate_radps += rate_radps;

@@ -12,6 +12,8 @@ use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_log::Dataset;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::error::LiveFlightError;
 use crate::plant::{LiveConfig, LiveSample, PILOT_PERIOD_S, Plant, ServoPackets};
@@ -93,13 +95,13 @@ impl LiveFlight {
         let of = || Arc::clone(&plant);
         let source = LiveDmu { plant: of(), span };
         let device = DmuDevice::measuring_by(source);
-        let dmu = LiveUnit { plant: of(), device, noise: Noise::default() };
+        let dmu = LiveUnit { plant: of(), device, noise: Noise::new() };
         let gps = LiveGps {
             plant: of(),
             device: GpsDevice::new(protocol, &[], 0.0),
             latency_s,
             span,
-            noise: Noise::default(),
+            noise: Noise::new(),
         };
         let pilot = LivePilot { plant: of(), next: Time::ZERO, ready: None };
         let servos = LiveServos { plant: of() };
@@ -208,32 +210,24 @@ struct LiveUnit {
 }
 
 /// Mean interval of the damaged bytes of a noisy line.
-const DAMAGED_EVERY: u64 = 100;
+const DAMAGED_EVERY: u32 = 100;
 
 /// Damage to the bytes of a line: each byte is damaged by chance, independently of the others. Damage at a fixed
 /// interval would hit every message of a receiver whose messages are that long, as NAV-PVT is.
-#[derive(Default)]
-struct Noise {
-    /// State of the generator of chances.
-    state: u64,
-}
+struct Noise(ChaCha8Rng);
 
 impl Noise {
+    fn new() -> Self {
+        Self(ChaCha8Rng::seed_from_u64(0))
+    }
+
     /// Passes `bytes` on; if the line `is_noisy`, one in a hundred is changed.
     fn pass(&mut self, bytes: &mut [u8], is_noisy: bool) {
         for byte in bytes.iter_mut().filter(|_| is_noisy) {
-            if self.chance().is_multiple_of(DAMAGED_EVERY) {
+            if self.0.next_u32().is_multiple_of(DAMAGED_EVERY) {
                 *byte ^= 0x24;
             }
         }
-    }
-
-    /// The next number of SplitMix64: Steele, Lea, Flood, Fast splittable pseudorandom number generators, 2014.
-    fn chance(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.state ^ (self.state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        mixed ^ (mixed >> 31)
     }
 }
 
