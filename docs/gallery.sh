@@ -65,9 +65,9 @@ photograph text text map
 "$hovernav" --quiet design raptor60 --out "$place/design"
 sed -e "s#/tmp/hovernav-#$place/line-#" -e "s#../out/raptor60#$place/design#" \
     -e "s#\"out/records\"#\"$place/records\"#" "$docs/../examples/loop.toml" >"$place/loop.toml"
-"$hovernav" --quiet simulate --lines --config "$place/loop.toml" --duration 40 --do engage@8:30 \
+"$hovernav" --quiet simulate --lines --config "$place/loop.toml" --duration 60 --do engage@25:33 \
     --out "$place/truth" &
-"$hovernav" --quiet fly --config "$place/loop.toml" --record "$place/flight.mcap" --duration 40
+"$hovernav" --quiet fly --config "$place/loop.toml" --record "$place/flight.mcap" --duration 60
 wait
 "$hovernav" --quiet report "$place/flight.mcap" --out "$place/record"
 photograph record record modes

@@ -96,13 +96,13 @@ fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     assert!(refusal(&["report", &at("truth")]).contains("expected a flight record"));
 }
 
-/// Flies the configuration over lines in emulated time, with the autopilot engaged from 8 to 17 s of 20 s.
+/// Flies the configuration over lines in emulated time, with the autopilot engaged from 25 to 34 s of 37 s.
 fn hovered(path: &Path, record: &Path) {
     let mut config = FlyConfig::read(path).unwrap();
     config.settle(1_774_000_000).unwrap();
     config.load_autopilot(path.parent().unwrap()).unwrap();
     let mut flight = FlightConfig::new(config.autopilot.as_ref().unwrap().flown.unwrap());
-    flight.duration_s = 20.0;
+    flight.duration_s = 37.0;
     flight.dmu.lever_arm_m = config.navigation.imu.lever_arm_m;
     flight.gps.lever_arm_m = config.navigation.gps.antenna_lever_arm_m;
     let (dmu, gps) = config.sensors().unwrap();
@@ -111,7 +111,7 @@ fn hovered(path: &Path, record: &Path) {
         calibration: dmu.calibration,
         channels: config.servo.channels,
         swashplate: config.servo.swashplate,
-        scene: Scene { acts: vec!["engage@8:9".parse().unwrap()] },
+        scene: Scene { acts: vec!["engage@25:9".parse().unwrap()] },
     };
     let clock = Clock::emulated();
     let line = |name: &str| config.dmu.port.with_file_name(name);

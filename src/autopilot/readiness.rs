@@ -42,11 +42,13 @@ pub enum Check {
     Servos,
     /// Share of the way from the middle of the fence to its side or top; 0 without a fence.
     Fence,
+    /// One-sigma of the gyro bias of roll and pitch, the greater, rad/s.
+    GyroBias,
 }
 
 impl Check {
     /// All checks, in the order of [`Readiness::results`].
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Estimate,
         Self::Tilt,
         Self::Heading,
@@ -62,6 +64,7 @@ impl Check {
         Self::Pilot,
         Self::Servos,
         Self::Fence,
+        Self::GyroBias,
     ];
 
     /// Name of the check, with its unit.
@@ -83,6 +86,7 @@ impl Check {
             Self::Pilot => "pilot's signal",
             Self::Servos => "servos",
             Self::Fence => "share of the way to the geofence",
+            Self::GyroBias => "one-sigma of gyro bias, rad/s",
         }
     }
 }
@@ -119,6 +123,9 @@ pub struct ReadinessLimits {
     pub stick: f64,
     /// Difference of the loop's period from the design period of the gains, as a fraction of it.
     pub period: f64,
+    /// One-sigma of the gyro bias of roll and pitch, rad/s. The bias b tilts the vertical, so that a time t without GPS
+    /// adds a position error of g b t³ / 6 (Titterton and Weston 2004, section 12.3): 3.3 m in 15 s.
+    pub gyro_bias_sigma_radps: f64,
 }
 
 impl Default for ReadinessLimits {
@@ -137,6 +144,7 @@ impl Default for ReadinessLimits {
             level_rad: 0.35,
             stick: 0.5,
             period: 0.05,
+            gyro_bias_sigma_radps: 6e-4,
         }
     }
 }
@@ -159,7 +167,8 @@ impl ReadinessLimits {
         limit("ready.rate_radps", self.rate_radps)?;
         limit("ready.level_rad", self.level_rad)?;
         limit("ready.stick", self.stick)?;
-        limit("ready.period", self.period)
+        limit("ready.period", self.period)?;
+        limit("ready.gyro_bias_sigma_radps", self.gyro_bias_sigma_radps)
     }
 }
 
@@ -292,6 +301,11 @@ impl Readiness {
                 Check::Pilot => (f64::from(u8::from(observed.pilot_signal)), 1.0),
                 Check::Servos => (f64::from(u8::from(observed.servos)), 1.0),
                 Check::Fence => (observed.fence_share.unwrap_or(0.0), AT_FENCE),
+                Check::GyroBias => {
+                    let bias =
+                        of(|s| larger(s.gyro_bias_sigma_radps.x(), s.gyro_bias_sigma_radps.y()));
+                    (bias, limits.gyro_bias_sigma_radps)
+                }
             };
             // Written so that a NaN fails.
             let passes = match check {
@@ -354,6 +368,7 @@ mod tests {
             position_sigma_m: Vector::new(1.0, 1.0, 1.5),
             velocity_sigma_mps: Vector::new(0.1, 0.1, 0.1),
             attitude_sigma_rad: [0.01, 0.01, 0.03],
+            gyro_bias_sigma_radps: Vector::new(4e-4, 4e-4, 1e-3),
             ..Solution::at_rest(Time::ZERO, Geodetic::from_degrees(1.35, 103.82, 50.0).unwrap())
         }
     }
@@ -403,6 +418,7 @@ mod tests {
                     s.body_to_ned = Rotation::from_euler(EulerAngles::from_degrees(30.0, 0.0, 0.0));
                 }),
             ),
+            (Check::GyroBias, spoilt(|s| s.gyro_bias_sigma_radps = Vector::new(4e-4, 2e-3, 1e-3))),
         ];
         let mut cases: Vec<(Check, Observed<'_>)> =
             solutions.iter().map(|(check, solution)| (*check, observed(solution, &trim))).collect();

@@ -44,6 +44,8 @@ pub struct Setup {
     pub pilot: &'static str,
     /// The autopilot.
     pub autopilot: HoverConfig,
+    /// Largest one-sigma of the gyro bias for an engagement, rad/s. By default so large that a short flight is enough.
+    pub gyro_bias_sigma_radps: f64,
     /// Additional text of `fly.toml`, beginning with a section header.
     pub keys: String,
     /// Vehicle, wind, sensors, duration and seed.
@@ -70,6 +72,7 @@ impl Setup {
             acts: acts.iter().map(|act| (*act).to_owned()).collect(),
             pilot: "override",
             autopilot: autopilot(),
+            gyro_bias_sigma_radps: 0.1,
             keys: String::new(),
             flight,
             navigation: None,
@@ -135,6 +138,7 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
          [servo.capture]\nserial = {{ port = '{}' }}\n[servo.stream]\nport = '{}'\n\
          [servo.channels.throttle]\nfailsafe_ms = 1.0\n\
          [autopilot]\nfile = 'autopilot.toml'\npilot = '{}'\n\
+         [autopilot.ready]\ngyro_bias_sigma_radps = {}\n\
          [navigation.imu]\nlever_arm_m = [0.0, 0.0, 0.28]\nmagnetic_declination_deg = 0.14\n\
          [navigation.gps]\nantenna_lever_arm_m = [-0.35, 0.0, 0.2]\n{}",
         at("dmu"),
@@ -143,6 +147,7 @@ fn configuration(directory: &Path, setup: &Setup) -> FlyConfig {
         at("pilot"),
         at("servos"),
         setup.pilot,
+        setup.gyro_bias_sigma_radps,
         setup.keys
     );
     if setup.ground_lost_s.is_some() {

@@ -106,6 +106,7 @@ pub(super) const AUTOPILOT: &[Section] = &[
             range("level_rad", 0.02, 1.0, "rad"),
             range("stick", 0.02, 2.0, "of full stick"),
             range("period", 0.001, 0.2, "of the period"),
+            range("gyro_bias_sigma_radps", 1e-5, 0.1, "rad/s"),
         ],
     ),
     (
