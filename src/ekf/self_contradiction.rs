@@ -21,6 +21,8 @@ pub(super) struct SelfContradiction<T> {
     /// Whether samples since then are missing or were at full scale.
     in_part: bool,
     unexplained: Unexplained,
+    usual_mps: Usual,
+    usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
     agility_mps2: [f32; 2],
     /// Number of recent contradictions, less the number of usual fixes, 0 to [`MOST`].
@@ -50,6 +52,44 @@ struct Reading {
 struct Unexplained {
     velocity_mps: [f32; 3],
     position_m: [f32; 3],
+}
+
+/// Mean squares of a change that the other measurements do not explain: horizontal, of one axis, and vertical, m² or
+/// (m/s)². A receiver is judged by its own past: its stated one-sigmas may be too large, and the learned ones grow with
+/// garbage.
+#[derive(Clone, Copy, Debug)]
+struct Usual {
+    mean_squares: [f32; 2],
+    /// Time over which they were learned, s, at most [`USUAL_S`].
+    learned_s: f32,
+}
+
+impl Usual {
+    const NONE: Self = Self { mean_squares: [0.0; 2], learned_s: 0.0 };
+
+    /// Limits of a usual change, horizontal and vertical: the stated one-sigmas or the mean squares, whichever is less.
+    fn limits(&self, [sigma, _, sigma_down]: [f64; 3]) -> [f64; 2] {
+        let stated = [sigma, sigma_down].map(|sigma| SIGMAS * sigma);
+        if self.learned_s < LEARNED_S {
+            return stated;
+        }
+        let [level, vertical] =
+            self.mean_squares.map(|square| LEARNED * libm::sqrt(f64::from(square)));
+        [stated[0].min(level), stated[1].min(vertical)]
+    }
+
+    /// Learns from a change, NED, after `interval_s`; the parts beyond `limits` are unusual.
+    fn learn(&mut self, [north, east, down]: [f64; 3], limits: [f64; 2], interval_s: f64) {
+        self.learned_s = (self.learned_s + interval_s as f32).min(USUAL_S);
+        let squares = [square(north) + square(east), square(down)];
+        let axes = [2.0, 1.0];
+        for (axis, mean) in self.mean_squares.iter_mut().enumerate() {
+            let most = square(limits[axis]);
+            let weight = if squares[axis] > most { UNUSUAL } else { 1.0 };
+            let new = (squares[axis].min(most) / axes[axis]) as f32;
+            *mean += weight * (interval_s as f32 / self.learned_s).min(1.0) * (new - *mean);
+        }
+    }
 }
 
 /// One-sigmas of a fix, NED, and gravity.
@@ -91,6 +131,13 @@ const TIMING: f64 = 0.3;
 const AGREEMENT_M: f64 = 5.0;
 /// Possible deviation of the velocity between two fixes from the mean of both, as a share of the velocity change.
 const MEANWHILE: f64 = 0.5;
+/// Time constant of the usual changes, s, and the time after which they count.
+const USUAL_S: f32 = 30.0;
+const LEARNED_S: f32 = 10.0;
+/// Weight of an unusual change in them: garbage must not become usual, but a receiver that stays worse must.
+const UNUSUAL: f32 = 0.125;
+/// Number of root mean squares of the usual changes allowed.
+const LEARNED: f64 = 5.0;
 /// Number of one-sigmas allowed for the two fixes together.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
 /// Time, s, after a velocity jump during which fixes do not reset the filter, unless the velocity returns.
@@ -111,6 +158,8 @@ impl<T: Scalar> SelfContradiction<T> {
         felt_mps: Vector::ZERO,
         in_part: false,
         unexplained: Unexplained::NONE,
+        usual_mps: Usual::NONE,
+        usual_m: Usual::NONE,
         agility_mps2: [0.0; 2],
         contradictions: 0,
         contradicted: Time::ZERO,
@@ -171,15 +220,27 @@ impl<T: Scalar> SelfContradiction<T> {
         let velocities = before.velocity_mps.zip(reading.velocity_mps);
         let change = velocities.filter(|_| !in_part).map(|(from, to)| to - from);
         let left_mps = change.map_or(Vector::ZERO, |change| change - moved_mps);
+        let (from, to) = velocities.unwrap_or((own_mps, own_mps));
+        let moved_m = reading.position.displacement_from(&before.position);
+        let off_m = (moved_m - (from + to) * (0.5 * interval_s)).to_array();
+        let turned_mps = if in_part { to - from } else { moved_mps };
+        let meanwhile_m = MEANWHILE * turned_mps.norm() * interval_s;
+        let [level, vertical] = self.usual_mps.limits(expected.velocity_mps);
+        let [level_mps, vertical_mps] = agility_mps;
+        let limits_mps = [
+            AGREEMENT_MPS + level + EXPLAINS * level_mps,
+            AGREEMENT_MPS + vertical + EXPLAINS * vertical_mps,
+        ];
+        let limits_m =
+            self.usual_m.limits(expected.position_m).map(|usual| AGREEMENT_M + usual + meanwhile_m);
         let unexplained = Unexplained {
-            velocity_mps: unexplained_velocity(left_mps, agility_mps, expected),
-            position_m: {
-                let (from, to) = velocities.unwrap_or((own_mps, own_mps));
-                let moved_m = reading.position.displacement_from(&before.position);
-                let told_m = (from + to) * (0.5 * interval_s);
-                unexplained_position(moved_m - told_m, (to - from).norm() * interval_s, expected)
-            },
+            velocity_mps: beyond(left_mps.to_array(), limits_mps),
+            position_m: beyond(off_m, limits_m),
         };
+        if change.is_some() {
+            self.usual_mps.learn(left_mps.to_array(), limits_mps, interval_s);
+        }
+        self.usual_m.learn(off_m, limits_m, interval_s);
         let is_impossible_at_any_attitude = change.is_some_and(|change| {
             is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
         });
@@ -259,27 +320,8 @@ fn length([x, y, z]: [f32; 3]) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }
 
-/// Part of `left` beyond the recent acceleration's `agility_mps`, horizontal and vertical. `left` is a change of
-/// velocity minus the measured change, m/s.
-fn unexplained_velocity(
-    left: Vector<Ned>,
-    [level_mps, vertical_mps]: [f64; 2],
-    expected: &Expected,
-) -> [f32; 3] {
-    let [sigma, _, sigma_down] = expected.velocity_mps;
-    let usual = |sigma: f64, moved: f64| AGREEMENT_MPS + SIGMAS * sigma + EXPLAINS * moved;
-    beyond(left.to_array(), usual(sigma, level_mps), usual(sigma_down, vertical_mps))
-}
-
-/// Part of a position change that the velocities do not explain, m. They may have deviated by `meanwhile_m`.
-fn unexplained_position(off_m: Vector<Ned>, meanwhile_m: f64, expected: &Expected) -> [f32; 3] {
-    let [sigma, _, sigma_down] = expected.position_m;
-    let usual_m = |sigma: f64| AGREEMENT_M + SIGMAS * sigma + MEANWHILE * meanwhile_m;
-    beyond(off_m.to_array(), usual_m(sigma), usual_m(sigma_down))
-}
-
 /// Sets the horizontal and the vertical part of a vector to zero if within these limits.
-fn beyond([north, east, down]: [f64; 3], level: f64, vertical: f64) -> [f32; 3] {
+fn beyond([north, east, down]: [f64; 3], [level, vertical]: [f64; 2]) -> [f32; 3] {
     let [north, east] =
         if square(north) + square(east) > square(level) { [north, east] } else { [0.0; 2] };
     let down = if libm::fabs(down) > vertical { down } else { 0.0 };
@@ -370,6 +412,31 @@ mod tests {
     fn a_jump_that_stays_and_one_that_comes_back_are_no_proof() {
         assert!(contradictions([0.0, 9.0, 9.0, 9.0, 9.0], AT_REST).iter().all(|&count| count == 0));
         assert_eq!(contradictions([0.0, 9.0, 0.0, 0.0, 0.0], AT_REST), [0, 0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn readings_within_stated_sigmas_contradict_the_past_of_a_better_receiver() {
+        let [good, bad] = [[0.1, -0.1], [1.2, -1.2]].map(|pair| pair.into_iter().cycle());
+        // The limit is 2.4 m/s as stated, and 1.7 m/s as learned.
+        let told = good.clone().take(40).chain(bad.take(4)).chain(good.take(8));
+        let found = contradictions(told, AT_REST);
+        let (before, during) = found.split_at(40);
+        assert_eq!(before, [0; 40]);
+        assert_eq!(during, [0, 0, 1, 2, 1, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_receiver_that_stays_worse_becomes_usual() {
+        let mut usual = Usual { mean_squares: [0.01; 2], learned_s: USUAL_S };
+        let stated = [9.0; 3];
+        let mut within = |[north, east, down]: [f64; 3]| {
+            let limits = usual.limits(stated).map(|usual| AGREEMENT_MPS + usual);
+            usual.learn([north, east, down], limits, 1.0);
+            beyond([north, east, down], limits) == [0.0; 3]
+        };
+        let learned: Vec<bool> = (0..180).map(|_| within([4.0, -4.0, 5.0])).collect();
+        assert!(learned.iter().take(30).all(|&usual| !usual), "{learned:?}");
+        assert!(learned.iter().skip(120).all(|&usual| usual), "{learned:?}");
     }
 
     #[test]
