@@ -148,6 +148,8 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
 #[derive(Default)]
 pub(super) struct MeasuredVelocity {
     moments: Vec<Moment>,
+    /// Number of moments before each interval of [`STEP_S`], from the first moment's to the last one's.
+    earlier: Vec<usize>,
     sum_mps: [f64; 2],
     gaps: u32,
     /// Index of the latest solution.
@@ -184,6 +186,9 @@ impl MeasuredVelocity {
         let is_due = self.moments.last().is_none_or(|last| time_s - last.time_s >= STEP_S);
         if is_due {
             let Self { sum_mps: north_east_mps, gaps, .. } = *self;
+            let first_s = self.moments.first().map_or(time_s, |first| first.time_s);
+            let count = self.moments.len();
+            self.earlier.resize(interval(time_s - first_s) + 1, count);
             self.moments.push(Moment { time_s, north_east_mps, gaps });
         }
     }
@@ -273,7 +278,7 @@ impl MeasuredVelocity {
             along += a[0] * b[0] + a[1] * b[1];
             across += a[0] * b[1] - a[1] * b[0];
             squares =
-                [squares[0] + a[0].hypot(a[1]).powi(2), squares[1] + b[0].hypot(b[1]).powi(2)];
+                [squares[0] + a[0] * a[0] + a[1] * a[1], squares[1] + b[0] * b[0] + b[1] * b[1]];
         }
         let moves = squares.iter().all(|squares| (squares / count).sqrt() > LEAST_MPS);
         moves.then(|| (along.powi(2) + across.powi(2)) / (squares[0] * squares[1]))
@@ -287,7 +292,9 @@ impl MeasuredVelocity {
     }
 
     fn at(&self, time_s: f64) -> Option<Moment> {
-        let after = self.moments.partition_point(|moment| moment.time_s < time_s);
+        let earlier = *self.earlier.get(interval(time_s - self.moments.first()?.time_s))?;
+        let within = self.moments[earlier..].iter().take_while(|moment| moment.time_s < time_s);
+        let after = earlier + within.count();
         let (from, to) = (self.moments.get(after.checked_sub(1)?)?, self.moments.get(after)?);
         let share = (time_s - from.time_s) / (to.time_s - from.time_s);
         let between = |axis: usize| {
@@ -296,6 +303,11 @@ impl MeasuredVelocity {
         };
         Some(Moment { time_s, north_east_mps: [between(0), between(1)], gaps: to.gaps })
     }
+}
+
+/// Index of the interval of [`STEP_S`] with the time `since_s` after the first moment; 0 before it.
+fn interval(since_s: f64) -> usize {
+    (since_s / STEP_S) as usize
 }
 
 /// Second difference of the horizontal velocity over three times.
