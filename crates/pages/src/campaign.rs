@@ -140,7 +140,7 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
         turned_rad.to_degrees(),
         campaign.judged_from_s
     );
-    Verdict { level, words, points: vec![bounds] }
+    Verdict { level, words, reasons: vec![bounds] }
 }
 
 fn percentiles(results: &[CampaignResult]) -> Table {

@@ -22,7 +22,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::ContradictsItself,
         severity: Severity::Warning,
-        count: span.count,
+        harm: None,
+            count: span.count,
         words: format!(
             "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \
              were rejected; inertial unit and barometer carry the solution{}",

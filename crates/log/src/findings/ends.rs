@@ -109,7 +109,8 @@ impl Ends {
                     sensor: Sensor::InertialUnit,
                     kind: FindingKind::Clipping,
                     severity: Severity::Warning,
-                    count,
+                    harm: None,
+count,
                     words: format!(
                         "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
                         AXES[axis],

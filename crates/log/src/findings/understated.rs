@@ -25,7 +25,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Gps,
             kind: FindingKind::Understated,
             severity: Severity::Warning,
-            count,
+            harm: None,
+count,
             words: format!(
                 "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \
                  average, by the scatter of the {what}; it may have rejected good ones before",

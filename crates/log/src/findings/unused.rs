@@ -98,7 +98,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     sensor,
                     kind: kind(reason),
                     severity: Severity::Warning,
-                    count: span.count,
+                    harm: None,
+            count: span.count,
                     words: format!(
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,

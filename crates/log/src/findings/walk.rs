@@ -24,7 +24,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::PlaceWalks,
         severity: Severity::Warning,
-        count: span.count,
+        harm: None,
+            count: span.count,
         words: format!(
             "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \
              velocity; the filter follows the position, and its one-sigma covers the earlier position too{}",
