@@ -9,6 +9,9 @@ use crate::score::{Axis, axis_errors};
 
 /// Ratio of error to one-sigma above which a solution is contradicted. Errors of the models reach a few one-sigmas.
 const CONTRADICTED: f64 = 10.0;
+/// Least distance in position, m, and in velocity, m/s, of a contradiction: a smaller one harms no use of the solution.
+const LEAST_M: f64 = 3.0;
+const LEAST_MPS: f64 = 1.0;
 /// Shortest contradiction, s, that is reported: a shorter one is an error of time.
 const LASTING_S: f64 = 0.5;
 /// Contradictions at most this far apart, s, are one.
@@ -76,6 +79,11 @@ impl Moment {
     fn one_sigmas(&self) -> f64 {
         self.position.one_sigmas.max(self.velocity.one_sigmas)
     }
+
+    fn is_contradicted(&self) -> bool {
+        let by = |size: Size, least| size.one_sigmas > CONTRADICTED && size.magnitude > least;
+        by(self.position, LEAST_M) || by(self.velocity, LEAST_MPS)
+    }
 }
 
 impl Apart {
@@ -120,7 +128,7 @@ impl Apart {
     /// Spans in which the independent solution contradicts this one, each a finding.
     #[must_use]
     pub fn contradictions(&self) -> Vec<Finding> {
-        let against = self.moments.iter().filter(|moment| moment.one_sigmas() > CONTRADICTED);
+        let against = self.moments.iter().filter(|moment| moment.is_contradicted());
         let mut spans: Vec<(f64, f64)> = Vec::new();
         for Moment { time_s, .. } in against {
             match spans.last_mut() {
@@ -153,7 +161,7 @@ impl Apart {
             sensor: Sensor::Filter,
             kind: FindingKind::Contradicted,
             severity: Severity::Error,
-            count: moments.iter().filter(|moment| moment.one_sigmas() > CONTRADICTED).count(),
+            count: moments.iter().filter(|moment| moment.is_contradicted()).count(),
             harm: None,
             words: format!(
                 "solution contradicted by the {} from {start_s:.1} to {end_s:.1} s: it differs in {}; one of the two is \

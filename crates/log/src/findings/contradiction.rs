@@ -23,7 +23,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: FindingKind::ContradictsItself,
         severity: Severity::Warning,
         harm: None,
-            count: span.count,
+        count: span.count,
         words: format!(
             "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \
              were rejected; inertial unit and barometer carry the solution{}",

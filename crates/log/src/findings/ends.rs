@@ -110,7 +110,7 @@ impl Ends {
                     kind: FindingKind::Clipping,
                     severity: Severity::Warning,
                     harm: None,
-count,
+                    count,
                     words: format!(
                         "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
                         AXES[axis],

@@ -62,7 +62,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             kind: FindingKind::HeightHeld,
             severity: if is_known { Severity::Info } else { Severity::Warning },
             harm: None,
-count,
+            count,
             words: match is_known {
                 true => format!(
                     "gps without height {when}: {count} two-dimensional fixes, used for the horizontal alone"
@@ -96,7 +96,7 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 kind: FindingKind::Outage,
                 severity: Severity::Warning,
                 harm: None,
-            count: 1,
+                count: 1,
                 words: format!(
                     "gps outage from {before_s:.1} to {time_s:.1} s: no fix for {length_s:.1} s{end}, \
                      bridged by dead reckoning{}",

@@ -108,7 +108,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     // In flight the heading was lost; at the start it was only unknown.
                     severity: if start.is_some() { Severity::Info } else { Severity::Warning },
                     harm: None,
-            count: 1,
+                    count: 1,
                     words: format!(
                         "heading unknown {}, then found in motion with a one-sigma of {:.1}°",
                         when(start_s, time_s),
@@ -123,7 +123,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 kind: FindingKind::HeadingReset,
                 severity: Severity::Warning,
                 harm: None,
-            count: 1,
+                count: 1,
                 words: format!(
                     "the heading was inconsistent with GPS at {:.1} s: the filter turned it by {:.0}°, one-sigma now \
                      {:.0}°{}",
@@ -146,7 +146,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: FindingKind::HeadingUnknown,
         severity: Severity::Warning,
         harm: None,
-            count: 1,
+        count: 1,
         words: format!(
             "the heading was not found {}: too little horizontal acceleration, and no attitude or magnetometer",
             when(start_s, end_s)
@@ -240,7 +240,7 @@ impl FieldStrength {
                 kind: FindingKind::MagneticDisturbance,
                 severity: Severity::Warning,
                 harm: None,
-            count: span.count,
+                count: span.count,
                 words: format!(
                     "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \
                      a current or iron nearby; its heading is off too",

@@ -135,7 +135,7 @@ impl Inertial {
                 kind: FindingKind::SamplesLost,
                 severity: Severity::Warning,
                 harm: None,
-            count: missing as usize,
+                count: missing as usize,
                 words: format!(
                     "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as on a link that \
                      loses packets: each loss turns vibration into velocity and attitude errors",
@@ -171,7 +171,7 @@ impl Inertial {
                 kind: FindingKind::StuckAxis,
                 severity: Severity::Warning,
                 harm: None,
-            count: last.last - first.first,
+                count: last.last - first.first,
                 words: format!(
                     "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), unlike the \
                      readings before and after",
@@ -192,7 +192,7 @@ impl Inertial {
                 kind: FindingKind::Shock,
                 severity: Severity::Warning,
                 harm: None,
-            count: *count,
+                count: *count,
                 words: format!(
                     "inertial unit: shock far beyond its usual vibration {}, up to {largest:.0} m/s²: an impact or a \
                      loose part; the filter has enlarged its uncertainty",

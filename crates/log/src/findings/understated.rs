@@ -26,7 +26,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             kind: FindingKind::Understated,
             severity: Severity::Warning,
             harm: None,
-count,
+            count,
             words: format!(
                 "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \
                  average, by the scatter of the {what}; it may have rejected good ones before",

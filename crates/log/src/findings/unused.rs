@@ -99,7 +99,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     kind: kind(reason),
                     severity: Severity::Warning,
                     harm: None,
-            count: span.count,
+                    count: span.count,
                     words: format!(
                         "{sensor}: {} {aid} readings not used {}: {}",
                         span.count,

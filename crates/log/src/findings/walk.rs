@@ -25,7 +25,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         kind: FindingKind::PlaceWalks,
         severity: Severity::Warning,
         harm: None,
-            count: span.count,
+        count: span.count,
         words: format!(
             "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \
              velocity; the filter follows the position, and its one-sigma covers the earlier position too{}",
