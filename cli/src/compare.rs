@@ -50,6 +50,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let (name, size) = (axis.axis.name(), &axis.statistics);
             output::say(format_args!("  {name:<30} {:>9.3} rms {:>9.3} max", size.rmse, size.max));
         }
+        if let Some(relative) = &difference.relative {
+            let sizes = [("m", Some(relative.translation_m)), ("deg", relative.rotation_deg)];
+            for (unit, size) in sizes.into_iter().filter_map(|(unit, size)| Some((unit, size?))) {
+                let name = format!("relative, over {:.0} s, {unit}", relative.over_s);
+                output::say(format_args!(
+                    "  {name:<30} {:>9.3} rms {:>9.3} max",
+                    size.rmse, size.max
+                ));
+            }
+        }
     }
     output::say(format_args!("{:<32} {}", "written", arguments.out.display()));
     Ok(())

@@ -28,6 +28,14 @@ impl InWords for RunSummary {
 
     fn in_words(&self, out: &Path) -> String {
         let mut text = String::new();
+        let mut reasons: &[String] = &[];
+        if let Some(verdict) = &self.verdict {
+            reasons = &verdict.reasons;
+            let _ = writeln!(text, "{}", verdict.words);
+            for reason in reasons {
+                let _ = writeln!(text, "  - {reason}");
+            }
+        }
         for fact in facts(self) {
             let _ = writeln!(text, "{:<32} {}", fact.label, fact.value);
         }
@@ -48,7 +56,8 @@ impl InWords for RunSummary {
         if let Some(reproduction) = &self.reproduction {
             let _ = writeln!(text, "{}", reproduction.in_words());
         }
-        for warning in &self.warnings {
+        // Warnings in the verdict are not repeated.
+        for warning in self.warnings.iter().filter(|warning| !reasons.contains(warning)) {
             let _ = writeln!(text, "warning: {warning}");
         }
         let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use hovernav::ekf::{Estimator, Solution as CoreState};
 use hovernav_formats::{Estimated, Judged, Log};
-use hovernav_log::{Finding as CoreFinding, Outage, SOLUTION_COLUMNS, solution_row};
-use hovernav_pages::Verdict;
+use hovernav_log::{Finding as CoreFinding, Level, Outage, SOLUTION_COLUMNS, solution_row, Verdict};
 use hovernav_pages::flight::{self, LogPage};
 use numpy::{PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyIndexError;
@@ -161,6 +160,9 @@ pub struct Finding {
     severity: String,
     /// Number of samples or fixes concerned.
     count: usize,
+    /// Harm to the solution by which findings are ranked: the largest error over its one-sigma, or without an
+    /// independent solution the growth of the one-sigma; `None` without a solution in the span.
+    harm: Option<f64>,
     /// The event in words: sensor, time, size and cause.
     words: String,
 }
@@ -174,6 +176,7 @@ impl From<&CoreFinding> for Finding {
             kind: finding.kind.to_string(),
             severity: format!("{:?}", finding.severity).to_lowercase(),
             count: finding.count,
+            harm: finding.harm.map(|harm| harm.size()),
             words: finding.words.clone(),
         }
     }
@@ -196,7 +199,6 @@ pub struct Solution {
     /// All rows of `solution.csv`, shape (n, 31), made at the first use.
     rows: PyOnceLock<Py<PyArray2<f64>>>,
     flown: Flown,
-    verdict: Verdict,
 }
 
 /// The log of a solution, and all that was found.
@@ -216,8 +218,7 @@ pub struct Flown {
 impl Solution {
     /// The `states` of a flight.
     pub fn new(states: Vec<CoreState>, flown: Flown) -> Self {
-        let verdict = flight::verdict(&flown.judged.summary, &flown.estimated.pass.run);
-        Self { states, rows: PyOnceLock::new(), flown, verdict }
+                Self { states, rows: PyOnceLock::new(), flown }
     }
 
     /// The log and all that was found.
@@ -227,6 +228,10 @@ impl Solution {
 
     fn findings(&self) -> &[CoreFinding] {
         &self.flown.judged.summary.findings
+    }
+
+    fn judged(&self) -> Option<&Verdict> {
+        self.flown.judged.summary.verdict.as_ref()
     }
 
     fn smoothed(&self) -> bool {
@@ -360,13 +365,13 @@ impl Solution {
     /// "good", "care" or "bad": the worst of the findings and of the consistency of the filter, as on the page.
     #[getter]
     fn verdict(&self) -> &'static str {
-        self.verdict.level.name()
+        self.judged().map_or(Level::Good, |verdict| verdict.level).name()
     }
 
     /// The main reasons against a better verdict, one sentence each.
     #[getter]
     fn reasons(&self) -> Vec<String> {
-        self.verdict.points.clone()
+        self.judged().map(|verdict| verdict.reasons.clone()).unwrap_or_default()
     }
 
     /// Events in the log and in the estimation, in order of time; the warnings are among them.

@@ -1,5 +1,6 @@
 //! `hovernav campaign`: many simulated closed-loop flights with random conditions.
 
+mod again;
 mod words;
 
 use std::path::PathBuf;
@@ -13,7 +14,7 @@ use hovernav_model::shipped;
 use hovernav_pages::campaign::CampaignPage;
 use hovernav_sim::campaign::{
     Campaign, CampaignResult, Measure, Outcome, PERCENTILES, count, failures, percentiles_csv,
-    results_csv,
+    results_csv, seeds_of,
 };
 use serde_json::{Value, json};
 
@@ -140,19 +141,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let results = flown?;
     let flying_s = started.elapsed().as_secs_f64();
 
+    let again = again::command();
     output::write(&arguments.out.join("results.csv"), results_csv(&campaign, &results))?;
     output::write(&arguments.out.join("percentiles.csv"), percentiles_csv(&results))?;
     if !arguments.no_report {
-        let page = CampaignPage::new(&campaign, &results, &warnings);
+        let page = CampaignPage::new(&campaign, &results, &warnings).flown_again_by(&again);
         page.page().write(&arguments.out.join(output::REPORT))?;
     } else {
         output::remove_stale(&arguments.out, [output::REPORT]);
     }
-    let mut summary = summary(arguments, &campaign, &results, (flying_s, started));
+    let mut summary = summary(arguments, &campaign, &results, &again, (flying_s, started));
     summary["warnings"] = json!(warnings);
     output::write_json(&summary, &arguments.out.join("summary.json"))?;
 
-    output::say_text(words::in_words(&campaign, &results));
+    output::say_text(words::in_words(&campaign, &results, &again));
     for warning in &warnings {
         output::say(format_args!("warning: {warning}"));
     }
@@ -209,6 +211,7 @@ fn summary(
     arguments: &Arguments,
     campaign: &Campaign,
     results: &[CampaignResult],
+    again: &str,
     (flying_s, started): (f64, Instant),
 ) -> Value {
     let outcomes: serde_json::Map<String, Value> = (Outcome::ALL.into_iter())
@@ -224,7 +227,10 @@ fn summary(
         .collect();
     let crashes: Vec<Value> = results
         .iter()
-        .filter_map(|result| Some(json!({ "seed": result.draw.seed, "cause": result.cause()? })))
+        .filter_map(|result| {
+            let (seed, cause) = (result.draw.seed, result.cause()?);
+            Some(json!({ "seed": seed, "cause": cause, "again": format!("{again} {seed}") }))
+        })
         .collect();
     let percentiles: serde_json::Map<String, Value> = Measure::ALL
         .iter()
@@ -254,6 +260,8 @@ fn summary(
         "outcomes": outcomes,
         "failures": failures,
         "crashes": crashes,
+        "degraded_seeds": seeds_of(results, Outcome::Degraded),
+        "not_engaged_seeds": seeds_of(results, Outcome::NotEngaged),
         "percentiles": percentiles,
     })
 }

@@ -1,12 +1,12 @@
 //! A campaign in words.
 
-use hovernav_pages::campaign::LISTED;
+use hovernav_pages::campaign::{LISTED, listed};
 use hovernav_sim::campaign::{
-    Campaign, CampaignResult, Failure, Measure, Outcome, PERCENTILES, count, failures,
+    Campaign, CampaignResult, Failure, Measure, Outcome, PERCENTILES, count, failures, seeds_of,
 };
 
 /// Outcomes, failures, crashes with their causes, and percentiles.
-pub fn in_words(campaign: &Campaign, results: &[CampaignResult]) -> String {
+pub fn in_words(campaign: &Campaign, results: &[CampaignResult], again: &str) -> String {
     let mut text = String::new();
     for outcome in Outcome::ALL {
         let found = count(results, outcome, None);
@@ -23,7 +23,7 @@ pub fn in_words(campaign: &Campaign, results: &[CampaignResult]) -> String {
             text += &format!("  {:<30}{numbers}\n", failure.name());
         }
     }
-    text += &crashes(results);
+    text += &failed(results, again);
     if results.iter().all(|result| result.hover.is_none()) {
         let from_s = campaign.judged_from_s;
         return text + &format!("no flight lasted until the evaluation, from {from_s:.0} s on\n");
@@ -37,8 +37,8 @@ pub fn in_words(campaign: &Campaign, results: &[CampaignResult]) -> String {
     text
 }
 
-/// The crashed flights, a line each.
-fn crashes(results: &[CampaignResult]) -> String {
+/// The crashed flights, a line each, the seeds of the others that failed, and the command that flies one again.
+fn failed(results: &[CampaignResult], again: &str) -> String {
     let crashed = || results.iter().filter_map(|own| Some((own.draw.seed, own.cause()?)));
     let mut text: String = crashed()
         .take(LISTED)
@@ -48,8 +48,16 @@ fn crashes(results: &[CampaignResult]) -> String {
     if further > 0 {
         text += &format!("{further} further crashes: see results.csv\n");
     }
-    if !text.is_empty() {
-        text += "--record SEED writes the record and page of a flight\n";
+    for outcome in [Outcome::Degraded, Outcome::NotEngaged] {
+        let seeds = seeds_of(results, outcome);
+        if !seeds.is_empty() {
+            text += &format!("{:<32} {}\n", format!("seeds, {}", outcome.name()), listed(&seeds));
+        }
+    }
+    let failed = results.iter().find(|one| one.cause().is_some());
+    let failed = failed.or_else(|| results.iter().find(|one| one.outcome != Outcome::Hovered));
+    if let Some(one) = failed {
+        text += &format!("{:<32} {again} {}\n", "fly one again", one.draw.seed);
     }
     text
 }

@@ -144,7 +144,7 @@ fn verdict(checked: &CheckedDesign) -> Verdict {
     Verdict {
         level,
         words: words.into(),
-        points: checked.warnings.iter().take(3).cloned().collect(),
+        reasons: checked.warnings.iter().take(3).cloned().collect(),
     }
 }
 

@@ -45,7 +45,7 @@ fn own_directory(root: &Path, log: &Path, taken: &mut HashSet<PathBuf>) -> PathB
 
 fn heads(width: usize) -> String {
     format!(
-        "{:<width$} {:>9} {:>8} {:>7} {:>8} {:>13} {:>13} {:>9}",
+        "{:<width$} {:>9} {:>8} {:>7} {:>8} {:>13} {:>13} {:>9} verdict",
         "log", "s", "samples", "fixes", "rejected", "horizontal m", "velocity m/s", "warnings"
     )
 }
@@ -55,13 +55,14 @@ fn row(width: usize, out: &Path, summary: &RunSummary) -> String {
     let [horizontal, velocity] = summary.row_errors();
     let error = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.3}"));
     format!(
-        "{name:<width$} {:>9.1} {:>8} {:>7} {:>8} {:>13} {:>13} {:>9}",
+        "{name:<width$} {:>9.1} {:>8} {:>7} {:>8} {:>13} {:>13} {:>9} {}",
         summary.duration_s,
         summary.imu_samples,
         summary.gps_fixes_used,
         summary.gps_fixes_rejected,
         error(horizontal),
         error(velocity),
-        summary.warnings.len()
+        summary.warnings.len(),
+        summary.verdict.as_ref().map_or("–", |verdict| verdict.level.name())
     )
 }

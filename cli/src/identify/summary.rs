@@ -236,8 +236,10 @@ impl Summary {
             steps: point.steps,
             used_for: used_for(index),
         });
+        let mut estimate = RunSummary::new(input, dataset, run, true);
+        estimate.set_findings(dataset.findings(run), &run.solutions, None);
         let mut summary = Self {
-            estimate: RunSummary::new(input, dataset, run, true),
+            estimate,
             model: found.kind.name(),
             time_domain: "continuous",
             sample_period_s: found.identified.period_s,

@@ -157,7 +157,7 @@ pub fn verdict(summary: &Summary) -> Verdict {
         Grade::Care => "Usable with care: read the reasons before a control design.",
         Grade::DoNotFly => "Do not fly an autopilot based on this model.",
     };
-    Verdict { level: level(summary.verdict), words: words.into(), points: summary.reasons.clone() }
+    Verdict { level: level(summary.verdict), words: words.into(), reasons: summary.reasons.clone() }
 }
 
 /// The page level of a grade.

@@ -33,7 +33,7 @@ impl RecordPage<'_> {
         let headlines = [Fact::new("replay", &self.summary.replay)];
         let start_s = record.header.start.seconds();
         let page = Page {
-            verdict: Some(self.summary.verdict.on_page()),
+            verdict: Some(self.summary.verdict.clone()),
             title: &format!("Flight of {}", record.header.config.navigation.name),
             headlines: &headlines,
             warnings: &warnings,

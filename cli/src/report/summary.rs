@@ -8,8 +8,8 @@ use hovernav_log::{Dataset, FixTally};
 use hovernav_record::{Cycle, Record, Reproduction, StickReproduction};
 use serde::Serialize;
 
-use super::verdict::{self, Grounds, RecordVerdict};
-use hovernav_pages::Fact;
+use super::verdict::{self, Grounds};
+use hovernav_pages::{Fact, Verdict};
 
 /// A span of time in one mode.
 #[derive(Clone, Debug, Serialize)]
@@ -36,7 +36,7 @@ pub struct RecordSummary {
     tool: &'static str,
     version: &'static str,
     input: PathBuf,
-    pub verdict: RecordVerdict,
+    pub verdict: Verdict,
     duration_s: f64,
     pub wall_s: f64,
     imu_samples: usize,

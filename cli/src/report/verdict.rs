@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 
 use hovernav::autopilot::Mode;
 use hovernav::time::Time;
-use hovernav_record::{Call, Level as EventLevel, Record, RecordedEvent};
-use serde::Serialize;
-
 use hovernav_pages::{Level, Verdict};
+use hovernav_record::{Call, Level as EventLevel, Record, RecordedEvent};
 
 /// Number of reasons that are listed.
 const NAMED: usize = 5;
@@ -26,24 +24,6 @@ const UPSET_MPS: f64 = 4.0;
 /// Number of cycles of which one may be late.
 const LATE_IN: usize = 1000;
 
-/// The verdict on a flight.
-#[derive(Clone, Debug, Serialize)]
-pub struct RecordVerdict {
-    pub level: Level,
-    /// The verdict in one sentence.
-    pub words: String,
-    /// The faults, worst first.
-    pub reasons: Vec<String>,
-}
-
-impl RecordVerdict {
-    /// The verdict for the top of a page.
-    pub fn on_page(&self) -> Verdict {
-        let Self { level, words, reasons } = self.clone();
-        Verdict { level, words, points: reasons }
-    }
-}
-
 /// Input of the verdict in addition to the record.
 pub struct Grounds<'a> {
     /// The result of the replay in words, and whether it was identical.
@@ -54,7 +34,7 @@ pub struct Grounds<'a> {
 }
 
 /// The verdict on `record`.
-pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
+pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> Verdict {
     let mut reasons: Vec<(Level, String)> = Vec::new();
     if !grounds.is_reproduced {
         reasons
@@ -89,7 +69,7 @@ pub fn of_record(record: &Record, grounds: &Grounds<'_>) -> RecordVerdict {
     if unnamed > 0 {
         reasons.push(format!("and {unnamed} more in the list of events"));
     }
-    RecordVerdict { level, words: format!("{judged}: {}", in_words(record, grounds)), reasons }
+    Verdict { level, words: format!("{judged}: {}", in_words(record, grounds)), reasons }
 }
 
 /// A summary of the flight, independent of faults.

@@ -131,6 +131,7 @@ pub fn record(
     if let Some((crashed_s, crash)) = crash {
         summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s: it {crash}"));
     }
+    summary.run.conclude(&run);
     crate::output::say(format_args!("{}", summary.flight.in_words()));
     if has_page {
         let page = SimulationPage {

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use hovernav::time::Time;
-use hovernav_formats::{RunSummary, innovations};
-use hovernav_log::{Dataset, Reference, Run, Score, score};
+use hovernav_formats::RunSummary;
+use hovernav_log::{Apart, Dataset, Reference, Run, Score, innovations, score};
 use hovernav_pages::flight::{self, FlightData};
 
 use crate::output;
@@ -28,7 +28,12 @@ impl Estimate {
         let reference = Reference::open(out, &dataset.manifest)?;
         let score =
             reference.as_ref().map(|reference| score(&run.solutions, reference, Time::ZERO));
+        let apart = reference
+            .as_ref()
+            .map(|reference| Apart::of_reference(&run.solutions, reference, Time::ZERO));
+        summary.set_findings(dataset.findings(&run), &run.solutions, apart.as_ref());
         summary.set_scores(score.as_ref(), Vec::new());
+        summary.conclude(&run);
         Ok(Self { run, reference, score, summary })
     }
 
@@ -44,6 +49,7 @@ impl Estimate {
         }
         let page = FlightData {
             title,
+            verdict: summary.verdict.as_ref(),
             headlines: &flight::headlines(summary),
             facts: &flight::facts(summary),
             warnings: &summary.warnings,

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use hovernav::time::Time;
-use hovernav_formats::innovations;
-use hovernav_log::{Dataset, Outage, Reference, Run, Score};
+use hovernav_log::{Dataset, Outage, Reference, Run, Score, innovations};
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::summary::{ClosedLoopSummary, Summary};
@@ -37,6 +36,7 @@ impl SimulationPage<'_> {
         let (facts, warnings) = (flight::facts(&self.summary.run), &self.summary.run.warnings);
         let data = FlightData {
             title: "Simulated hover in closed loop",
+            verdict: self.summary.run.verdict.as_ref(),
             headlines: &headlines,
             facts: &facts,
             warnings,

@@ -97,7 +97,12 @@ fn a_crashed_flight_is_listed_with_its_cause_and_recorded_on_request() {
     assert!(words.contains("lateral jams") && summary["failures"]["lateral jams"].is_object());
     let page = fs::read_to_string(out.join("report.html")).expect("a page");
     assert!(page.contains("<section id=\"crashes\">") && page.contains(cause));
-    let message = refusal(&[&own[..], &["--record", seed, "--no-report"]].concat());
+    // The command that is printed, in the summary and on the page flies that seed again.
+    let again = crash["again"].as_str().expect("a command");
+    assert_eq!(again, format!("hovernav {} --record {seed}", own.join(" ")));
+    assert!(words.contains(again) && page.contains(again), "{words}");
+    let again: Vec<&str> = again.split(' ').skip(1).chain(["--no-report"]).collect();
+    let message = refusal(&again);
     let (what, _) = cause.split_once(" at ").expect("a time");
     assert!(message.contains("the vehicle crashed at") && message.contains(what), "{message}");
     assert!(out.join(format!("seed-{seed}")).join("reference.csv").exists());

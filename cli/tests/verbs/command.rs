@@ -18,6 +18,35 @@ fn damaged(name: &str, file: &str, change: impl Fn(String) -> String) -> PathBuf
 }
 
 #[test]
+fn terminal_summary_and_page_state_the_same_verdict() {
+    let log = damaged("verdict", "gps.csv", |content| {
+        // No fixes for 20 s in the middle.
+        let is_out = |line: &str| {
+            let time = line.split(',').next().and_then(|time| time.parse::<f64>().ok());
+            time.is_some_and(|time| (20.0..40.0).contains(&time))
+        };
+        content.lines().filter(|line| !is_out(line)).map(|line| format!("{line}\n")).collect()
+    });
+    let out = place("verdict_out");
+    let words = succeeds(&["estimate", text(&log), "--out", text(&out)]);
+    let summary = summary(&out);
+    let verdict = &summary["verdict"];
+    assert_eq!(verdict["level"], "care", "{words}");
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    let said = verdict["words"].as_str().expect("words");
+    assert!(words.starts_with(said) && page.contains(said), "{words}");
+    let reason = verdict["reasons"][0].as_str().expect("a reason");
+    assert!(reason.contains("outage") && words.contains(&format!("  - {reason}")), "{words}");
+    assert_eq!(words.matches(reason).count(), 1, "{words}");
+    // The page has escaped quotes and the like; its first words have none.
+    assert!(page.contains(&reason[..30]), "{reason}");
+    let findings = summary["findings"].as_array().expect("findings");
+    let outage = findings.iter().find(|one| one["kind"] == "outage").expect("an outage");
+    assert!(outage["harm"]["growth"].as_f64().is_some_and(|growth| growth > 2.0), "{outage}");
+    assert!(outage["harm"]["one_sigmas"].is_null(), "{outage}");
+}
+
+#[test]
 fn an_estimate_leaves_the_files_others_rely_on() {
     let out = place("estimate");
     succeeds(&["estimate", HELI, "--out", text(&out)]);

@@ -284,7 +284,14 @@ fn solutions_lie_over_each_other() {
     let differences = summary["differences"].as_array().expect("pairs");
     let north_m = differences[0]["difference"]["north_m"]["rmse"].as_f64().expect("a number");
     assert!(differences.len() == 1 && north_m > 0.0 && north_m < 2.0, "{summary}");
-    assert!(to.join("report.html").exists());
+    let relative = &differences[0]["relative"];
+    let size = |part: &str| relative[part]["rmse"].as_f64().expect("a number");
+    assert!(size("translation_m") > 0.0 && size("translation_m") < 1.0, "{relative}");
+    assert!(size("rotation_deg") > 0.0 && size("rotation_deg") < 5.0, "{relative}");
+    let page = std::fs::read_to_string(to.join("report.html")).expect("a page");
+    for drawn in ["data-figure=\"differences\"", "coloured by its distance from", "\"shade\":"] {
+        assert!(page.contains(drawn), "{drawn}");
+    }
     let (tum, euroc) = (out.join("solution.tum"), out.join("solution.euroc.csv"));
     succeeds(&["compare", text(out), text(&tum), "--out", text(&to)]);
     let by_itself = &common::summary(&to)["differences"][0]["difference"]["down_m"]["max"];

@@ -3,13 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use hovernav::earth::Geodetic;
-use hovernav_log::{LocalAxes, LogError, Reference, Score, Trajectory, score};
+use hovernav_log::{
+    LocalAxes, LogError, Reference, RelativeError, Score, Trajectory, relative_error, score,
+};
 use serde_json::{Map, Value, json};
 
 use crate::scoring::open_trajectory;
 
 /// Origin of local coordinates without a geographic position. Any origin gives the same differences.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
+
+/// Time over which the motion of two trajectories is compared, s.
+const RELATIVE_S: f64 = 1.0;
 
 /// A trajectory and its name.
 #[derive(Clone, Debug)]
@@ -63,6 +68,8 @@ pub struct Difference {
     pub from: usize,
     /// The size of the difference, for each axis.
     pub score: Score,
+    /// The difference of the motion over a second; `None` if no two poses are that far apart.
+    pub relative: Option<RelativeError>,
 }
 
 impl Comparison {
@@ -83,7 +90,8 @@ impl Comparison {
                 if score.axes.is_empty() {
                     return Err(no_overlap(Path::new(&later.name), &earlier.name));
                 }
-                differences.push(Difference { of, from, score });
+                let relative = relative_error(moments, &reference, RELATIVE_S);
+                differences.push(Difference { of, from, score, relative });
             }
         }
         Ok(Self { trajectories, differences, aligned: align })
@@ -114,12 +122,25 @@ impl Comparison {
     pub fn to_json(&self) -> Value {
         let input: Vec<String> =
             self.trajectories.iter().map(|one| one.source.display().to_string()).collect();
-        let differences = self.differences.iter().map(|Difference { of, from, score }| {
-            let sizes =
-                score.axes.iter().map(|axis| (axis.axis.name().into(), json!(axis.statistics)));
-            let sizes: Map<String, Value> = sizes.collect();
-            json!({"solution": self.name(*of), "less": self.name(*from), "difference": sizes})
-        });
+        let differences =
+            self.differences.iter().map(|Difference { of, from, score, relative }| {
+                let sizes =
+                    score.axes.iter().map(|axis| (axis.axis.name().into(), json!(axis.statistics)));
+                let sizes: Map<String, Value> = sizes.collect();
+                let relative = relative.as_ref().map(|relative| {
+                    json!({
+                        "over_s": relative.over_s,
+                        "translation_m": relative.translation_m,
+                        "rotation_deg": relative.rotation_deg,
+                    })
+                });
+                json!({
+                    "solution": self.name(*of),
+                    "less": self.name(*from),
+                    "difference": sizes,
+                    "relative": relative,
+                })
+            });
         let (start_s, end_s) = self.span_s();
         json!({
             "tool": "hovernav",

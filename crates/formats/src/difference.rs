@@ -8,7 +8,7 @@ use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
 use hovernav::time::Time;
-use hovernav_log::{Axis, Statistics};
+use hovernav_log::{Apart, Axis, Statistics};
 
 /// Difference between a solution and the onboard estimator's. Both are estimates; neither is the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -22,6 +22,10 @@ pub struct OnboardDifference {
     /// Statistics of the difference per axis; keys are [`Axis::name`], with the unit.
     pub difference: BTreeMap<&'static str, Statistics>,
 }
+
+/// Assumed one-sigma of an onboard estimator north, east, down: position, m, and velocity, m/s. Its height comes from a
+/// barometer, whose error grows over a flight; logs do not state it.
+const OWN_SIGMAS: [f64; 6] = [2.0, 2.0, 4.0, 0.3, 0.3, 0.3];
 
 /// Largest time from a moment to the solution that it is compared with, s.
 const CLOSE_S: f64 = 0.05;
@@ -41,6 +45,19 @@ const AXES: [Axis; 10] = [
 ];
 
 impl Onboard {
+    /// Distances of `solutions`, in time order, from the onboard estimator.
+    #[must_use]
+    pub fn apart(&self, solutions: &[Solution]) -> Apart {
+        let mut apart = Apart::new(format!("onboard {}", self.name), OWN_SIGMAS);
+        for moment in &self.moments {
+            if let Some(solution) = nearest(solutions, moment.time) {
+                let [north, east, down, _, vn, ve, vd, ..] = differences(solution, moment);
+                apart.push(moment.time, solution, [north, east, down, vn, ve, vd]);
+            }
+        }
+        apart
+    }
+
     /// Difference of `solutions`, in time order, from the onboard estimator. `None` where no moment has a solution
     /// within 0.05 s.
     #[must_use]

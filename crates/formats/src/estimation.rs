@@ -7,12 +7,12 @@ use std::path::Path;
 use crate::format::Format;
 use crate::log::Log;
 use crate::summary::{OutageDrift, RunSummary};
-use hovernav::ekf::{EstimatorConfig, Innovation, Notice, Solution};
+use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
 use hovernav_log::{
-    Dataset, Finding, Keep, LogError, Outage, Reference, Run, Score, SetupFinding, outage_drift,
-    score, thin,
+    Apart, Dataset, Finding, Keep, LogError, Outage, Reference, Run, Score, SetupFinding,
+    innovations, outage_drift, score, thin,
 };
 
 /// Changes of a log for one estimation.
@@ -98,16 +98,6 @@ impl Pass {
     pub fn solutions(&self) -> &[Solution] {
         if self.smoothed.is_empty() { &self.run.solutions } else { &self.smoothed }
     }
-}
-
-/// The result of each scalar update of a run, in the filter's order.
-#[must_use]
-pub fn innovations(run: &Run) -> Vec<Innovation> {
-    let reports = run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
-    reports.flat_map(|report| report.innovations().copied()).collect()
 }
 
 /// The estimator's result for a log.
@@ -212,18 +202,27 @@ impl Log {
         let span = dataset.sample_span();
         let first_imu = span.map_or(Time::ZERO, |(first, _)| first);
         let scored = reference.as_ref().map(|reference| score(solutions, reference, first_imu));
+        let apart = match (&reference, &scored, &self.onboard) {
+            (Some(reference), Some(scored), _) => {
+                Some(Apart::of_reference(solutions, reference, scored.from))
+            }
+            (_, _, Some(onboard)) => Some(onboard.apart(solutions)),
+            _ => None,
+        };
         let drifts = drifts(solutions, changes.outages, span, reference.as_ref());
 
         let mut summary = RunSummary::new(path, dataset, run, !pass.smoothed.is_empty());
+        let mut findings = dataset.findings(run);
         dataset.ensure_read()?;
+        findings.extend(pass.denied.clone());
+        if let Some((first, last)) = span {
+            let of_log = |ignored: &SetupFinding| ignored.finding(first.seconds(), last.seconds());
+            findings.extend(estimated.ignored.iter().map(of_log));
+        }
+        summary.set_findings(findings, solutions, apart.as_ref());
         if smooth && pass.smoothed.is_empty() {
             let warning = "not smoothed, because the heading was not found: the solution uses past measurements only";
             summary.warnings.push(warning.into());
-        }
-        summary.add_findings(pass.denied.clone());
-        if let Some((first, last)) = span {
-            let of_log = |ignored: &SetupFinding| ignored.finding(first.seconds(), last.seconds());
-            summary.add_findings(estimated.ignored.iter().map(of_log).collect());
         }
         summary.warnings.extend(reference.iter().flat_map(|reference| reference.warnings.clone()));
         #[cfg(feature = "record")]
@@ -238,6 +237,7 @@ impl Log {
             summary.onboard = onboard.difference(solutions);
             summary.onboard_innovations = onboard.innovation_sizes(&innovations(run));
         }
+        summary.conclude(run);
         Ok(Judged { summary, reference, score: scored })
     }
 }

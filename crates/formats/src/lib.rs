@@ -48,7 +48,7 @@ mod window;
 
 pub use comparison::{Comparison, Difference, NamedTrajectory};
 pub use difference::OnboardDifference;
-pub use estimation::{Changes, Estimated, Judged, Pass, innovations};
+pub use estimation::{Changes, Estimated, Judged, Pass};
 pub use format::Format;
 #[cfg(feature = "text")]
 pub use init::Proposal;

@@ -8,8 +8,11 @@
 //! Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and Navigation*, section
 //! 5.4 (the test and its time average).
 
-use hovernav::ekf::{Innovation, Verdict};
+use hovernav::ekf::{Channel, Innovation, Notice, Verdict};
 use hovernav::time::Time;
+
+use crate::level::Level;
+use crate::replay::Run;
 
 /// The normalised innovation squared of one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +56,10 @@ pub fn innovation_tests(innovations: &[Innovation]) -> Vec<InnovationTest> {
         .collect()
 }
 
+/// Limits of the mean square of normalised innovations: chance and small correlations do not explain values outside.
+const TIMID_BELOW: f64 = 0.5;
+const SURE_ABOVE: f64 = 2.0;
+
 /// Pooled squares per channel of the measurements that were not rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PooledInnovations {
@@ -81,6 +88,76 @@ impl PooledInnovations {
             share_inside: inside as f64 / accepted().count() as f64,
         })
     }
+
+    /// The result of the comparison in words. Innovations below the interval never make a solution bad.
+    #[must_use]
+    pub fn judged(&self) -> (Level, &'static str) {
+        let (low, high) = self.interval;
+        match self.mean {
+            mean if (low..=high).contains(&mean) => (Level::Good, "pass: consistent"),
+            mean if mean < TIMID_BELOW => {
+                (Level::Good, "conservative: the sensor is more accurate than its model")
+            }
+            mean if mean > SURE_ABOVE => (Level::Bad, "fail: the filter is overconfident"),
+            mean if mean < low => (Level::Good, "pass: slightly conservative"),
+            _ => (Level::Care, "care: slightly overconfident"),
+        }
+    }
+}
+
+const POSITION: [Channel; 3] =
+    [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown];
+const VELOCITY: [Channel; 3] =
+    [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
+const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
+const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
+const RANGE: [Channel; 1] = [Channel::Range];
+const BASELINE: [Channel; 1] = [Channel::BaselineHeading];
+const REST: [Channel; 6] = [
+    Channel::RestRateX,
+    Channel::RestRateY,
+    Channel::RestRateZ,
+    Channel::RestVelocityNorth,
+    Channel::RestVelocityEast,
+    Channel::RestVelocityDown,
+];
+const WHEELS: [Channel; 2] = [Channel::WheelsRight, Channel::WheelsDown];
+/// The result of each scalar update of a run, in the filter's order.
+#[must_use]
+pub fn innovations(run: &Run) -> Vec<Innovation> {
+    let reports = run.notices.iter().filter_map(|notice| match notice {
+        Notice::Updated(report) => Some(report),
+        _ => None,
+    });
+    reports.flat_map(|report| report.innovations().copied()).collect()
+}
+
+/// Channels that are tested together, with their name.
+pub const GROUPS: [(&str, &[Channel]); 8] = [
+    ("Position", &POSITION),
+    ("Velocity", &VELOCITY),
+    ("Attitude", &ATTITUDE),
+    ("Baro height", &HEIGHT),
+    ("Distance to the ground", &RANGE),
+    ("Heading of two antennas", &BASELINE),
+    ("Rest", &REST),
+    ("Wheels", &WHEELS),
+];
+
+/// The `innovations` of `channels`.
+#[must_use]
+pub fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
+    innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
+}
+
+/// The pooled test of each of [`GROUPS`] among `innovations`, in the order in which the filter fused them.
+#[must_use]
+pub fn pooled(innovations: &[Innovation]) -> Vec<(&'static str, PooledInnovations)> {
+    let groups = GROUPS.into_iter().filter_map(|(name, channels)| {
+        let tests = innovation_tests(&of_channels(innovations, channels));
+        Some((name, PooledInnovations::of(&tests)?))
+    });
+    groups.collect()
 }
 
 /// The 2.5 % and 97.5 % points of the chi-square distribution.
@@ -112,7 +189,6 @@ pub fn chi_square_interval_95(degrees_of_freedom: usize) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav::ekf::Channel;
 
     fn innovation(second: i64, normalised: f64, verdict: Verdict) -> Innovation {
         Innovation {
@@ -148,6 +224,17 @@ mod tests {
         assert_eq!((pooled.mean, pooled.share_inside), (5.0, 0.5));
         assert!(PooledInnovations::of(&tests[1..2]).is_none());
         assert!(PooledInnovations::of(&[]).is_none());
+    }
+
+    #[test]
+    fn a_filter_that_is_too_sure_does_not_pass_and_one_that_is_timid_is_reported_as_such() {
+        let judged =
+            |mean| PooledInnovations { mean, interval: (0.97, 1.03), share_inside: 0.95 }.judged();
+        assert_eq!(judged(1.0).0, Level::Good);
+        assert_eq!(judged(0.8).0, Level::Good);
+        assert!(judged(0.2).1.starts_with("conservative"));
+        assert_eq!(judged(1.4).0, Level::Care);
+        assert_eq!(judged(2.5).0, Level::Bad);
     }
 
     // Abramowitz and Stegun, table 26.8.

@@ -44,6 +44,7 @@ impl Inconsistent {
             sensor: Sensor::Filter,
             kind: FindingKind::SmoothingDenied,
             severity: Severity::Warning,
+            harm: None,
             count: self.fixes,
             words: format!(
                 "smoothing rejected from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the \

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::clock::gaps;
 use crate::dataset::Dataset;
-use crate::finding::{Finding, FindingKind, sentences};
+use crate::finding::{Finding, sentences};
 use crate::info::{self, paragraph};
 use crate::kept::Keep;
 use crate::rates::{Rates, rates};
@@ -112,8 +112,10 @@ impl Survey {
                 .ok(),
             _ => None,
         };
-        let mut findings = run.as_ref().map_or_else(Vec::new, |run| dataset.findings(run));
-        findings.retain(|finding| finding.kind != FindingKind::SetUp);
+        let (findings, setup) = match &run {
+            Some(run) => dataset.events_and_setup(run),
+            None => (Vec::new(), dataset.check_setup()),
+        };
         Self {
             name: dataset.manifest.name.clone(),
             sensors: sensors(dataset),
@@ -121,7 +123,7 @@ impl Survey {
             gps: gps(&dataset.fixes),
             gps_offset_s: run.and_then(|run| run.gps_offset),
             missing: missing(dataset),
-            setup: dataset.check_setup().iter().map(ToString::to_string).collect(),
+            setup: setup.iter().map(ToString::to_string).collect(),
             findings,
             warnings: dataset.warnings.clone(),
         }

@@ -167,12 +167,13 @@
       const name = series.name ?? ofRole;
       if (style.line && series.y.length === 1) Object.assign(style, dots(style.line.color, 6));
       const isTimed = figure.abscissa === "east_m" && series.role === "estimate" && series.time;
-      if (isTimed) {
+      const shade = series.shade ?? (isTimed && { values: series.time, label: "s" });
+      if (shade) {
         style.mode = "lines+markers";
         style.line = { ...style.line, width: 1 };
         style.marker = {
-          size: 4, color: series.time, colorscale: "Viridis",
-          colorbar: { title: { text: "s", side: "top" }, thickness: 10, len: 0.6, x: 1.01, tickfont: { size: 11 } },
+          size: 4, color: shade.values, colorscale: "Viridis",
+          colorbar: { title: { text: shade.label, side: "top" }, thickness: 10, len: 0.6, x: 1.01, tickfont: { size: 11 } },
         };
       }
       const half = series.band?.around;
@@ -291,8 +292,17 @@
     responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
     modeBarButtonsToRemove: ["lasso2d", "select2d", "zoomIn2d", "zoomOut2d"],
   };
-  let range = whole;
+  let range = whole, isFitted = false;
   const views = new Map();
+
+  // The vertical ranges of a figure over a span: those of all its points in it, and over the whole time the initial ones.
+  const fitted = ({ rows }, [from, to]) => Object.fromEntries(rows.map((row, index) => {
+    const isIn = (x) => isNumber(x) && x >= from && x <= to;
+    const lists = row.series.flatMap((series) => limits(series).map((list) => list.filter((_, i) => isIn(series.x[i]))));
+    const isWhole = (from <= whole[0] && to >= whole[1]) || !lists.flat().some(isNumber);
+    const shown = isWhole ? firstView(row).shown : extent(lists, row);
+    return [`yaxis${index ? index + 1 : ""}.range`, row.reversed ? shown.reverse() : shown];
+  }));
 
   const show = async (view) => {
     const { element, figure } = view;
@@ -314,7 +324,7 @@
     }
     if (isTime && view.range !== range) {
       view.range = range;
-      await Plotly.relayout(element, { "xaxis.range": [...range] });
+      await Plotly.relayout(element, { "xaxis.range": [...range], ...(isFitted ? fitted(figure, range) : {}) });
     }
   };
 
@@ -324,6 +334,7 @@
     const [from, to] = isReset ? whole : event["xaxis.range"] ?? [event["xaxis.range[0]"], event["xaxis.range[1]"]];
     if (from === undefined || (!isReset && from === range[0] && to === range[1])) return;
     range = [from, to];
+    isFitted = isReset;
     if (!isReset) view.range = range;
     for (const other of views.values()) if (other.inView) show(other);
   };
@@ -341,9 +352,10 @@
     views.set(element, { element, figure: byAnchor.get(element.dataset.figure), drawn: false, inView: false });
     watcher.observe(element);
   }
-  // Moves to a span, with a margin before and after it.
+  // Moves to a span, and fits the vertical axes to it.
   const moveTo = (next) => {
     range = next;
+    isFitted = true;
     for (const view of views.values()) if (view.inView) show(view);
   };
   const showSpan = ([from, to]) => {

@@ -2,7 +2,7 @@
 
 use hovernav_sim::campaign::{
     Campaign, CampaignResult, HoverBounds, Measure, Outcome, PERCENTILES, SensorGrade, UNCERTAIN,
-    count, failures,
+    count, failures, seeds_of,
 };
 
 use crate::{
@@ -21,6 +21,7 @@ pub struct CampaignPage<'a> {
     headlines: [Fact; 3],
     facts: Vec<Fact>,
     warnings: Vec<String>,
+    again: Option<&'a str>,
 }
 
 impl<'a> CampaignPage<'a> {
@@ -37,13 +38,26 @@ impl<'a> CampaignPage<'a> {
         if results.len() < 100 {
             warnings.push("fewer than 100 flights: the outer percentiles are unreliable".into());
         }
-        Self { campaign, results, headlines, facts: facts(campaign, results), warnings }
+        Self {
+            campaign,
+            results,
+            headlines,
+            facts: facts(campaign, results),
+            warnings,
+            again: None,
+        }
+    }
+
+    /// Adds the command that flies one flight again, if a seed is appended to it.
+    #[must_use]
+    pub fn flown_again_by(self, again: &'a str) -> Self {
+        Self { again: Some(again), ..self }
     }
 
     /// The page itself.
     #[must_use]
     pub fn page(&self) -> Page<'_> {
-        let Self { campaign, results, .. } = *self;
+        let Self { campaign, results, again, .. } = *self;
         Page {
             verdict: Some(verdict(campaign, results)),
             headlines: &self.headlines,
@@ -52,7 +66,7 @@ impl<'a> CampaignPage<'a> {
             table: Some(percentiles(results)),
             sections: [outcomes(results)]
                 .into_iter()
-                .chain(crashes(results))
+                .chain(failed(results, again))
                 .chain([distributions(results), causes(campaign, results)])
                 .collect(),
             ..Page::titled("Campaign")
@@ -140,7 +154,7 @@ fn verdict(campaign: &Campaign, results: &[CampaignResult]) -> Verdict {
         turned_rad.to_degrees(),
         campaign.judged_from_s
     );
-    Verdict { level, words, points: vec![bounds] }
+    Verdict { level, words, reasons: vec![bounds] }
 }
 
 fn percentiles(results: &[CampaignResult]) -> Table {
@@ -218,18 +232,53 @@ fn outcomes(results: &[CampaignResult]) -> Section {
     })
 }
 
-/// The crashed flights with their causes; `None` without a crash.
-fn crashes(results: &[CampaignResult]) -> Option<Section> {
-    let rows: Vec<TableRow> = results
-        .iter()
-        .filter_map(|own| Some(TableRow::new(own.draw.seed.to_string(), vec![own.cause()?])))
-        .take(LISTED)
-        .collect();
-    let explanation = "The last event before each crash. Seed by seed in results.csv; --record SEED writes the record \
-                       and page of a flight.";
-    let heads = ["Seed", "Crash"].map(Into::into).into();
-    let table = Table { caption: format!("The first {LISTED} crashes"), heads, rows };
-    (!table.rows.is_empty()).then(|| Section::new("crashes", "Crashes", explanation).with(table))
+/// The first [`LISTED`] of `seeds`, and the number of the others.
+#[must_use]
+pub fn listed(seeds: &[u64]) -> String {
+    let shown: Vec<String> = seeds.iter().take(LISTED).map(ToString::to_string).collect();
+    match seeds.len().saturating_sub(LISTED) {
+        0 => shown.join(", "),
+        further => format!("{} and {further} more", shown.join(", ")),
+    }
+}
+
+/// The crashed flights with their causes, the seeds of the others that failed, and the command `again` that flies one
+/// again; `None` without a failed flight.
+fn failed(results: &[CampaignResult], again: Option<&str>) -> Option<Section> {
+    let first = results.iter().find(|one| one.outcome != Outcome::Hovered)?.draw.seed;
+    let crashed = results.iter().filter_map(|own| Some((own.draw.seed, own.cause()?)));
+    let row = |(seed, cause): (u64, String)| {
+        let again = again.map(|again| format!("{again} {seed}"));
+        TableRow::new(seed.to_string(), [Some(cause), again].into_iter().flatten().collect())
+    };
+    let rows: Vec<TableRow> = crashed.take(LISTED).map(row).collect();
+    let others = [Outcome::Degraded, Outcome::NotEngaged].map(|outcome| {
+        let seeds = seeds_of(results, outcome);
+        let name = outcome.name().replace('_', " ");
+        (!seeds.is_empty()).then(|| TableRow::new(name, vec![listed(&seeds)]))
+    });
+    let others: Vec<TableRow> = others.into_iter().flatten().collect();
+    let again = again.map_or_else(String::new, |again| {
+        format!(" This command flies one of them again, with record and page: {again} {first}")
+    });
+    let explanation = format!(
+        "Flights that did not hover at the end: crashes with the last event before each, and the seeds of the others. \
+         Seed by seed in results.csv.{again}"
+    );
+    let heads = ["Seed", "Crash", "Flies it again"];
+    let heads = &heads[..rows.first().map_or(0, |row| 1 + row.numbers.len())];
+    let crashes = Table {
+        caption: format!("The first {LISTED} crashes"),
+        heads: heads.iter().map(|head| (*head).into()).collect(),
+        rows,
+    };
+    let others = Table {
+        caption: "Others that failed".into(),
+        heads: ["", "Seeds"].map(Into::into).into(),
+        rows: others,
+    };
+    let tables = [crashes, others].into_iter().filter(|table| !table.rows.is_empty());
+    Some(tables.fold(Section::new("crashes", "Failed flights", explanation), Section::with))
 }
 
 fn distributions(results: &[CampaignResult]) -> Section {

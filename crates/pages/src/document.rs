@@ -12,7 +12,8 @@ use crate::html::{Escaped, fill};
 use crate::section::Section;
 use crate::series::MOST_POINTS;
 use crate::table::Table;
-use crate::verdict::Verdict;
+use crate::verdict;
+use hovernav_log::Verdict;
 
 const TEMPLATE: &str = include_str!("../assets/page.html");
 const STYLE: &str = include_str!("../assets/style.css");
@@ -38,6 +39,20 @@ pub struct Page<'a> {
     pub sections: Vec<Section>,
     /// The time axis of the figures. Without it, the page must not contain figures against time.
     pub time: Option<TimeAxis>,
+}
+
+/// Clock values, s, from which on a log is shown relative to its first whole second.
+pub(crate) const FAR_S: f64 = 1e6;
+
+/// The zero of a time axis whose first moment is `start_s`, s: that of the log's clock, or of a far clock its first
+/// whole second.
+pub(crate) fn first_second(start_s: f64) -> f64 {
+    if start_s.abs() >= FAR_S { start_s.floor() } else { 0.0 }
+}
+
+/// The label of a time axis with a zero of [`first_second`].
+pub(crate) fn time_label(zero_s: f64) -> String {
+    if zero_s == 0.0 { "Time, s".into() } else { format!("Time after {zero_s:.0} s, s") }
 }
 
 /// The common axis of all figures against time.
@@ -140,7 +155,9 @@ impl<'a> Page<'a> {
             "title" => write!(out, "{}", Escaped(self.title)),
             "style" => out.write_all(STYLE.as_bytes()),
             "links" => self.links(out),
-            "verdict" => self.verdict.iter().try_for_each(|verdict| verdict.write_to(out)),
+            "verdict" => self.verdict.iter().try_for_each(|verdict| {
+                verdict::write(verdict, out, |reason, out| self.warning(reason, out))
+            }),
             "headlines" => self.headlines(out),
             "warnings" => self.warnings(out),
             "facts" => self.facts(out),
@@ -180,7 +197,7 @@ impl<'a> Page<'a> {
         }
         // Warnings in the verdict are not repeated.
         let said = |warning: &String| {
-            self.verdict.as_ref().is_some_and(|verdict| verdict.points.contains(warning))
+            self.verdict.as_ref().is_some_and(|verdict| verdict.reasons.contains(warning))
         };
         let warnings: Vec<&String> = self.warnings.iter().filter(|one| !said(one)).collect();
         let heading = match warnings.len() {
@@ -204,6 +221,7 @@ impl<'a> Page<'a> {
         write!(out, "</div>")
     }
 
+    /// A list item, with a button that shows its span in the figures.
     fn warning(&self, warning: &str, out: &mut impl Write) -> io::Result<()> {
         write!(out, "<li>{}", Escaped(warning))?;
         let marks = self.time.iter().flat_map(|time| &time.marks);

@@ -157,7 +157,7 @@ impl<'a> FleetPage<'a> {
             Level::Good => format!("All {logs} logs are good."),
             _ => format!("{} of {logs} logs need a look.", logs - good),
         };
-        Verdict { level, words, points: Vec::new() }
+        Verdict { level, words, reasons: Vec::new() }
     }
 
     fn worst(&self) -> Section {

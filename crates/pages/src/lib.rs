@@ -31,10 +31,11 @@ mod table;
 mod tests;
 mod verdict;
 
+pub use hovernav_log::{Level, Verdict};
+
 pub use document::{Mark, Page, PageError, TimeAxis};
 pub use fact::{Fact, digits};
 pub use figure::{Abscissa, Axis, Figure, Row};
 pub use section::Section;
 pub use series::{Role, Series};
 pub use table::{Table, TableRow};
-pub use verdict::{Level, Verdict};

@@ -121,6 +121,18 @@ pub struct Series {
     pub band: Option<Band>,
     /// Time of each point, if the abscissa is not time.
     pub time: Option<Numbers>,
+    /// The colour of each point, if it is not that of the role.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shade: Option<Shade>,
+}
+
+/// A quantity that colours the points of a series.
+#[derive(Debug, Serialize)]
+pub struct Shade {
+    /// The quantity at each point.
+    pub values: Numbers,
+    /// Its unit.
+    pub label: &'static str,
 }
 
 impl Series {
@@ -150,6 +162,22 @@ impl Series {
         let picked = line_indices(time, &[north, east]);
         Self {
             time: Some(gather(time, &picked)),
+            ..Self::new(role, gather(east, &picked), gather(north, &picked))
+        }
+    }
+
+    /// A ground track whose colour is `shade`, in the unit `label`.
+    pub fn shaded_track(
+        role: Role,
+        time: &[f64],
+        [north, east]: [&[f64]; 2],
+        shade: &[f64],
+        label: &'static str,
+    ) -> Self {
+        let picked = line_indices(time, &[north, east, shade]);
+        Self {
+            time: Some(gather(time, &picked)),
+            shade: Some(Shade { values: gather(shade, &picked), label }),
             ..Self::new(role, gather(east, &picked), gather(north, &picked))
         }
     }
@@ -210,7 +238,7 @@ impl Series {
     }
 
     fn new(role: Role, x: Numbers, y: Numbers) -> Self {
-        Self { role, name: None, x, y, band: None, time: None }
+        Self { role, name: None, x, y, band: None, time: None, shade: None }
     }
 }
 

@@ -3,7 +3,8 @@
 use std::io::{self, Write};
 
 use crate::html::Escaped;
-use crate::verdict::Level;
+use crate::verdict::sign;
+use hovernav_log::Level;
 
 /// A table of numbers with a row of heads. The first head is above the names.
 pub struct Table {
@@ -36,7 +37,7 @@ impl Table {
         for TableRow { name, numbers, judged } in rows {
             match judged {
                 Some(level) => {
-                    let (class, sign) = (level.class(), level.sign());
+                    let (class, sign) = (level.name(), sign(*level));
                     write!(out, "<tr class=\"{class}\"><th scope=\"row\">{sign} ")?;
                 }
                 None => write!(out, "<tr><th scope=\"row\">")?,

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hovernav::ekf::{Notice, Verdict};
+use hovernav::ekf::{Notice, Solution, Verdict as Judged};
 use hovernav::ins::HeadingSource;
 use hovernav_log::{
-    AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics, UnusedReadings,
-    sentences,
+    Apart, AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics,
+    UnusedReadings, Verdict, innovations, sentences, set_harms,
 };
 use serde::Serialize;
 
@@ -66,6 +66,9 @@ pub struct RunSummary {
     pub outage_drift_m: Option<Statistics>,
     /// Choices and assumptions while reading the log, one sentence each.
     pub notes: Vec<String>,
+    /// The verdict on the solution; `None` until [`conclude`](Self::conclude).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Points to check, one sentence each.
     pub warnings: Vec<String>,
     /// Events with their time span and a sentence; the warnings are among them.
@@ -132,7 +135,7 @@ pub struct OutageDrift {
 }
 
 impl RunSummary {
-    /// The summary of a run over `dataset`, without scores and wall time, which are added later.
+    /// The summary of a run over `dataset`, without findings, scores, verdict and wall time, which are added later.
     pub fn new(input: &Path, dataset: &Dataset, run: &Run, smoothed: bool) -> Self {
         let mut summary = Self {
             tool: "hovernav",
@@ -157,13 +160,13 @@ impl RunSummary {
             error_over_sigma: None,
             outages: Vec::new(),
             outage_drift_m: None,
+            verdict: None,
             notes: dataset.notes.clone(),
             warnings: dataset.warnings.clone(),
-            findings: dataset.findings(run),
+            findings: Vec::new(),
             aids_unusable: run.unusable,
             aids_left_out: run.skipped,
         };
-        summary.warnings.extend(sentences(&summary.findings));
         if run.solutions_thinned > 0 {
             let (kept, all) = (run.solutions.len(), run.solutions.len() + run.solutions_thinned);
             summary.notes.push(format!(
@@ -222,7 +225,7 @@ impl RunSummary {
 
     /// Records the axes on which the filter was reset to the measurement.
     fn add_reopened(&mut self, report: &hovernav::ekf::Report) {
-        let reopened = report.innovations().filter(|axis| axis.verdict == Verdict::Reopened);
+        let reopened = report.innovations().filter(|axis| axis.verdict == Judged::Reopened);
         self.reopened.extend(reopened.map(|axis| Reopened {
             time_s: axis.time.seconds(),
             channel: axis.channel.name(),
@@ -230,11 +233,24 @@ impl RunSummary {
         }));
     }
 
-    /// Adds findings from outside the run.
-    pub fn add_findings(&mut self, findings: Vec<Finding>) {
+    /// Sets the findings, and adds those of the contradictions by an independent solution, which is `apart` from the
+    /// `solutions` of the run. Each gets its harm.
+    pub fn set_findings(
+        &mut self,
+        mut findings: Vec<Finding>,
+        solutions: &[Solution],
+        apart: Option<&Apart>,
+    ) {
+        findings.extend(apart.map(Apart::contradictions).unwrap_or_default());
+        set_harms(&mut findings, solutions, apart);
+        findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         self.warnings.extend(sentences(&findings));
-        self.findings.extend(findings);
-        self.findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        self.findings = findings;
+    }
+
+    /// Sets the verdict by the findings, the warnings and the innovations of `run`; called last.
+    pub fn conclude(&mut self, run: &Run) {
+        self.verdict = Some(Verdict::of_run(&self.findings, &self.warnings, &innovations(run)));
     }
 
     /// Adds the scores against a reference and the drift in each outage.

@@ -23,4 +23,5 @@ mod ros2;
 mod ros2_reference;
 mod setup_suspect;
 mod ulog_marks;
+mod verdict;
 mod wide;

@@ -92,6 +92,8 @@ pub enum FindingKind {
     /// Readings that could not be compared: not finite, too old, ahead of the inertial samples, or a magnetic field
     /// without a horizontal part.
     Unusable,
+    /// The reference or the onboard estimator contradicts the solution.
+    Contradicted,
     /// The fixes are inconsistent with the smoothed path, which the filter's own solution replaces.
     SmoothingDenied,
     // Keep this one last: the length of `ALL` depends on it.
@@ -142,6 +144,7 @@ impl FindingKind {
         Self::WrongBaseline,
         Self::Reversed,
         Self::Unusable,
+        Self::Contradicted,
         Self::SmoothingDenied,
         Self::SetUp,
     ];
@@ -242,6 +245,7 @@ impl FindingKind {
             Self::WrongBaseline => "wrong baseline",
             Self::Reversed => "reversed",
             Self::Unusable => "unusable",
+            Self::Contradicted => "solution contradicted",
             Self::SmoothingDenied => "smoothing denied",
             Self::SetUp => "set-up",
         }

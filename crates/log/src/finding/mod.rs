@@ -1,14 +1,17 @@
 //! Findings: what happened, to which sensor, when, how much and why.
 
+mod harm;
 mod kind;
 mod sensor;
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
 
 use hovernav::ekf::Aid;
 use serde::Serialize;
 
+pub use harm::Harm;
 pub use kind::FindingKind;
 pub use sensor::Sensor;
 
@@ -20,7 +23,7 @@ pub enum Severity {
     Info,
     /// The solution is worse, or may be.
     Warning,
-    /// The log cannot be estimated as it is.
+    /// The log cannot be estimated as it is, or it contradicts the solution.
     Error,
 }
 
@@ -39,6 +42,9 @@ pub struct Finding {
     pub severity: Severity,
     /// Number of samples or fixes concerned.
     pub count: usize,
+    /// Harm to the solution; `None` until the run is judged, and without a solution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub harm: Option<Harm>,
     /// One sentence with sensor, time, size and cause.
     pub words: String,
 }
@@ -48,6 +54,17 @@ impl Finding {
     #[must_use]
     pub fn is_warning(&self) -> bool {
         self.severity >= Severity::Warning
+    }
+
+    /// Order of importance, the most important first: by severity, then by harm. Of equal harm, the shorter span comes
+    /// first, which states the time best; without a harm, the longer one.
+    #[must_use]
+    pub fn by_harm(&self, other: &Self) -> Ordering {
+        let size = |finding: &Self| finding.harm.map_or(-1.0, |harm| harm.size());
+        let length_s = |finding: &Self| finding.end_s - finding.start_s;
+        let by_length = length_s(self).total_cmp(&length_s(other));
+        let by_length = if self.harm.is_some() { by_length } else { by_length.reverse() };
+        other.severity.cmp(&self.severity).then(size(other).total_cmp(&size(self))).then(by_length)
     }
 }
 
@@ -106,6 +123,7 @@ impl SetupFinding {
             } else {
                 Severity::Warning
             },
+            harm: None,
             count: 1,
             words: self.to_string(),
         }
@@ -115,8 +133,8 @@ impl SetupFinding {
 /// Number of sentences of one kind; further findings are only counted.
 const LISTED: usize = 3;
 
-/// The warnings among `findings` as sentences, in order of time. Of each sensor and kind the three longest appear, with
-/// the number of the others.
+/// The warnings among `findings` as sentences, in order of time. Of each sensor and kind the three most harmful appear,
+/// with the number of the others.
 #[must_use]
 pub fn sentences(findings: &[Finding]) -> Vec<String> {
     // Ordered by name, so that findings with the same start are in alphabetical order.
@@ -126,8 +144,7 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
     }
     let mut told: Vec<(f64, String)> = Vec::new();
     for mut of_kind in kinds.into_values() {
-        let length = |finding: &Finding| finding.end_s - finding.start_s;
-        of_kind.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        of_kind.sort_by(|a, b| a.by_harm(b));
         let others = of_kind.split_off(of_kind.len().min(LISTED));
         told.extend(of_kind.iter().map(|finding| (finding.start_s, finding.words.clone())));
         if let [first, ..] = &others[..] {
@@ -156,6 +173,7 @@ mod tests {
             sensor: Sensor::Gps,
             kind: FindingKind::Outage,
             severity,
+            harm: None,
             count: 1,
             words: format!("outage at {start_s}"),
         };

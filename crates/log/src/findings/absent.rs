@@ -141,6 +141,7 @@ fn of_aid(
             sensor,
             kind: FindingKind::ReadingsAbsent,
             severity: if out_of_reach { Severity::Info } else { Severity::Warning },
+            harm: None,
             count: 1,
             words: format!(
                 "{sensor}: no {what} from {from_s:.1} to {to_s:.1} s, for {:.1} s{usual}: {cause}; {cost} meanwhile",

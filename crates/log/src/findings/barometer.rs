@@ -34,6 +34,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Barometer,
             kind: FindingKind::Frozen,
             severity: Severity::Warning,
+            harm: None,
             count: last - first,
             words: format!(
                 "barometer frozen {}: {} readings repeat {:.1} m to the last digit while the height changed by \

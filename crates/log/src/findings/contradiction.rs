@@ -22,6 +22,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::ContradictsItself,
         severity: Severity::Warning,
+        harm: None,
         count: span.count,
         words: format!(
             "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \

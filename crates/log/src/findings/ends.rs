@@ -109,6 +109,7 @@ impl Ends {
                     sensor: Sensor::InertialUnit,
                     kind: FindingKind::Clipping,
                     severity: Severity::Warning,
+                    harm: None,
                     count,
                     words: format!(
                         "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",

@@ -33,6 +33,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Gps,
             kind: FindingKind::FrozenFix,
             severity: Severity::Warning,
+            harm: None,
             count: last - first,
             words: format!(
                 "gps frozen {}: {} fixes repeat the previous one to the last digit: the receiver was not measuring, or \
@@ -60,6 +61,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Gps,
             kind: FindingKind::HeightHeld,
             severity: if is_known { Severity::Info } else { Severity::Warning },
+            harm: None,
             count,
             words: match is_known {
                 true => format!(
@@ -93,6 +95,7 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 sensor: Sensor::Gps,
                 kind: FindingKind::Outage,
                 severity: Severity::Warning,
+                harm: None,
                 count: 1,
                 words: format!(
                     "gps outage from {before_s:.1} to {time_s:.1} s: no fix for {length_s:.1} s{end}, \
@@ -118,6 +121,7 @@ fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Gps,
             kind: FindingKind::FixesTooEarly,
             severity: Severity::Info,
+            harm: None,
             count: early,
             words: format!("{early} fixes before the first inertial sample have no effect"),
         });
@@ -165,6 +169,7 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::VelocityAbsent,
         severity,
+        harm: None,
         count: without,
         words,
     });

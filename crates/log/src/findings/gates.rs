@@ -193,6 +193,7 @@ fn refusal(
             sensor: first.sensor,
             kind: FindingKind::TakenAnew,
             severity: Severity::Info,
+            harm: None,
             count: 1,
             words: format!(
                 "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
@@ -228,6 +229,7 @@ fn refusal(
         } else {
             Severity::Info
         },
+        harm: None,
         count: span.count,
         words: format!(
             "{} rejected {}, off the filter's prediction in {}: {why}{response}",

@@ -27,6 +27,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Rangefinder,
             kind: FindingKind::StepOfGround,
             severity: Severity::Info,
+            harm: None,
             count: span.count,
             words: format!(
                 "rangefinder: the distance jumped by up to {largest_m:.1} m {} in {} readings: rejected, and a \

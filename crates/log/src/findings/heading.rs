@@ -75,6 +75,7 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
             sensor: Sensor::Magnetometer,
             kind: FindingKind::MagneticDisturbance,
             severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
+            harm: None,
             count: 1,
             words: format!(
                 "magnetometer disturbed {}: the field changed by {:.0} % of its strength, in size, dip or direction, \
@@ -106,6 +107,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     kind: FindingKind::HeadingFound,
                     // In flight the heading was lost; at the start it was only unknown.
                     severity: if start.is_some() { Severity::Info } else { Severity::Warning },
+                    harm: None,
                     count: 1,
                     words: format!(
                         "heading unknown {}, then found in motion with a one-sigma of {:.1}°",
@@ -120,6 +122,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 sensor: Sensor::Filter,
                 kind: FindingKind::HeadingReset,
                 severity: Severity::Warning,
+                harm: None,
                 count: 1,
                 words: format!(
                     "the heading was inconsistent with GPS at {:.1} s: the filter turned it by {:.0}°, one-sigma now \
@@ -142,6 +145,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Filter,
         kind: FindingKind::HeadingUnknown,
         severity: Severity::Warning,
+        harm: None,
         count: 1,
         words: format!(
             "the heading was not found {}: too little horizontal acceleration, and no attitude or magnetometer",
@@ -164,6 +168,7 @@ fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Filter,
             kind: FindingKind::HeadingInDoubt,
             severity: if span.largest > SUSPECT_RAD { Severity::Warning } else { Severity::Info },
+            harm: None,
             count: span.count,
             words: format!(
                 "the heading was up to {:.0}° off {} according to GPS{times}: an error of the attitude, magnetometer \
@@ -234,6 +239,7 @@ impl FieldStrength {
                 sensor: Sensor::Magnetometer,
                 kind: FindingKind::MagneticDisturbance,
                 severity: Severity::Warning,
+                harm: None,
                 count: span.count,
                 words: format!(
                     "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \

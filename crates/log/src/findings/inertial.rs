@@ -134,6 +134,7 @@ impl Inertial {
                 sensor: Sensor::InertialUnit,
                 kind: FindingKind::SamplesLost,
                 severity: Severity::Warning,
+                harm: None,
                 count: missing as usize,
                 words: format!(
                     "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as on a link that \
@@ -169,6 +170,7 @@ impl Inertial {
                 sensor: Sensor::InertialUnit,
                 kind: FindingKind::StuckAxis,
                 severity: Severity::Warning,
+                harm: None,
                 count: last.last - first.first,
                 words: format!(
                     "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), unlike the \
@@ -189,6 +191,7 @@ impl Inertial {
                 sensor: Sensor::InertialUnit,
                 kind: FindingKind::Shock,
                 severity: Severity::Warning,
+                harm: None,
                 count: *count,
                 words: format!(
                     "inertial unit: shock far beyond its usual vibration {}, up to {largest:.0} m/s²: an impact or a \
@@ -214,6 +217,7 @@ impl Inertial {
             sensor: Sensor::InertialUnit,
             kind: FindingKind::Vibration,
             severity,
+            harm: None,
             count: self.count,
             words: format!(
                 "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples); the part too fast for \
@@ -275,6 +279,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     sensor: Sensor::Filter,
                     kind: FindingKind::Reset,
                     severity: Severity::Warning,
+                    harm: None,
                     count: 1,
                     words: format!("filter reset at {time_s:.1} s: {why}"),
                 });
@@ -300,6 +305,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::InertialUnit,
             kind: FindingKind::Gap,
             severity: Severity::Warning,
+            harm: None,
             count: 1,
             words: format!(
                 "inertial unit: gap of {length_s:.2} s in the samples from {start_s:.2} to {end_s:.2} s, \
@@ -331,6 +337,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 sensor: Sensor::InertialUnit,
                 kind,
                 severity: Severity::Warning,
+                harm: None,
                 count,
                 words: format!(
                     "inertial unit {}: {what}; {count} samples were ignored",

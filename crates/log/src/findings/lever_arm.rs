@@ -24,6 +24,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::LeverArm,
         severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
+        harm: None,
         count: 1,
         words,
     });

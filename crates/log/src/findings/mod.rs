@@ -27,7 +27,7 @@ use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
 
 use crate::dataset::Dataset;
-use crate::finding::Finding;
+use crate::finding::{Finding, SetupFinding};
 use crate::plausibility::{SetupLook, alternative};
 use crate::rates::with_rates;
 use crate::replay::Run;
@@ -46,6 +46,16 @@ impl Dataset {
     /// If the fixes are inconsistent with the run, a part of it is run again with other set-ups: see [`alternative`].
     #[must_use]
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
+        let (mut findings, setup) = self.events_and_setup(run);
+        let setup = setup.into_iter().chain(alternative(self, &run.config, run));
+        let (start_s, end_s) = Judged { dataset: self, run }.span_s().unwrap_or_default();
+        findings.extend(setup.map(|found| found.finding(start_s, end_s)));
+        findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        findings
+    }
+
+    /// Events in a `run` over this log, in order of time, and the errors of the set-up that need no further run.
+    pub(crate) fn events_and_setup(&self, run: &Run) -> (Vec<Finding>, Vec<SetupFinding>) {
         let log = Judged { dataset: self, run };
         let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);
         let mut findings = Vec::new();
@@ -65,11 +75,8 @@ impl Dataset {
         contradiction::find(&log, &mut findings);
         walk::find(&log, &mut findings);
         wheels::find(&log, &mut findings);
-        let setup = setup.check(self).into_iter().chain(alternative(self, &run.config, run));
-        let (start_s, end_s) = log.span_s().unwrap_or_default();
-        findings.extend(setup.map(|found| found.finding(start_s, end_s)));
         findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-        findings
+        (findings, setup.check(self))
     }
 }
 

@@ -78,6 +78,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 sensor: Sensor::InertialUnit,
                 kind: FindingKind::BiasStep,
                 severity: Severity::Warning,
+                harm: None,
                 count: 1,
                 words: format!(
                     "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \

@@ -232,6 +232,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::InertialUnit,
             kind: FindingKind::BiasStep,
             severity: Severity::Warning,
+            harm: None,
             count: 1,
             words: format!(
                 "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
@@ -301,6 +302,7 @@ fn step(
             sensor: Sensor::InertialUnit,
             kind: FindingKind::BiasStep,
             severity: Severity::Warning,
+            harm: None,
             count: 1,
             words: format!(
                 "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \

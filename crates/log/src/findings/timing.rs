@@ -76,6 +76,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
             sensor: Sensor::InertialUnit,
             kind: FindingKind::ClockRate,
             severity: Severity::Warning,
+            harm: None,
             count: 1,
             words: format!(
                 "inertial unit: its clock runs {percent:.2} % {fast} against the clock of the fixes, by their \
@@ -139,6 +140,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
         sensor: Sensor::Gps,
         kind: FindingKind::TimeOffset,
         severity: if is_off { Severity::Warning } else { Severity::Info },
+        harm: None,
         count: 1,
         words: format!("gps time offset: {what}"),
     });
@@ -254,12 +256,17 @@ impl MeasuredVelocity {
     /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
     /// together by the angle that fits best.
     fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
+        // Successive changes share two of their three times.
+        let mut last = [(f64::NAN, None); 3];
         let pairs: Vec<_> = told
             .iter()
             .filter_map(|change| {
-                let measured =
-                    self.change(change.times_s.map(|time_s| time_s - delay_s(time_s)))?;
-                Some((measured, change.north_east_mps))
+                last = change.times_s.map(|time_s| {
+                    let known = last.iter().find(|(last_s, _)| *last_s == time_s);
+                    known.copied().unwrap_or_else(|| (time_s, self.at(time_s - delay_s(time_s))))
+                });
+                let [start, middle, end] = last.map(|(_, moment)| moment);
+                Some((Self::change([start?, middle?, end?])?, change.north_east_mps))
             })
             .collect();
         if pairs.len() < LEAST_CHANGES {
@@ -284,10 +291,9 @@ impl MeasuredVelocity {
         moves.then(|| (along.powi(2) + across.powi(2)) / (squares[0] * squares[1]))
     }
 
-    fn change(&self, times_s: [f64; 3]) -> Option<[f64; 2]> {
-        let [start, middle, end] = times_s.map(|time_s| self.at(time_s));
-        let (start, middle, end) = (start?, middle?, end?);
-        let velocities = [start, middle, end].map(|moment| moment.north_east_mps);
+    fn change(moments: [Moment; 3]) -> Option<[f64; 2]> {
+        let [start, _, end] = moments;
+        let velocities = moments.map(|moment| moment.north_east_mps);
         (start.gaps == end.gaps).then(|| second_difference(velocities))
     }
 

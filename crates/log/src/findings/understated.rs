@@ -25,6 +25,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Gps,
             kind: FindingKind::Understated,
             severity: Severity::Warning,
+            harm: None,
             count,
             words: format!(
                 "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \

@@ -98,6 +98,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     sensor,
                     kind: kind(reason),
                     severity: Severity::Warning,
+                    harm: None,
                     count: span.count,
                     words: format!(
                         "{sensor}: {} {aid} readings not used {}: {}",

@@ -24,6 +24,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         sensor: Sensor::Gps,
         kind: FindingKind::PlaceWalks,
         severity: Severity::Warning,
+        harm: None,
         count: span.count,
         words: format!(
             "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \

@@ -21,6 +21,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             sensor: Sensor::Vehicle,
             kind: FindingKind::OnWheels,
             severity: Severity::Info,
+            harm: None,
             count: 1,
             words: format!(
                 "the vehicle rolls on wheels, known from {start_s:.0} s on: without fixes the filter \

@@ -5,7 +5,9 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_formats::Onboard;
 use hovernav_log::statistics::Extremes;
-use hovernav_log::{Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Score};
+use hovernav_log::{
+    Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Score, Verdict,
+};
 
 use crate::Fact;
 
@@ -17,6 +19,8 @@ use crate::Fact;
 pub struct FlightData<'a> {
     /// The heading of the page, plain text.
     pub title: &'a str,
+    /// The verdict on the solution.
+    pub verdict: Option<&'a Verdict>,
     /// The headline numbers.
     pub headlines: &'a [Fact],
     /// Further facts, as a table.

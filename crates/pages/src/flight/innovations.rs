@@ -3,10 +3,10 @@
 use hovernav::ekf::{Channel, Innovation, Verdict};
 use hovernav_formats::Onboard;
 use hovernav_log::consistency::{
-    InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
+    GROUPS, InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
+    of_channels,
 };
 
-use super::consistency;
 use super::motion::Clock;
 use crate::{Figure, Role, Row, Section, Series};
 
@@ -41,62 +41,29 @@ fn labels(channel: Channel) -> (&'static str, &'static str, f64) {
     }
 }
 
-const POSITION: [Channel; 3] =
-    [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown];
-const VELOCITY: [Channel; 3] =
-    [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
-const ATTITUDE: [Channel; 3] = [Channel::Roll, Channel::Pitch, Channel::Yaw];
-const HEIGHT: [Channel; 1] = [Channel::BaroHeight];
-const RANGE: [Channel; 1] = [Channel::Range];
-const BASELINE: [Channel; 1] = [Channel::BaselineHeading];
-const REST: [Channel; 6] = [
-    Channel::RestRateX,
-    Channel::RestRateY,
-    Channel::RestRateZ,
-    Channel::RestVelocityNorth,
-    Channel::RestVelocityEast,
-    Channel::RestVelocityDown,
-];
-const WHEELS: [Channel; 2] = [Channel::WheelsRight, Channel::WheelsDown];
-const GROUPS: [(&str, &[Channel]); 8] = [
-    ("Position", &POSITION),
-    ("Velocity", &VELOCITY),
-    ("Attitude", &ATTITUDE),
-    ("Baro height", &HEIGHT),
-    ("Distance to the ground", &RANGE),
-    ("Heading of two antennas", &BASELINE),
-    ("Rest", &REST),
-    ("Wheels", &WHEELS),
-];
-
-fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
-    innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
-}
-
 /// The innovations of each channel with their 3σ bounds.
 pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock: Clock) -> Section {
-    let channels =
-        [&POSITION[..], &VELOCITY, &ATTITUDE, &HEIGHT, &RANGE, &BASELINE, &REST, &WHEELS].concat();
-    let rows = channels.into_iter().filter_map(|channel| {
-        let own = of_channels(innovations, &[channel]);
-        let (name, unit, scale) = labels(channel);
-        let times: Vec<f64> = own.iter().map(|one| clock.seconds(one.time)).collect();
-        let high: Vec<f64> = own.iter().map(|one| 3.0 * scale * one.sigma).collect();
-        let those = |verdict| {
-            let points = own.iter().filter(move |one| one.verdict == verdict);
-            points.map(move |one| (clock.seconds(one.time), scale * one.innovation))
-        };
-        let theirs = onboard.map_or(&[][..], |onboard| &onboard.innovations);
-        let theirs = theirs.iter().filter(|one| one.channel == channel);
-        let theirs = theirs.map(|one| (clock.seconds(one.time), scale * one.innovation));
-        let row = Row::new(name, unit)
-            .with(Series::points(Role::OnboardInnovation, theirs))
-            .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
-            .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
-            .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
-        let row = if own.is_empty() { row } else { row.with(Series::bound(&times, &high)) };
-        (!row.series.is_empty()).then_some(row)
-    });
+    let rows =
+        GROUPS.iter().flat_map(|(_, channels)| channels.iter().copied()).filter_map(|channel| {
+            let own = of_channels(innovations, &[channel]);
+            let (name, unit, scale) = labels(channel);
+            let times: Vec<f64> = own.iter().map(|one| clock.seconds(one.time)).collect();
+            let high: Vec<f64> = own.iter().map(|one| 3.0 * scale * one.sigma).collect();
+            let those = |verdict| {
+                let points = own.iter().filter(move |one| one.verdict == verdict);
+                points.map(move |one| (clock.seconds(one.time), scale * one.innovation))
+            };
+            let theirs = onboard.map_or(&[][..], |onboard| &onboard.innovations);
+            let theirs = theirs.iter().filter(|one| one.channel == channel);
+            let theirs = theirs.map(|one| (clock.seconds(one.time), scale * one.innovation));
+            let row = Row::new(name, unit)
+                .with(Series::points(Role::OnboardInnovation, theirs))
+                .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
+                .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
+                .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
+            let row = if own.is_empty() { row } else { row.with(Series::bound(&times, &high)) };
+            (!row.series.is_empty()).then_some(row)
+        });
     let has_theirs = onboard.is_some_and(|onboard| !onboard.innovations.is_empty());
     let theirs = if has_theirs {
         " Rings are the innovations of the onboard estimator, which has its own bounds."
@@ -133,15 +100,6 @@ pub fn test(innovations: &[Innovation], clock: Clock) -> Section {
     .with(Figure::against_time(rows))
 }
 
-/// The pooled test of each group of measurements in the log.
-pub fn pooled(innovations: &[Innovation]) -> Vec<(&'static str, PooledInnovations)> {
-    let groups = GROUPS.into_iter().filter_map(|(name, channels)| {
-        let tests = innovation_tests(&of_channels(innovations, channels));
-        Some((name, PooledInnovations::of(&tests)?))
-    });
-    groups.collect()
-}
-
 fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
     let times: Vec<f64> = tests.iter().map(|test| clock.seconds(test.time)).collect();
     let (low, high): (Vec<f64>, Vec<f64>) = tests
@@ -164,7 +122,7 @@ fn test_row(name: &str, tests: &[InnovationTest], clock: Clock) -> Row {
         })
         .collect();
     let pooled = PooledInnovations::of(tests);
-    let judged = pooled.as_ref().map(consistency::in_words);
+    let judged = pooled.as_ref().map(PooledInnovations::judged);
     let note = pooled.zip(judged).map(
         |(PooledInnovations { mean, interval: (low, high), share_inside }, (_, words))| {
             format!(

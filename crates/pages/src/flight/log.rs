@@ -2,21 +2,13 @@
 
 use hovernav::ekf::Innovation;
 use hovernav::time::Time;
-use hovernav_formats::{Estimated, Judged, Log, RunSummary, innovations};
-use hovernav_log::{LogError, Outage, ReferenceMoment, Run};
+use hovernav_formats::{Estimated, Judged, Log};
+use hovernav_log::{LogError, Outage, ReferenceMoment, innovations};
 
 use super::data::{FlightData, reference_moments, sticks};
 use super::facts::{facts, headlines};
-use super::innovations::pooled;
 use super::sections::page;
-use super::verdict::of_run;
-use crate::{Fact, Page, Verdict};
-
-/// The verdict on a run, as its page states it: the worst of its findings and of its consistency.
-#[must_use]
-pub fn verdict(summary: &RunSummary, run: &Run) -> Verdict {
-    of_run(&summary.findings, &summary.warnings, &pooled(&innovations(run)))
-}
+use crate::{Fact, Page};
 
 /// The page of an estimated log: what [`Log::estimate`] and [`Log::judge`] found, with its raw samples.
 pub struct LogPage<'a> {
@@ -63,6 +55,7 @@ impl<'a> LogPage<'a> {
         let summary = &self.judged.summary;
         page(&FlightData {
             title: &dataset.manifest.name,
+            verdict: summary.verdict.as_ref(),
             headlines: &self.headlines,
             facts: &self.facts,
             warnings: &summary.warnings,

@@ -2,7 +2,6 @@
 //!
 //! [`LogPage`] is the page of an estimated log, [`page`] that of any flight in parts.
 
-mod consistency;
 mod data;
 mod errors;
 mod facts;
@@ -15,9 +14,8 @@ mod sensors;
 mod spectrum;
 #[cfg(test)]
 mod tests;
-mod verdict;
 
 pub use data::{FlightData, reference_moments, sticks};
 pub use facts::{facts, headlines};
-pub use log::{LogPage, verdict};
+pub use log::LogPage;
 pub use sections::page;

@@ -10,6 +10,7 @@ use hovernav_formats::Onboard;
 use hovernav_log::{Finding, ReferenceMoment};
 
 use super::data::FlightData;
+use crate::document::{FAR_S, time_label};
 use crate::{Mark, TimeAxis};
 
 /// The time axis of the page, s. A log with large clock values, such as GPS or Unix time, is shown relative to its
@@ -20,12 +21,10 @@ pub struct Clock {
 }
 
 impl Clock {
-    const FAR_S: f64 = 1e6;
-
     pub fn of(flight: &FlightData<'_>) -> Self {
         const SECOND_NS: i64 = 1_000_000_000;
         let start = flight.span().map_or(Time::ZERO, |(start, _)| start);
-        let is_far = start.seconds().abs() >= Self::FAR_S;
+        let is_far = start.seconds().abs() >= FAR_S;
         let whole_s = if is_far { start.nanoseconds().div_euclid(SECOND_NS) } else { 0 };
         Self { zero: Time::from_nanoseconds(whole_s.saturating_mul(SECOND_NS)) }
     }
@@ -35,13 +34,12 @@ impl Clock {
         time - self.zero
     }
 
-    /// The warnings as spans on the page: the longest ones, up to a readable number.
+    /// The warnings as spans on the page: the most harmful ones, up to a readable number.
     fn marks(self, flight: &FlightData<'_>) -> Vec<Mark> {
         const MOST: usize = 60;
         let mut warnings: Vec<&Finding> =
             flight.findings.iter().filter(|finding| finding.is_warning()).collect();
-        let length = |finding: &Finding| finding.end_s - finding.start_s;
-        warnings.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        warnings.sort_by(|a, b| a.by_harm(b));
         warnings.truncate(MOST);
         warnings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         let zero_s = self.zero.seconds();
@@ -55,11 +53,7 @@ impl Clock {
     }
 
     pub fn axis(self, flight: &FlightData<'_>) -> TimeAxis {
-        let label = if self.zero == Time::ZERO {
-            "Time, s".into()
-        } else {
-            format!("Time after {:.0} s, s", self.zero.seconds())
-        };
+        let label = time_label(self.zero.seconds());
         let (start, end) = flight.span().unwrap_or((self.zero, self.zero));
         let outages = flight.outages.iter().filter(|outage| outage.duration_s.is_finite());
         TimeAxis {
@@ -85,6 +79,15 @@ pub fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
         }
     }
     columns
+}
+
+/// The rows of `columns` in which all are known. The messages of an onboard estimator have times of their own, so that
+/// each row has the values of one message alone.
+pub fn known<const N: usize>(columns: [&[f64]; N]) -> [Vec<f64>; N] {
+    let rows = columns.iter().map(|column| column.len()).min().unwrap_or(0);
+    let is_known = |row: &usize| columns.iter().all(|column| column[*row].is_finite());
+    let rows: Vec<usize> = (0..rows).filter(is_known).collect();
+    columns.map(|column| rows.iter().map(|&row| column[row]).collect())
 }
 
 /// The motion from an estimate or a reference, in the page's units; unknown values are NaN.

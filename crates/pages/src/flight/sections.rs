@@ -5,9 +5,9 @@ use hovernav::ekf::Solution;
 use hovernav_log::statistics::quantile;
 
 use super::data::FlightData;
-use super::motion::{Clock, Columns, Fixes, Motion, columns};
+use super::motion::{Clock, Columns, Fixes, Motion, columns, known};
 use super::raw::Raw;
-use super::{errors, innovations, sensors, verdict};
+use super::{errors, innovations, sensors};
 use crate::{Abscissa, Figure, Page, Role, Row, Section, Series};
 
 const NED: [&str; 3] = ["North", "East", "Down"];
@@ -52,7 +52,7 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
     Page {
         title: data.title,
         headlines: data.headlines,
-        verdict: verdict::of(data),
+        verdict: data.verdict.cloned(),
         warnings: data.warnings,
         facts: data.facts,
         table: data.score.map(|score| errors::table(score, clock)),
@@ -89,6 +89,9 @@ impl Sections<'_, '_> {
             let [north, east, _] = &motion.position_m;
             Series::track(role, &motion.time, [north, east])
         };
+        let [onboard_north, onboard_east, _] = &self.onboard.position_m;
+        let [onboard_time, onboard_north, onboard_east] =
+            known([&self.onboard.time, onboard_north, onboard_east]);
         let [north, east, _] = &self.estimate.position_m;
         let end = |values: &[f64]| values.last().copied().unwrap_or(f64::NAN);
         let start = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
@@ -96,7 +99,7 @@ impl Sections<'_, '_> {
         let row =
             dots(Row::new("North", "m"), fix_east, fix_north, &self.fixes.position_rejected[0])
                 .with(track(Role::Reference, &self.reference))
-                .with(track(Role::Onboard, &self.onboard))
+                .with(Series::track(Role::Onboard, &onboard_time, [&onboard_north, &onboard_east]))
                 .with(track(Role::Smoothed, &self.smoothed))
                 .with(track(Role::Estimate, &self.estimate))
                 .with(self.ellipses())
@@ -275,17 +278,21 @@ impl Sections<'_, '_> {
         (0..3).map(move |component| {
             let name = names[component];
             let band = sigma.map(|columns| triple(&columns[component]));
-            let line = |role, motion: &Motion, band: Option<&[f64]>| {
-                let (x, y) = (&motion.time, &quantity(motion)[component]);
+            let drawn = |role, x: &[f64], y: &[f64], band: Option<&[f64]>| {
                 if name == "Yaw" {
                     Series::heading(role, x, y, band)
                 } else {
                     Series::line(role, x, y, band)
                 }
             };
+            let line = |role, motion: &Motion, band: Option<&[f64]>| {
+                drawn(role, &motion.time, &quantity(motion)[component], band)
+            };
+            let [onboard_time, onboard] =
+                known([&self.onboard.time, &quantity(&self.onboard)[component]]);
             Row { limits: (name == "Yaw").then_some([-185.0, 185.0]), ..Row::new(name, unit) }
                 .with(line(Role::Reference, &self.reference, None))
-                .with(line(Role::Onboard, &self.onboard, None))
+                .with(drawn(Role::Onboard, &onboard_time, &onboard, None))
                 .with(line(Role::Smoothed, &self.smoothed, None))
                 .with(line(Role::Estimate, &self.estimate, band.as_deref()))
         })

@@ -30,7 +30,7 @@ pub use flights::CampaignError;
 pub use grade::SensorGrade;
 pub use result::{CampaignResult, Draw, Failure, Outcome};
 pub use table::{
-    Cell, Column, Measure, PERCENTILES, count, failures, percentiles_csv, results_csv,
+    Cell, Column, Measure, PERCENTILES, count, failures, percentiles_csv, results_csv, seeds_of,
 };
 
 use std::ops::Range;

@@ -82,6 +82,13 @@ pub fn count(results: &[CampaignResult], outcome: Outcome, grade: Option<SensorG
     results.iter().filter(is_of).count()
 }
 
+/// The seeds of the flights with an outcome, in the order of `results`.
+#[must_use]
+pub fn seeds_of(results: &[CampaignResult], outcome: Outcome) -> Vec<u64> {
+    let own = results.iter().filter(|result| result.outcome == outcome);
+    own.map(|result| result.draw.seed).collect()
+}
+
 /// Outcomes of the flights with each failure that occurred, in the order of [`Outcome::ALL`].
 #[must_use]
 pub fn failures(results: &[CampaignResult]) -> Vec<(Failure, [usize; Outcome::ALL.len()])> {

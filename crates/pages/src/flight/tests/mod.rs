@@ -2,9 +2,11 @@
 
 mod synthetic;
 
+use hovernav::ekf::Solution;
 use hovernav::frames::Vector;
 use hovernav::time::Time;
-use hovernav_log::Outage;
+use hovernav_formats::{Onboard, OnboardMoment};
+use hovernav_log::{Outage, Verdict};
 
 use self::synthetic::fly;
 use super::data::FlightData;
@@ -38,6 +40,16 @@ fn roles<'d>(data: &'d serde_json::Value, anchor: &str) -> Vec<&'d str> {
     let rows = figure["rows"].as_array().unwrap();
     let series = rows.iter().flat_map(|row| row["series"].as_array().unwrap());
     series.map(|series| series["role"].as_str().unwrap()).collect()
+}
+
+/// The ordinates of each series of a role.
+fn lines_of(data: &serde_json::Value, anchor: &str, role: &str) -> Vec<Vec<serde_json::Value>> {
+    let figures = data["figures"].as_array().unwrap();
+    let figure = figures.iter().find(|figure| figure["anchor"] == anchor).expect(anchor);
+    let rows = figure["rows"].as_array().unwrap();
+    let series = rows.iter().flat_map(|row| row["series"].as_array().unwrap());
+    let of_role = series.filter(|series| series["role"] == role);
+    of_role.map(|series| series["y"].as_array().unwrap().clone()).collect()
 }
 
 const ALWAYS: [&str; 8] =
@@ -113,15 +125,42 @@ fn the_page_loads_nothing_from_elsewhere() {
 }
 
 #[test]
+fn an_onboard_solution_in_messages_of_one_quantity_each_is_drawn_as_lines() {
+    let flight = fly(20.0, 33.0);
+    let moment = |(number, solution): (usize, &Solution)| {
+        let at = OnboardMoment::at(solution.time);
+        if number % 2 == 0 {
+            OnboardMoment { position: Some(solution.position), ..at }
+        } else {
+            OnboardMoment { velocity_mps: Some(solution.velocity_mps), ..at }
+        }
+    };
+    let moments = flight.solutions.iter().enumerate().map(moment).collect();
+    let onboard = Onboard { moments, ..Onboard::default() };
+    let page = written(&FlightData { onboard: Some(&onboard), ..flight.data() });
+    let data = data(&page);
+    for (anchor, rows) in [("map", 1), ("position", 3), ("velocity", 3)] {
+        let lines = lines_of(&data, anchor, "onboard");
+        assert_eq!(lines.len(), rows, "{anchor}");
+        for line in lines {
+            assert!(line.len() > 300 && line.iter().all(|value| value.is_number()), "{anchor}");
+        }
+    }
+}
+
+#[test]
 fn names_and_warnings_cannot_become_markup() {
     let evil = "</script><script>alert('&')</script><img src=x onerror=alert(1)>{{data}}";
     let fact = [Fact::new(evil, evil)];
     let flight = fly(5.0, 10.0);
+    let warnings = [evil.to_owned()];
+    let verdict = Verdict::of_run(&[], &warnings, &[]);
     let shown = FlightData {
         title: evil,
+        verdict: Some(&verdict),
         headlines: &fact,
         facts: &fact,
-        warnings: &[evil.to_owned()],
+        warnings: &warnings,
         ..flight.data()
     };
     let page = written(&shown);
