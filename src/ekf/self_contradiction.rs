@@ -79,15 +79,19 @@ impl Usual {
     }
 
     /// Learns from a change, NED, after `interval_s`; the parts beyond `limits` are unusual.
-    fn learn(&mut self, [north, east, down]: [f64; 3], limits: [f64; 2], interval_s: f64) {
+    fn learn(
+        &mut self,
+        [north, east, down]: [f64; 3],
+        [level, vertical]: [f64; 2],
+        interval_s: f64,
+    ) {
         self.learned_s = (self.learned_s + interval_s as f32).min(USUAL_S);
-        let squares = [square(north) + square(east), square(down)];
-        let axes = [2.0, 1.0];
-        for (axis, mean) in self.mean_squares.iter_mut().enumerate() {
-            let most = square(limits[axis]);
-            let weight = if squares[axis] > most { UNUSUAL } else { 1.0 };
-            let new = (squares[axis].min(most) / axes[axis]) as f32;
-            *mean += weight * (interval_s as f32 / self.learned_s).min(1.0) * (new - *mean);
+        let share = (interval_s as f32 / self.learned_s).min(1.0);
+        let squares = [(square(north) + square(east)) / 2.0, square(down)];
+        let most = [square(level) / 2.0, square(vertical)];
+        for ((mean, new), most) in self.mean_squares.iter_mut().zip(squares).zip(most) {
+            let weight = if new > most { UNUSUAL } else { 1.0 };
+            *mean += weight * share * (new.min(most) as f32 - *mean);
         }
     }
 }
