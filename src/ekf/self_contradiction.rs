@@ -78,20 +78,19 @@ impl Usual {
         [stated[0].min(level), stated[1].min(vertical)]
     }
 
-    /// Learns from a change, NED, after `interval_s`; the parts beyond `limits` are unusual.
+    /// Learns from a change, NED, limited to `limits`, over an interval, s, with a weight.
     fn learn(
         &mut self,
         [north, east, down]: [f64; 3],
         [level, vertical]: [f64; 2],
-        interval_s: f64,
+        (interval_s, weight): (f32, f32),
     ) {
-        self.learned_s = (self.learned_s + interval_s as f32).min(USUAL_S);
-        let share = (interval_s as f32 / self.learned_s).min(1.0);
+        self.learned_s = (self.learned_s + interval_s).min(USUAL_S);
+        let share = weight * (interval_s / self.learned_s).min(1.0);
         let squares = [(square(north) + square(east)) / 2.0, square(down)];
         let most = [square(level) / 2.0, square(vertical)];
         for ((mean, new), most) in self.mean_squares.iter_mut().zip(squares).zip(most) {
-            let weight = if new > most { UNUSUAL } else { 1.0 };
-            *mean += weight * share * (new.min(most) as f32 - *mean);
+            *mean += share * (new.min(most) as f32 - *mean);
         }
     }
 }
@@ -138,7 +137,7 @@ const MEANWHILE: f64 = 0.5;
 /// Time constant of the usual changes, s, and the time after which they count.
 const USUAL_S: f32 = 30.0;
 const LEARNED_S: f32 = 10.0;
-/// Weight of an unusual change in them: garbage must not become usual, but a receiver that stays worse must.
+/// Weight of a fix of which a part is unusual: garbage must not become usual, but a receiver that stays worse must.
 const UNUSUAL: f32 = 0.125;
 /// Number of root mean squares of the usual changes allowed.
 const LEARNED: f64 = 5.0;
@@ -241,15 +240,16 @@ impl<T: Scalar> SelfContradiction<T> {
             velocity_mps: beyond(left_mps.to_array(), limits_mps),
             position_m: beyond(off_m, limits_m),
         };
+        let is_usual = unexplained == Unexplained::NONE;
+        let share = (interval_s as f32, if is_usual { 1.0 } else { UNUSUAL });
         if change.is_some() {
-            self.usual_mps.learn(left_mps.to_array(), limits_mps, interval_s);
+            self.usual_mps.learn(left_mps.to_array(), limits_mps, share);
         }
-        self.usual_m.learn(off_m, limits_m, interval_s);
+        self.usual_m.learn(off_m, limits_m, share);
         let is_impossible_at_any_attitude = change.is_some_and(|change| {
             is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
         });
         self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
-        let is_usual = unexplained == Unexplained::NONE;
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             self.contradicted = reading.time;
             (self.contradictions + 1).min(MOST)
@@ -435,8 +435,9 @@ mod tests {
         let stated = [9.0; 3];
         let mut within = |[north, east, down]: [f64; 3]| {
             let limits = usual.limits(stated).map(|usual| AGREEMENT_MPS + usual);
-            usual.learn([north, east, down], limits, 1.0);
-            beyond([north, east, down], limits) == [0.0; 3]
+            let is_usual = beyond([north, east, down], limits) == [0.0; 3];
+            usual.learn([north, east, down], limits, (1.0, if is_usual { 1.0 } else { UNUSUAL }));
+            is_usual
         };
         let learned: Vec<bool> = (0..180).map(|_| within([4.0, -4.0, 5.0])).collect();
         assert!(learned.iter().take(30).all(|&usual| !usual), "{learned:?}");
