@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use hovernav::ekf::{Estimator, Solution as CoreState};
 use hovernav_formats::{Estimated, Judged, Log};
-use hovernav_log::{Finding as CoreFinding, Level, Outage, SOLUTION_COLUMNS, solution_row, Verdict};
+use hovernav_log::{
+    Finding as CoreFinding, Level, Outage, SOLUTION_COLUMNS, Verdict, solution_row,
+};
 use hovernav_pages::flight::{self, LogPage};
 use numpy::{PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyIndexError;
@@ -218,7 +220,7 @@ pub struct Flown {
 impl Solution {
     /// The `states` of a flight.
     pub fn new(states: Vec<CoreState>, flown: Flown) -> Self {
-                Self { states, rows: PyOnceLock::new(), flown }
+        Self { states, rows: PyOnceLock::new(), flown }
     }
 
     /// The log and all that was found.
