@@ -145,7 +145,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::write(&arguments.out.join("results.csv"), results_csv(&campaign, &results))?;
     output::write(&arguments.out.join("percentiles.csv"), percentiles_csv(&results))?;
     if !arguments.no_report {
-        let page = CampaignPage::new(&campaign, &results, &warnings).flown_again_by(&again);
+        let page = CampaignPage::new(&campaign, &results, &warnings);
         page.page().write(&arguments.out.join(output::REPORT))?;
     } else {
         output::remove_stale(&arguments.out, [output::REPORT]);

@@ -21,7 +21,6 @@ pub struct CampaignPage<'a> {
     headlines: [Fact; 3],
     facts: Vec<Fact>,
     warnings: Vec<String>,
-    again: Option<&'a str>,
 }
 
 impl<'a> CampaignPage<'a> {
@@ -38,26 +37,13 @@ impl<'a> CampaignPage<'a> {
         if results.len() < 100 {
             warnings.push("fewer than 100 flights: the outer percentiles are unreliable".into());
         }
-        Self {
-            campaign,
-            results,
-            headlines,
-            facts: facts(campaign, results),
-            warnings,
-            again: None,
-        }
-    }
-
-    /// Adds the command that flies one flight again, if a seed is appended to it.
-    #[must_use]
-    pub fn flown_again_by(self, again: &'a str) -> Self {
-        Self { again: Some(again), ..self }
+        Self { campaign, results, headlines, facts: facts(campaign, results), warnings }
     }
 
     /// The page itself.
     #[must_use]
     pub fn page(&self) -> Page<'_> {
-        let Self { campaign, results, again, .. } = *self;
+        let Self { campaign, results, .. } = *self;
         Page {
             verdict: Some(verdict(campaign, results)),
             headlines: &self.headlines,
@@ -66,7 +52,7 @@ impl<'a> CampaignPage<'a> {
             table: Some(percentiles(results)),
             sections: [outcomes(results)]
                 .into_iter()
-                .chain(failed(results, again))
+                .chain(failed(results))
                 .chain([distributions(results), causes(campaign, results)])
                 .collect(),
             ..Page::titled("Campaign")
@@ -242,34 +228,26 @@ pub fn listed(seeds: &[u64]) -> String {
     }
 }
 
-/// The crashed flights with their causes, the seeds of the others that failed, and the command `again` that flies one
-/// again; `None` without a failed flight.
-fn failed(results: &[CampaignResult], again: Option<&str>) -> Option<Section> {
-    let first = results.iter().find(|one| one.outcome != Outcome::Hovered)?.draw.seed;
-    let crashed = results.iter().filter_map(|own| Some((own.draw.seed, own.cause()?)));
-    let row = |(seed, cause): (u64, String)| {
-        let again = again.map(|again| format!("{again} {seed}"));
-        TableRow::new(seed.to_string(), [Some(cause), again].into_iter().flatten().collect())
-    };
-    let rows: Vec<TableRow> = crashed.take(LISTED).map(row).collect();
+/// The crashed flights with their causes, and the seeds of the others that failed; `None` without a failed flight.
+fn failed(results: &[CampaignResult]) -> Option<Section> {
+    results.iter().find(|one| one.outcome != Outcome::Hovered)?;
+    let rows: Vec<TableRow> = results
+        .iter()
+        .filter_map(|own| Some(TableRow::new(own.draw.seed.to_string(), vec![own.cause()?])))
+        .take(LISTED)
+        .collect();
     let others = [Outcome::Degraded, Outcome::NotEngaged].map(|outcome| {
         let seeds = seeds_of(results, outcome);
         let name = outcome.name().replace('_', " ");
         (!seeds.is_empty()).then(|| TableRow::new(name, vec![listed(&seeds)]))
     });
     let others: Vec<TableRow> = others.into_iter().flatten().collect();
-    let again = again.map_or_else(String::new, |again| {
-        format!(" This command flies one of them again, with record and page: {again} {first}")
-    });
-    let explanation = format!(
-        "Flights that did not hover at the end: crashes with the last event before each, and the seeds of the others. \
-         Seed by seed in results.csv.{again}"
-    );
-    let heads = ["Seed", "Crash", "Flies it again"];
-    let heads = &heads[..rows.first().map_or(0, |row| 1 + row.numbers.len())];
+    let explanation = "Flights that did not hover at the end: crashes with the last event before each, and the seeds of \
+                       the others. Seed by seed in results.csv. The command of this campaign with --record SEED flies \
+                       one again, with record and page.";
     let crashes = Table {
         caption: format!("The first {LISTED} crashes"),
-        heads: heads.iter().map(|head| (*head).into()).collect(),
+        heads: ["Seed", "Crash"].map(Into::into).into(),
         rows,
     };
     let others = Table {
