@@ -51,8 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             output::say(format_args!("  {name:<30} {:>9.3} rms {:>9.3} max", size.rmse, size.max));
         }
         if let Some(relative) = &difference.relative {
-            let sizes = [("m", Some(relative.translation_m)), ("deg", relative.rotation_deg)];
-            for (unit, size) in sizes.into_iter().filter_map(|(unit, size)| Some((unit, size?))) {
+            for (unit, size) in relative.sizes() {
                 let name = format!("relative, over {:.0} s, {unit}", relative.over_s);
                 output::say(format_args!(
                     "  {name:<30} {:>9.3} rms {:>9.3} max",

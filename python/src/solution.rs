@@ -7,7 +7,7 @@ use hovernav_formats::{Estimated, Judged, Log};
 use hovernav_log::{
     Finding as CoreFinding, Level, Outage, SOLUTION_COLUMNS, Verdict, solution_row,
 };
-use hovernav_pages::flight::{self, LogPage};
+use hovernav_pages::flight::LogPage;
 use numpy::{PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;

@@ -83,7 +83,8 @@ impl Usual {
         &mut self,
         [north, east, down]: [f64; 3],
         [level, vertical]: [f64; 2],
-        (interval_s, weight): (f32, f32),
+        interval_s: f32,
+        weight: f32,
     ) {
         self.learned_s = (self.learned_s + interval_s).min(USUAL_S);
         let share = weight * (interval_s / self.learned_s).min(1.0);
@@ -241,11 +242,11 @@ impl<T: Scalar> SelfContradiction<T> {
             position_m: beyond(off_m, limits_m),
         };
         let is_usual = unexplained == Unexplained::NONE;
-        let share = (interval_s as f32, if is_usual { 1.0 } else { UNUSUAL });
+        let weight = if is_usual { 1.0 } else { UNUSUAL };
         if change.is_some() {
-            self.usual_mps.learn(left_mps.to_array(), limits_mps, share);
+            self.usual_mps.learn(left_mps.to_array(), limits_mps, interval_s as f32, weight);
         }
-        self.usual_m.learn(off_m, limits_m, share);
+        self.usual_m.learn(off_m, limits_m, interval_s as f32, weight);
         let is_impossible_at_any_attitude = change.is_some_and(|change| {
             is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
         });
@@ -436,7 +437,7 @@ mod tests {
         let mut within = |[north, east, down]: [f64; 3]| {
             let limits = usual.limits(stated).map(|usual| AGREEMENT_MPS + usual);
             let is_usual = beyond([north, east, down], limits) == [0.0; 3];
-            usual.learn([north, east, down], limits, (1.0, if is_usual { 1.0 } else { UNUSUAL }));
+            usual.learn([north, east, down], limits, 1.0, if is_usual { 1.0 } else { UNUSUAL });
             is_usual
         };
         let learned: Vec<bool> = (0..180).map(|_| within([4.0, -4.0, 5.0])).collect();

@@ -117,10 +117,11 @@ pub fn record(
     dataset.write(out, &truth)?;
 
     let samples = dataset.imu.len() as f64;
-    let Estimate { run, reference, score, summary } = Estimate::of(&mut dataset, out, |done| {
-        let share = FLYING + (1.0 - FLYING) * done as f64 / samples;
-        bar.set_position((share * config.duration_s / FLYING) as u64);
-    })?;
+    let Estimate { run, innovations, reference, score, summary } =
+        Estimate::of(&mut dataset, out, |done| {
+            let share = FLYING + (1.0 - FLYING) * done as f64 / samples;
+            bar.set_position((share * config.duration_s / FLYING) as u64);
+        })?;
     bar.finish_and_clear();
     let mut summary = Summary { run: summary, flight: ClosedLoopSummary::new(config, &flight) };
     summary.run.warnings.extend(warnings);
@@ -131,7 +132,7 @@ pub fn record(
     if let Some((crashed_s, crash)) = crash {
         summary.run.warnings.push(format!("the vehicle crashed at {crashed_s:.2} s: it {crash}"));
     }
-    summary.run.conclude(&run);
+    summary.run.conclude(&innovations);
     crate::output::say(format_args!("{}", summary.flight.in_words()));
     if has_page {
         let page = SimulationPage {
@@ -139,6 +140,7 @@ pub fn record(
             flight: &flight,
             dataset: &dataset,
             run: &run,
+            innovations: &innovations,
             reference: reference.as_ref(),
             score: score.as_ref(),
             summary: &summary,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hovernav::ekf::Innovation;
 use hovernav::time::Time;
 use hovernav_formats::RunSummary;
 use hovernav_log::{Apart, Dataset, Reference, Run, Score, innovations, score};
@@ -12,6 +13,8 @@ use crate::output;
 /// The estimate of a simulated flight, scored against the truth.
 pub struct Estimate {
     pub run: Run,
+    /// The result of each scalar update of the run.
+    pub innovations: Vec<Innovation>,
     pub reference: Option<Reference>,
     pub score: Option<Score>,
     pub summary: RunSummary,
@@ -33,13 +36,14 @@ impl Estimate {
             .map(|reference| Apart::of_reference(&run.solutions, reference, Time::ZERO));
         summary.set_findings(dataset.findings(&run), &run.solutions, apart.as_ref());
         summary.set_scores(score.as_ref(), Vec::new());
-        summary.conclude(&run);
-        Ok(Self { run, reference, score, summary })
+        let innovations = innovations(&run);
+        summary.conclude(&innovations);
+        Ok(Self { run, innovations, reference, score, summary })
     }
 
     /// Writes `report.html` to `out`. Without a solution it writes no page and prints the reason.
     pub fn write_page(&self, title: &str, dataset: &Dataset, out: &Path) -> anyhow::Result<()> {
-        let Self { run, reference, score, summary } = self;
+        let Self { run, innovations, reference, score, summary } = self;
         if run.solutions.is_empty() {
             output::say(
                 "no report.html: the filter did not align, so there is no solution to show",
@@ -55,7 +59,7 @@ impl Estimate {
             warnings: &summary.warnings,
             solutions: &run.solutions,
             fixes: &dataset.fixes,
-            innovations: &innovations(run),
+            innovations,
             reference: &flight::reference_moments(&run.solutions, reference.as_ref()),
             score: score.as_ref(),
             log: Some(dataset),

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use hovernav::ekf::Innovation;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Outage, Reference, Run, Score, innovations};
+use hovernav_log::{Dataset, Outage, Reference, Run, Score};
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::summary::{ClosedLoopSummary, Summary};
@@ -16,6 +17,7 @@ pub struct SimulationPage<'a> {
     pub flight: &'a Flight,
     pub dataset: &'a Dataset,
     pub run: &'a Run,
+    pub innovations: &'a [Innovation],
     pub reference: Option<&'a Reference>,
     pub score: Option<&'a Score>,
     pub summary: &'a Summary,
@@ -43,7 +45,7 @@ impl SimulationPage<'_> {
             outages: &outages,
             solutions,
             fixes: &self.dataset.fixes,
-            innovations: &innovations(self.run),
+            innovations: self.innovations,
             reference: &flight::reference_moments(solutions, self.reference),
             score: self.score,
             log: Some(self.dataset),

@@ -233,11 +233,12 @@ impl Log {
             summary.reproduction = Some(record.reproduced_by(&run.solutions).into());
         }
         summary.set_scores(scored.as_ref(), drifts);
+        let innovations = innovations(run);
         if let Some(onboard) = &self.onboard {
             summary.onboard = onboard.difference(solutions);
-            summary.onboard_innovations = onboard.innovation_sizes(&innovations(run));
+            summary.onboard_innovations = onboard.innovation_sizes(&innovations);
         }
-        summary.conclude(run);
+        summary.conclude(&innovations);
         Ok(Judged { summary, reference, score: scored })
     }
 }

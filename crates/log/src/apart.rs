@@ -4,8 +4,10 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 
 use crate::finding::{Finding, FindingKind, Harm, Sensor, Severity};
+use crate::findings::spans::{Span, spans};
 use crate::reference::Reference;
 use crate::score::{Axis, axis_errors};
+use crate::series::within;
 
 /// Ratio of error to one-sigma above which a solution is contradicted. Errors of the models reach a few one-sigmas.
 const CONTRADICTED: f64 = 10.0;
@@ -43,7 +45,6 @@ const AXES: [Axis; 6] = [
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     time_s: f64,
-    /// Distance, m, and largest axis of it divided by its one-sigma, which follows in m. NaN if unknown.
     position: Size,
     velocity: Size,
 }
@@ -129,18 +130,12 @@ impl Apart {
     #[must_use]
     pub fn contradictions(&self) -> Vec<Finding> {
         let against = self.moments.iter().filter(|moment| moment.is_contradicted());
-        let mut spans: Vec<(f64, f64)> = Vec::new();
-        for Moment { time_s, .. } in against {
-            match spans.last_mut() {
-                Some((_, end_s)) if time_s - *end_s <= APART_S => *end_s = *time_s,
-                _ => spans.push((*time_s, *time_s)),
-            }
-        }
-        spans.retain(|(start_s, end_s)| end_s - start_s >= LASTING_S);
-        spans.into_iter().map(|(start_s, end_s)| self.contradiction(start_s, end_s)).collect()
+        let spans = spans(against.map(|moment| (moment.time_s, moment.one_sigmas())), APART_S);
+        let lasting = spans.into_iter().filter(|span| span.end_s - span.start_s >= LASTING_S);
+        lasting.map(|span| self.contradiction(span)).collect()
     }
 
-    fn contradiction(&self, start_s: f64, end_s: f64) -> Finding {
+    fn contradiction(&self, Span { start_s, end_s, count, .. }: Span) -> Finding {
         let moments = self.within(start_s, end_s);
         let largest = |part: fn(&Moment) -> Size, unit: &str, digits: usize| {
             let sizes = moments.iter().map(part).filter(|size| !size.magnitude.is_nan());
@@ -161,7 +156,7 @@ impl Apart {
             sensor: Sensor::Filter,
             kind: FindingKind::Contradicted,
             severity: Severity::Error,
-            count: moments.iter().filter(|moment| moment.is_contradicted()).count(),
+            count,
             harm: None,
             words: format!(
                 "solution contradicted by the {} from {start_s:.1} to {end_s:.1} s: it differs in {}; one of the two is \
@@ -204,13 +199,6 @@ fn growth(solutions: &[Solution], start_s: f64, end_s: f64) -> Option<f64> {
         [position / first[0], velocity / first[1]]
     });
     Some(ratios.filter(|ratio| ratio.is_finite()).fold(1.0, f64::max))
-}
-
-/// The part of `items`, in order of time, from `start_s` to `end_s`.
-fn within<T>(items: &[T], time_s: impl Fn(&T) -> f64, start_s: f64, end_s: f64) -> &[T] {
-    let first = items.partition_point(|item| time_s(item) < start_s);
-    let last = items.partition_point(|item| time_s(item) <= end_s);
-    items.get(first..last).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use hovernav::time::Time;
 use crate::dataset::Dataset;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::replay::Run;
+use crate::series::within;
 use crate::statistics::quantile;
 
 /// Half-width of the window of fixes that judges a time, s.
@@ -74,9 +75,7 @@ pub(crate) fn denied(
     let mut found: Vec<Inconsistent> = Vec::new();
     for (time, _) in &squares {
         let (start, end) = (time.offset_by(-HALF_WINDOW_S), time.offset_by(HALF_WINDOW_S));
-        let first = squares.partition_point(|(time, _)| *time < start);
-        let last = squares.partition_point(|(time, _)| *time <= end);
-        let beside = &squares[first..last];
+        let beside = within(&squares, |(time, _)| *time, start, end);
         let mean = beside.iter().map(|(_, square)| square).sum::<f64>() / beside.len() as f64;
         if beside.len() < LEAST_FIXES || mean < limit {
             continue;

@@ -1,5 +1,7 @@
 //! Relative pose error: the error of the motion over a fixed time, which no constant offset changes.
 
+use std::iter;
+
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
@@ -25,6 +27,14 @@ pub struct RelativeError {
     pub rotation_deg: Option<Statistics>,
     /// The errors by the time of the earlier pose, thinned to at most 2 000 points that keep the peaks.
     pub series: Vec<RelativePoint>,
+}
+
+impl RelativeError {
+    /// Sizes of the errors by unit: of the translation in `m` and, with attitudes, of the rotation in `deg`.
+    pub fn sizes(&self) -> impl Iterator<Item = (&'static str, Statistics)> {
+        let rotation = self.rotation_deg.map(|size| ("deg", size));
+        iter::once(("m", self.translation_m)).chain(rotation)
+    }
 }
 
 /// Error of the motion from one time on.

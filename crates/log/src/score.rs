@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::reference::{Reference, ReferenceMoment};
+use crate::series::within;
 use crate::statistics::{quantile, thin_to_extremes};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
@@ -232,10 +233,8 @@ pub fn outage_drift(
     duration_s: f64,
 ) -> Option<f64> {
     let end = start.offset_by(duration_s);
-    let first = solutions.partition_point(|solution| solution.time < start);
-    let last = solutions.partition_point(|solution| solution.time <= end);
+    let solutions = within(solutions, |solution| solution.time, start, end);
     let distances: Vec<(Time, f64)> = solutions
-        .get(first..last)?
         .iter()
         .map(|solution| {
             (solution.time, axis_errors(solution, reference)[Axis::Horizontal as usize])
@@ -244,7 +243,7 @@ pub fn outage_drift(
         .collect();
     let covered_s = distances.last()?.0 - distances.first()?.0;
     let is_covered = covered_s >= LEAST_COVERAGE * duration_s
-        && distances.len() as f64 >= LEAST_COVERAGE * (last - first) as f64;
+        && distances.len() as f64 >= LEAST_COVERAGE * solutions.len() as f64;
     is_covered.then(|| distances.iter().map(|(_, distance)| *distance).fold(0.0, f64::max))
 }
 

@@ -1,10 +1,22 @@
-//! Three components over time, stored only as far as they will be needed.
+//! Items in order of time; three components over time, stored only as far as they will be needed.
 
 use crate::distribution::Distribution;
 use hovernav::time::Time;
 
 /// Longest interval between rows that is interpolated, s, unless three median intervals are longer.
 const LONGEST_GAP_S: f64 = 0.5;
+
+/// The part of `items`, in order of time, from `start` to `end`, both included.
+pub(crate) fn within<T, K: PartialOrd>(
+    items: &[T],
+    time: impl Fn(&T) -> K,
+    start: K,
+    end: K,
+) -> &[T] {
+    let first = items.partition_point(|item| time(item) < start);
+    let last = items.partition_point(|item| time(item) <= end);
+    items.get(first..last).unwrap_or_default()
+}
 
 /// A [`Series`] being built.
 pub(crate) struct SeriesAt<'a> {

@@ -6,24 +6,13 @@ use hovernav_formats::{Comparison, Difference, NamedTrajectory};
 use hovernav_log::{Axis as ScoreAxis, RelativePoint};
 
 use crate::document::{first_second, time_label};
+use crate::flight::errors::{DRAWN, named};
 use crate::{
     Abscissa, Fact, Figure, Page, Role, Row, Section, Series, Table, TableRow, TimeAxis, digits,
 };
 
 /// Origin of the figures without a geographic position.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
-/// The axes of the differences over time, with name and unit.
-const DRAWN: [(ScoreAxis, &str, &str); 9] = [
-    (ScoreAxis::North, "North", "m"),
-    (ScoreAxis::East, "East", "m"),
-    (ScoreAxis::Down, "Down", "m"),
-    (ScoreAxis::VelocityNorth, "Velocity north", "m/s"),
-    (ScoreAxis::VelocityEast, "Velocity east", "m/s"),
-    (ScoreAxis::VelocityDown, "Velocity down", "m/s"),
-    (ScoreAxis::Roll, "Roll", "°"),
-    (ScoreAxis::Pitch, "Pitch", "°"),
-    (ScoreAxis::Yaw, "Yaw", "°"),
-];
 const NED: [&str; 3] = ["North", "East", "Down"];
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
@@ -156,7 +145,10 @@ impl<'a> ComparisonPage<'a> {
         };
         let from_first = || self.comparison.differences.iter().filter(|one| one.from == 0);
         let mut rows = Vec::new();
-        for (axis, name, unit) in DRAWN {
+        for (index, axis) in DRAWN.into_iter().enumerate() {
+            let (name, unit) = named(axis);
+            // The axes of position come first and have the short names of the other figures.
+            let name = NED.get(index).copied().unwrap_or(name);
             let row = from_first().fold(Row::new(name, unit), |row, difference| {
                 let Some(axis) = difference.score.axis(axis) else { return row };
                 let points = axis.series.iter().map(|point| (point.time, point.error));
@@ -205,23 +197,15 @@ impl<'a> ComparisonPage<'a> {
     }
 
     fn table(&self, Difference { of, from, score, relative }: &Difference) -> Table {
-        let rows = score.axes.iter().map(|axis| {
-            let size = &axis.statistics;
+        let rows = score.axes.iter().map(|axis| (axis.axis.name().to_owned(), axis.statistics));
+        let relative = relative.iter().flat_map(|relative| {
+            let name = |unit| format!("motion over {:.0} s, {unit}", relative.over_s);
+            relative.sizes().map(move |(unit, size)| (name(unit), size))
+        });
+        let rows = rows.chain(relative).map(|(name, size)| {
             let numbers = [size.rmse, size.median, size.p95, size.max].map(digits);
-            TableRow::new(axis.axis.name(), numbers.into())
+            TableRow::new(name, numbers.into())
         });
-        let relative = relative.as_ref().map(|relative| {
-            let sizes = [("m", Some(relative.translation_m)), ("deg", relative.rotation_deg)];
-            sizes.into_iter().filter_map(|(unit, size)| {
-                let size = size?;
-                let name = format!("motion over {:.0} s, {unit}", relative.over_s);
-                Some(TableRow::new(
-                    name,
-                    [size.rmse, size.median, size.p95, size.max].map(digits).into(),
-                ))
-            })
-        });
-        let rows = rows.chain(relative.into_iter().flatten());
         let (of, from) = (self.comparison.name(*of), self.comparison.name(*from));
         Table {
             caption: format!("{of} less {from}"),

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use hovernav::ekf::{Notice, Solution, Verdict as Judged};
+use hovernav::ekf::{Innovation, Notice, Solution, Verdict as Judged};
 use hovernav::ins::HeadingSource;
 use hovernav_log::{
     Apart, AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics,
-    UnusedReadings, Verdict, innovations, sentences, set_harms,
+    UnusedReadings, Verdict, sentences, set_harms,
 };
 use serde::Serialize;
 
@@ -248,9 +248,9 @@ impl RunSummary {
         self.findings = findings;
     }
 
-    /// Sets the verdict by the findings, the warnings and the innovations of `run`; called last.
-    pub fn conclude(&mut self, run: &Run) {
-        self.verdict = Some(Verdict::of_run(&self.findings, &self.warnings, &innovations(run)));
+    /// Sets the verdict by the findings, the warnings and the `innovations` of the run; called last.
+    pub fn conclude(&mut self, innovations: &[Innovation]) {
+        self.verdict = Some(Verdict::of_run(&self.findings, &self.warnings, innovations));
     }
 
     /// Adds the scores against a reference and the drift in each outage.

@@ -14,7 +14,7 @@ mod heading;
 mod inertial;
 mod lever_arm;
 mod slow;
-mod spans;
+pub(crate) mod spans;
 mod steps;
 mod timing;
 mod understated;

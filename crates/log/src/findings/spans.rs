@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 /// Events that are close in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Span {
+pub(crate) struct Span {
     pub start_s: f64,
     pub end_s: f64,
     /// Number of events.
@@ -14,7 +14,7 @@ pub(super) struct Span {
 }
 
 /// Spans of the `(time, size)` of events in order of time; successive events at most `apart_s` apart share one.
-pub(super) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {
+pub(crate) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {
     let mut spans = Spans::apart(apart_s);
     moments.into_iter().for_each(|moment| spans.push(moment));
     spans.found

@@ -6,7 +6,7 @@ use super::motion::Clock;
 use crate::{Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// The name of an axis and its unit.
-fn named(axis: Axis) -> (&'static str, &'static str) {
+pub(crate) fn named(axis: Axis) -> (&'static str, &'static str) {
     match axis {
         Axis::North => ("Position north", "m"),
         Axis::East => ("Position east", "m"),
@@ -42,19 +42,21 @@ pub fn table(score: &Score, clock: Clock) -> Table {
     }
 }
 
+/// The axes whose errors are drawn over time.
+pub(crate) const DRAWN: [Axis; 9] = [
+    Axis::North,
+    Axis::East,
+    Axis::Down,
+    Axis::VelocityNorth,
+    Axis::VelocityEast,
+    Axis::VelocityDown,
+    Axis::Roll,
+    Axis::Pitch,
+    Axis::Yaw,
+];
+
 /// The errors of position, velocity and attitude over time, with the filter's 3σ bounds.
 pub fn section(score: &Score, clock: Clock) -> Section {
-    const DRAWN: [Axis; 9] = [
-        Axis::North,
-        Axis::East,
-        Axis::Down,
-        Axis::VelocityNorth,
-        Axis::VelocityEast,
-        Axis::VelocityDown,
-        Axis::Roll,
-        Axis::Pitch,
-        Axis::Yaw,
-    ];
     let rows = DRAWN.into_iter().filter_map(|axis| {
         let score = score.axis(axis)?;
         let (name, unit) = named(axis);

@@ -3,7 +3,7 @@
 //! [`LogPage`] is the page of an estimated log, [`page`] that of any flight in parts.
 
 mod data;
-mod errors;
+pub(crate) mod errors;
 mod facts;
 mod innovations;
 mod log;
