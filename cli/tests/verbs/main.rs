@@ -5,16 +5,19 @@ mod ablate;
 #[cfg(feature = "lab")]
 mod campaign;
 mod command;
-#[path = "../common/mod.rs"]
 mod common;
 #[cfg(feature = "lab")]
 mod control;
 mod features;
 mod full_disk;
+#[cfg(all(feature = "ground", feature = "lines", target_os = "linux"))]
+mod ground;
 #[cfg(feature = "lab")]
 mod identify;
 #[cfg(feature = "lab")]
 mod inject;
+#[cfg(all(feature = "lines", unix))]
+mod lines;
 mod long_logs;
 mod manners;
 mod mavlink;

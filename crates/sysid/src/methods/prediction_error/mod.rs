@@ -30,6 +30,7 @@ mod problem;
 mod products;
 mod settings;
 mod statistics;
+mod step;
 mod sweep;
 #[cfg(test)]
 mod tests;

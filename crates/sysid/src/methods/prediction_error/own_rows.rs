@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DMatrixView};
 
 use super::predictor::Predictor;
-use super::products::{BLOCK, observed, propagate, whiten};
+use super::products::{BLOCK, Products, group};
 use crate::methods::structure::Structure;
 
 /// Whitened sensitivities of the innovations to the own values `columns`, from a record's first sample on.
@@ -13,7 +13,7 @@ pub(super) struct OwnRows {
     pub columns: Vec<usize>,
     outputs: usize,
     /// Columns × (samples · outputs), with the outputs of a sample adjacent.
-    rows: DMatrix<f64>,
+    rows: Vec<f64>,
     /// Information matrix of the first samples, with their number.
     information: Vec<(usize, DMatrix<f64>)>,
 }
@@ -33,7 +33,7 @@ impl OwnRows {
         let longest = lengths.last().copied().unwrap_or(0);
         let mut own = Self {
             outputs,
-            rows: DMatrix::zeros(count, longest * outputs),
+            rows: vec![0.0; count * longest * outputs],
             information: Vec::with_capacity(lengths.len()),
             columns,
         };
@@ -58,52 +58,50 @@ impl OwnRows {
         let (count, p) = (self.columns.len(), self.outputs);
         let offsets = structure.offsets.len();
         let first_offset = predictor.gamma.ncols() - offsets;
-        // Columns × states, with the sensitivities of a state adjacent; the constant forcing likewise.
-        let mut sensitivity = vec![0.0; count * n];
-        let mut steady = vec![0.0; count * n];
-        let mut biased = vec![0.0; count * p];
+        let group = group(count);
+        let mut sensitivity = vec![0.0; group * n];
+        let mut steady = vec![0.0; group * n];
+        let mut biased = vec![0.0; group * p];
         for (index, &own) in self.columns.iter().enumerate() {
             if own < n {
-                sensitivity[own * count + index] = 1.0;
+                sensitivity[own * group + index] = 1.0;
             } else if own < n + offsets {
                 for row in 0..n {
-                    steady[row * count + index] = predictor.gamma[(row, first_offset + own - n)];
+                    steady[row * group + index] = predictor.gamma[(row, first_offset + own - n)];
                 }
             } else {
                 let output = structure.bias_rows[own - n - offsets];
-                for row in 0..n {
-                    steady[row * count + index] = -predictor.gain[(row, output)];
-                }
-                biased[output * count + index] = 1.0;
+                biased[output * group + index] = 1.0;
             }
         }
-        let closed = predictor.closed.transpose();
+        let mut products = Products::new(predictor, group);
         let mut next = steady.clone();
-        let mut raw = vec![0.0; count * p];
-        for rows in self.rows.as_mut_slice().chunks_exact_mut(count * p) {
-            observed(predictor, &sensitivity, count, &mut raw);
+        let mut raw = vec![0.0; group * p];
+        for rows in self.rows.chunks_exact_mut(count * p) {
+            products.observe(&sensitivity, &mut raw);
             raw.iter_mut().zip(&biased).for_each(|(raw, bias)| *raw -= bias);
-            whiten(predictor, &raw, count, rows, count);
+            products.whiten(&raw, count, rows, count);
             next.copy_from_slice(&steady);
-            propagate(&closed, &sensitivity, &mut next, count);
+            products.propagate(&sensitivity, &raw, &mut next);
             std::mem::swap(&mut sensitivity, &mut next);
         }
     }
 
     fn add(&self, squares: &mut DMatrix<f64>, first: usize, samples: usize) {
-        let rows = self.of(first, samples);
-        let (count, long) = rows.shape();
+        let (count, long) = (self.columns.len(), samples * self.outputs);
         if count == 0 || long == 0 {
             return;
         }
-        let values = &self.rows.as_slice()[first * self.outputs * count..];
+        let values = self.of(first, samples);
+        let rows = DMatrixView::from_slice(values, count, long);
         let turned = DMatrixView::from_slice_with_strides(values, long, count, count, 1);
         squares.gemm(1.0, &rows, &turned, 1.0);
     }
 
-    /// Columns × (samples · outputs) of `samples` samples from `first` on.
-    pub fn of(&self, first: usize, samples: usize) -> DMatrixView<'_, f64> {
-        self.rows.columns(first * self.outputs, samples * self.outputs)
+    /// Columns × (samples · outputs), column by column, of `samples` samples from `first` on.
+    pub fn of(&self, first: usize, samples: usize) -> &[f64] {
+        let each = self.outputs * self.columns.len();
+        &self.rows[first * each..(first + samples) * each]
     }
 
     /// Information matrix of the first `samples`, which must be one of the requested lengths.

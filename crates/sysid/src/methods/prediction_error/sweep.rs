@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 
 use super::own_rows::OwnRows;
 use super::predictor::{Derivative, Predictor};
-use super::products::{BLOCK, add, observed, propagate, whiten};
+use super::products::{BLOCK, Products, group};
+use super::step::Step;
 use crate::methods::structure::Structure;
 use crate::record::{Experiment, ExperimentError};
 
@@ -151,10 +152,12 @@ impl Lag {
 
 /// Forcing of the sensitivities by the estimated parameters.
 ///
-/// With z = [x u du/dτ o ν], τ the delays and then the lags: s⁺ = F s + `state` z, dν = −C s − `output` z.
+/// With z = [x u du/dτ o ν], τ the delays and then the lags: dν = −C s − `output` z, s⁺ = Φ s + K dν + `state` z.
 pub(super) struct Forcing {
     pub count: usize,
-    /// (states · parameters) × z, with the rows of a state adjacent.
+    /// Length of the group of `count` sensitivities.
+    group: usize,
+    /// (states · group) × z, with the rows of a state adjacent.
     state: DMatrix<f64>,
     /// Parameter, output, entry of z, value.
     output: Vec<(usize, usize, usize, f64)>,
@@ -164,19 +167,17 @@ impl Forcing {
     pub fn new(predictor: &Predictor, derivatives: &[Derivative], offsets: usize) -> Self {
         let (n, m, p) = (predictor.phi.nrows(), predictor.d.ncols(), predictor.c.nrows());
         let count = derivatives.len();
+        let group = group(count);
         let offset_first = predictor.gamma.ncols() - offsets;
-        let mut state = DMatrix::zeros(n * count, n + 3 * m + offsets + p);
+        let mut state = DMatrix::zeros(n * group, n + 3 * m + offsets + p);
         let mut output = Vec::new();
         for (index, change) in derivatives.iter().enumerate() {
-            let closed = &change.phi - &predictor.gain * &change.c;
-            let driven = change.gamma.columns(0, m) - &predictor.gain * &change.d;
             for row in 0..n {
-                let mut into = state.row_mut(row * count + index);
-                into.columns_mut(0, n).copy_from(&closed.row(row));
-                into.columns_mut(n, m).copy_from(&driven.row(row));
+                let mut into = state.row_mut(row * group + index);
+                into.columns_mut(0, n).copy_from(&change.phi.row(row));
+                into.columns_mut(n, m).copy_from(&change.gamma.row(row).columns(0, m));
                 for &(input, place) in &change.shifts {
-                    into[n + m + place] = predictor.gamma[(row, input)]
-                        - (predictor.gain.row(row) * predictor.d.column(input))[0];
+                    into[n + m + place] = predictor.gamma[(row, input)];
                 }
                 into.columns_mut(n + 3 * m, offsets)
                     .copy_from(&change.gamma.row(row).columns(offset_first, offsets));
@@ -196,7 +197,7 @@ impl Forcing {
                 }
             }
         }
-        Self { count, state, output }
+        Self { count, group, state, output }
     }
 }
 
@@ -236,22 +237,22 @@ impl Pass<'_> {
         let (n, m) = (structure.states.len(), structure.inputs.len());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
         let parameters = self.forcing.map_or(0, |forcing| forcing.count);
+        let group = self.forcing.map_or(0, |forcing| forcing.group);
         let (samples, own) = (self.record.samples, self.own_rows.columns.len());
         let columns = parameters + own;
         let width = n + 3 * m + o + p;
 
-        let mut x = DVector::from_column_slice(&self.own[..n]);
-        // Parameters × states, with the sensitivities of a state adjacent.
-        let mut sensitivity = DMatrix::zeros(parameters, n);
-        // Row by row: a state's row of F is one slice.
-        let closed = self.predictor.closed.transpose();
-        let mut next = sensitivity.clone();
+        let mut predicted = Step::new(self.predictor, &self.own[..n], o);
+        let mut products = Products::new(self.predictor, group);
+        let all = n * group;
+        let mut sensitivity = vec![0.0; all];
         let mut z = DMatrix::zeros(width, BLOCK);
-        let mut forced = DMatrix::zeros(n * parameters, BLOCK);
+        // The forcing of a block, replaced step by step by the sensitivities after it.
+        let mut forced = DMatrix::zeros(all, BLOCK);
         // Columns × (samples · outputs): the parameters first, then the own values.
         let mut rows = DMatrix::zeros(columns, p * BLOCK);
         let mut errors = DVector::zeros(p * BLOCK);
-        let mut raw = vec![0.0; p * parameters];
+        let mut raw = vec![0.0; p * group];
         let mut normal = Normal {
             half_squares: 0.0,
             gradient: DVector::zeros(columns),
@@ -264,7 +265,9 @@ impl Pass<'_> {
         for first in (0..samples).step_by(BLOCK) {
             let length = BLOCK.min(samples - first);
             for step in 0..length {
-                self.predict(first + step, &mut x, z.column_mut(step).as_mut_slice());
+                let z = &mut z.as_mut_slice()[step * width..(step + 1) * width];
+                self.measured(first + step, z);
+                predicted.advance(z);
             }
             if let Some(forcing) = self.forcing {
                 forced.gemm(1.0, &forcing.state, &z, 0.0);
@@ -272,22 +275,25 @@ impl Pass<'_> {
             for step in 0..length {
                 let z = &z.as_slice()[step * width..(step + 1) * width];
                 let errors = &mut errors.as_mut_slice()[step * p..(step + 1) * p];
-                whiten(self.predictor, &z[width - p..], 1, errors, 1);
+                predicted.whiten(&z[width - p..], errors);
                 if parameters == 0 {
                     continue;
                 }
-                self.innovation_rows(z, sensitivity.as_slice(), &mut raw);
+                let (before, next) = forced.as_mut_slice().split_at_mut(step * all);
+                let sensitivity = before.rchunks_exact(all).next().unwrap_or(&sensitivity);
+                products.observe(sensitivity, &mut raw);
+                self.add_direct(z, &mut raw);
                 let step_rows = step * p * columns..(step + 1) * p * columns;
                 let step_rows = &mut rows.as_mut_slice()[step_rows];
-                whiten(self.predictor, &raw, parameters, step_rows, columns);
-                let start = step * n * parameters;
-                let pushed = &forced.as_slice()[start..start + n * parameters];
-                next.as_mut_slice().copy_from_slice(pushed);
-                propagate(&closed, sensitivity.as_slice(), next.as_mut_slice(), parameters);
-                std::mem::swap(&mut sensitivity, &mut next);
+                products.whiten(&raw, parameters, step_rows, columns);
+                products.propagate(sensitivity, &raw, &mut next[..all]);
             }
-            rows.view_mut((parameters, 0), (own, p * length))
-                .copy_from(&self.own_rows.of(first, length));
+            sensitivity.copy_from_slice(&forced.as_slice()[(length - 1) * all..length * all]);
+            let of_own = self.own_rows.of(first, length);
+            let pairs = of_own.chunks_exact(own.max(1));
+            for (into, of_own) in rows.as_mut_slice().chunks_exact_mut(columns.max(1)).zip(pairs) {
+                into[parameters..].copy_from_slice(of_own);
+            }
             let used = rows.columns(0, p * length);
             let errors = errors.rows(0, p * length);
             normal.half_squares += 0.5 * errors.norm_squared();
@@ -327,57 +333,34 @@ impl Pass<'_> {
         normal
     }
 
-    /// One step of the predictor: fills z and updates x.
-    fn predict(&self, sample: usize, x: &mut DVector<f64>, z: &mut [f64]) {
+    /// z of `sample`, with zeros for x and with the measured outputs less their biases for ν.
+    fn measured(&self, sample: usize, z: &mut [f64]) {
         let structure = self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
-        let Predictor { phi, gamma, c, d, gain, .. } = self.predictor;
-        let input = &self.inputs.0[sample * m..(sample + 1) * m];
-        let offsets = &self.own[n..n + o];
-        z[..n].copy_from_slice(x.as_slice());
-        z[n..n + m].copy_from_slice(input);
-        z[n + m..n + 3 * m].copy_from_slice(&self.inputs.1[2 * sample * m..2 * (sample + 1) * m]);
-        z[n + 3 * m..n + 3 * m + o].copy_from_slice(offsets);
-        let (before, innovation) = z.split_at_mut(n + 3 * m + o);
-        innovation.copy_from_slice(&self.record.outputs[sample * p..(sample + 1) * p]);
+        let (delayed, rates) = self.inputs;
+        z[..n].fill(0.0);
+        z[n..n + m].copy_from_slice(&delayed[sample * m..(sample + 1) * m]);
+        z[n + m..n + 3 * m].copy_from_slice(&rates[2 * sample * m..2 * (sample + 1) * m]);
+        z[n + 3 * m..n + 3 * m + o].copy_from_slice(&self.own[n..n + o]);
+        let outputs = &mut z[n + 3 * m + o..];
+        outputs.copy_from_slice(&self.record.outputs[sample * p..(sample + 1) * p]);
         for (index, &row) in structure.bias_rows.iter().enumerate() {
-            innovation[row] -= self.own[n + o + index];
-        }
-        subtract_product(innovation, c, &before[..n]);
-        subtract_product(innovation, d, input);
-        let state = x.as_mut_slice();
-        state.fill(0.0);
-        for (matrix, first, values) in [
-            (phi, 0, &before[..n]),
-            (gamma, 0, input),
-            (gamma, gamma.ncols() - o, offsets),
-            (gain, 0, &*innovation),
-        ] {
-            for (column, &value) in values.iter().enumerate() {
-                add(state, value, matrix.column(first + column).as_slice());
-            }
+            outputs[row] -= self.own[n + o + index];
         }
     }
 
-    /// dν with respect to every parameter.
-    fn innovation_rows(&self, z: &[f64], sensitivity: &[f64], raw: &mut [f64]) {
+    /// Adds the part of dν that does not come through the state.
+    fn add_direct(&self, z: &[f64], raw: &mut [f64]) {
         let Some(forcing) = self.forcing else { return };
-        observed(self.predictor, sensitivity, forcing.count, raw);
         for &(parameter, row, column, value) in &forcing.output {
-            raw[row * forcing.count + parameter] -= value * z[column];
+            raw[row * forcing.group + parameter] -= value * z[column];
         }
     }
 }
 
 fn words(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
-}
-
-fn subtract_product(into: &mut [f64], matrix: &DMatrix<f64>, values: &[f64]) {
-    for (column, &value) in values.iter().enumerate() {
-        add(into, -value, matrix.column(column).as_slice());
-    }
 }
 
 #[cfg(test)]

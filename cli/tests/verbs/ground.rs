@@ -1,9 +1,7 @@
 //! The ground station with a flight computer and the simulated helicopter: three programs, as in the field.
-#![cfg(all(feature = "ground", feature = "lines", target_os = "linux"))]
 
-#[path = "../../ground/tests/common/browser.rs"]
+#[path = "../../../ground/tests/common/browser.rs"]
 mod browser;
-mod common;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader};
@@ -13,8 +11,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use browser::{Browser, chromium};
-use common::{designed, hovernav, place, refusal, succeeds, summary};
+use self::browser::{Browser, chromium};
+use crate::common::{designed, hovernav, place, refusal, succeeds, summary, text};
 
 /// A program that ends with the test.
 struct Running(Child);
@@ -50,7 +48,7 @@ fn config(directory: &Path, port: u16) -> String {
     let at = |name: &str| directory.join(name).display().to_string();
     fs::create_dir(directory.join("design")).unwrap();
     fs::copy(designed().join("autopilot.toml"), at("design/autopilot.toml")).unwrap();
-    let text = include_str!("../../examples/loop.toml")
+    let text = include_str!("../../../examples/loop.toml")
         .replace("/tmp/hovernav-", &at("line-"))
         .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
         .replace("\"out/records\"", &format!("\"{}\"", at("aboard")));
@@ -134,7 +132,7 @@ fn what_a_flight_reports_by_udp_is_recorded_and_identified_from() {
 #[test]
 fn a_station_that_cannot_be_is_refused_with_what_was_expected() {
     let folder = place("ground-refused");
-    let folder = common::text(&folder);
+    let folder = text(&folder);
     for (arguments, expected) in [
         (&["--config", "/nowhere/fly.toml"][..], "/nowhere/fly.toml"),
         (&["--address", "203.0.113.7"], "cannot serve at 203.0.113.7:8033"),

@@ -1,5 +1,5 @@
 //! Common functions of the tests of the command.
-#![allow(dead_code, reason = "no test uses all of it")]
+#![allow(dead_code, reason = "without some features no test uses all of it")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,5 @@
 //! The flight computer and the simulated helicopter as two programs with one configuration, and the evaluation of the
 //! record.
-#![cfg(all(feature = "lines", unix))]
-
-mod common;
 
 use std::fs;
 use std::io::{BufRead as _, BufReader};
@@ -12,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use common::{assert_keys, designed, hovernav, place, refusal, succeeds, summary};
+use crate::common::{assert_keys, designed, hovernav, place, refusal, succeeds, summary};
 use hovernav_fly::fly;
 use hovernav_fly::serial::Clock;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, Scene};
@@ -38,7 +35,7 @@ fn example(directory: &Path) -> String {
     let at = |name: &str| directory.join(name).display().to_string();
     fs::create_dir(directory.join("design")).unwrap();
     fs::copy(designed().join("autopilot.toml"), at("design/autopilot.toml")).unwrap();
-    include_str!("../../examples/loop.toml")
+    include_str!("../../../examples/loop.toml")
         .replace("/tmp/hovernav-", &at("line-"))
         .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
         .replace("\"out/records\"", &format!("\"{}\"", at("records")))
@@ -231,7 +228,7 @@ fn a_model_that_is_not_to_be_flown_by_is_refused_by_the_flight_too() {
     let at = |name: &str| directory.join(name).display().to_string();
     let named = example(&directory).replace("model = \"raptor60\"", "model = \"model.toml\"");
     fs::write(at("loop.toml"), named).unwrap();
-    let by_hand = include_str!("../../crates/model/src/data/raptor60.toml");
+    let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let identified = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\n\
                       parameter_covariance = [[0.01]]\nstates = [";
     for (more, expected) in [
