@@ -5,7 +5,7 @@
 //! to physical units.
 //!
 //! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs, timer). The order of
-//! the words is that of four independent drivers.
+//! the words agrees with four independent drivers.
 
 use core::fmt;
 

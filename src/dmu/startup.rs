@@ -108,7 +108,7 @@ pub enum StartupAction {
     ReadUntil(Time),
     /// The unit is silent and in polled mode, and its packets will have the requested mode.
     Ready,
-    /// All attempts failed; the fault is that of the last one.
+    /// All attempts failed; the fault is from the last attempt.
     Failed(StartupError),
 }
 

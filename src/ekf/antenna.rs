@@ -81,9 +81,9 @@ impl AntennaOffset {
         SIGMA_M * SIGMA_M * square(rate_radps) * self.variance
     }
 
-    /// Feeds the innovation of a fix's horizontal velocity, forward and right, m/s. `variance`, (m/s)², is that of each
-    /// component without the antenna's share. `rate_radps` is the rate of turn, `acceleration_mps2` the horizontal
-    /// acceleration.
+    /// Feeds the innovation of a fix's horizontal velocity, forward and right, m/s. `variance`, (m/s)², is the
+    /// innovation variance of each component without the contribution of the antenna offset. `rate_radps` is the rate
+    /// of turn, `acceleration_mps2` the horizontal acceleration.
     ///
     /// # Source
     /// Equation (M16) of docs/equations.md.

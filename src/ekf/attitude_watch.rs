@@ -14,7 +14,7 @@ pub(super) struct AttitudeWatch {
     last: [f32; 3],
     mean: [f32; 3],
     drift: [f32; 3],
-    /// Mean square of the remainder in tilt and in heading, rad².
+    /// Mean square of the difference less its mean and drift, in tilt and in heading, rad².
     square: [f32; 2],
     /// Whether a previous difference exists.
     is_begun: bool,

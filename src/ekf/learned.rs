@@ -19,7 +19,7 @@ pub struct Learned {
     pub suspicion: Suspicion,
     /// Factor on the variances of the inertial noise (K18).
     pub excess: f64,
-    /// Growth of the variance of each accelerometer bias by vibration that comes or goes, (m/s²)²/s (K24).
+    /// Growth of the variance of each accelerometer bias while vibration changes, (m/s²)²/s (K24).
     pub rectification: [f64; 3],
     /// Share of the horizontal specific force that counts as motion (K23).
     pub level_share: f64,

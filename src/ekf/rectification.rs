@@ -5,7 +5,7 @@
 
 use crate::scalar::Scalar;
 
-/// Detector of vibration that comes or goes.
+/// Detector of a change in vibration.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectification {
     /// Vibration before its last change, variance per axis, (m/s²)².

@@ -10,7 +10,7 @@
 //! | the aux channel alone | the pilot flies | the same |
 //! | position | holds velocity | 1 cycle |
 //! | velocity | holds attitude, after `transfer.patience_s` descends | 1 cycle |
-//! | attitude, or the inertial unit | the pilot flies; without one the sticks go to trim | 1 cycle after `health.age_s` |
+//! | attitude, or the inertial unit | the pilot flies; without a pilot the sticks go to trim | 1 cycle after `health.age_s` |
 //! | time: [`FailsafeConfig::late_cycles`] late cycles in a row | the pilot flies | 1 cycle |
 //! | the fence reached | goes back to its centre | 1 cycle |
 //!

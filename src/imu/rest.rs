@@ -183,8 +183,8 @@ impl Rest {
         slow_s: 0.0,
     };
 
-    /// Feeds the velocity of a fix, north, east and down, m/s; zero for an axis without one, `None` for a fix without
-    /// velocity.
+    /// Feeds the velocity of a fix, north, east and down, m/s. An axis without velocity is zero; a fix without velocity
+    /// is `None`.
     pub fn fix(&mut self, time: Time, velocity_mps: Option<[f64; 3]>) {
         let now = velocity_mps.map(|wide| wide.map(|value| value as f32));
         let slow = now.filter(|now| !is_faster(*now, FIX_MPS, FIX_DOWN_MPS));

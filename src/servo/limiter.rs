@@ -18,8 +18,8 @@ pub enum Limit {
     Rate,
     /// The command is not a number: the last width is sent again.
     Held,
-    /// The command has not been a number for too long. The servo goes to its failsafe width, or to trim without one,
-    /// within its rate.
+    /// The command has not been a number for too long. Within its rate the servo goes to its failsafe width,
+    /// or to trim if no failsafe width is set.
     ToFailsafe,
 }
 

@@ -88,7 +88,7 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     text
 }
 
-/// The numbers of models that stay stable with errors in every derivative, in words.
+/// Number of models, with errors in every derivative, that stay stable in every mode and in each mode, in words.
 pub fn perturbed(checked: &CheckedDesign) -> String {
     let PerturbedStability { off, of, modes, in_every_mode } = &checked.perturbed;
     let each = modes.iter().map(|(mode, stable)| format!("{} {stable}", mode.name()));

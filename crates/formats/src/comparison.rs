@@ -28,8 +28,8 @@ pub struct NamedTrajectory {
 }
 
 impl NamedTrajectory {
-    /// Reads the trajectory at `path`, as [`open_trajectory`] does. Its name is that of the file, or that of the
-    /// directory of a `solution.csv`.
+    /// Reads the trajectory at `path`, as [`open_trajectory`] does. Its name is the file's name, or for a
+    /// `solution.csv` the directory's name.
     ///
     /// # Errors
     /// [`LogError`] if the trajectory is missing or cannot be read.

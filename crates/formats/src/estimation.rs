@@ -22,7 +22,7 @@ pub struct Changes<'a> {
     pub configured: bool,
     /// Spans in which the GPS is ignored.
     pub outages: &'a [Outage],
-    /// Largest rate of the GPS, Hz; the rate of the log without one.
+    /// Largest rate of the GPS, Hz; `None` keeps the rate of the log.
     pub gps_rate_hz: Option<f64>,
 }
 

@@ -120,7 +120,7 @@ fn moves(rows: &[Row]) -> bool {
     })
 }
 
-/// The `injected` value at each row of `controls`: the nearest in time, zero without one; empty where all are zero.
+/// The `injected` value at each row of `controls`: the nearest within `LONGEST_S`, else zero. Empty if all are zero.
 fn injected(controls: &[Row], mut injected: Vec<(Time, usize, f64)>) -> Vec<[f64; 4]> {
     if injected.iter().all(|(.., value)| *value == 0.0) {
         return Vec::new();

@@ -329,7 +329,8 @@ fn finite<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
     values.iter().all(|value| value.is_finite()).then_some(values)
 }
 
-/// Horizontal velocity, and one-sigma of the velocity, m/s. A receiver without a course is at rest up to its speed.
+/// Horizontal velocity, and one-sigma of the velocity, m/s. Without a course, a ground speed up to `AT_REST_MPS` counts
+/// as rest: the velocity is zero, and the one-sigma at least the ground speed and `AT_REST_SIGMA_MPS`.
 fn at_rest(stated: &StatedFix) -> ([f64; 2], [f64; 3]) {
     let [north, east, _] = stated.velocity_mps;
     let is_at_rest = !(north.is_finite() && east.is_finite())

@@ -92,7 +92,7 @@ impl Columns {
     }
 }
 
-/// The sigma in the first of `columns` that the table has and that is known.
+/// One-sigmas from the first of `columns` that has finite values in this row; NaN if neither has.
 fn sigma(row: &Row<'_>, columns: [Option<[usize; 3]>; 2]) -> Result<[f64; 3], LogError> {
     let [per_axis, grouped] = [row.finite(columns[0])?, row.finite(columns[1])?];
     Ok(per_axis.or(grouped).unwrap_or([f64::NAN; 3]))

@@ -103,7 +103,7 @@ pub struct AxisScore {
     /// Number of samples compared.
     pub samples: usize,
     /// Fraction of samples whose error is within three sigmas, if the filter gives any: 0.997 for a consistent filter.
-    /// The variance is that of filter and reference added.
+    /// The variance is the sum of the variances of filter and reference.
     pub within_3_sigma: Option<f64>,
     /// Root mean square of error over the same sigma: 1 for a consistent filter. `None` if a sigma is zero.
     pub error_over_sigma: Option<f64>,

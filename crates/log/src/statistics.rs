@@ -80,7 +80,7 @@ fn extremes(channel: &[f64], start: usize, end: usize) -> Option<[usize; 2]> {
 /// point of each group, so that peaks keep their height and time. At most 65 536 points remain. `X` is the abscissa.
 #[derive(Clone, Debug)]
 pub struct Extremes<X = f64> {
-    /// Number of points in a group of which two remain; 1 while all remain.
+    /// Number of points in a group, of which the lowest and the highest are kept; 1 while every point is kept.
     stride: usize,
     /// Extremes of the current group, and the number of its points.
     near: Option<[(X, f64); 2]>,

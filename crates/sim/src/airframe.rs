@@ -78,7 +78,7 @@ pub(super) struct Lateness {
 }
 
 impl Lateness {
-    /// Lateness of each stick of `model` beyond the period `period_s` that the loop itself takes.
+    /// Delay and lag of each stick of `model`, less the delay `period_s` of the flight computer.
     pub fn of(model: &StateSpace, period_s: f64) -> [Self; 4] {
         ["lat", "lon", "col", "ped"].map(|stick| {
             let known = |kind: &str| {

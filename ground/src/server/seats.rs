@@ -28,7 +28,7 @@ impl Taken {
         self.of.values().map(Vec::len).sum()
     }
 
-    /// The address with the most slots, where that is more than `address` would have with another one.
+    /// The address with the most slots; `None` unless it has more slots than `address` would have after one more.
     fn greediest(&self, address: IpAddr) -> Option<IpAddr> {
         let own = self.of.get(&address).map_or(0, Vec::len);
         let (greediest, held) = self.of.iter().max_by_key(|(_, held)| held.len())?;

@@ -12,7 +12,8 @@ const LEAST_REJECTIONS: u8 = 3;
 const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
-/// Growth factor of a position innovation without a reported velocity that shows a diverged filter.
+/// Growth factor of a position innovation since its first rejection, above which the filter counts as diverged. Applies
+/// to receivers that do not report velocity.
 const GROWN: f32 = 2.0;
 
 /// Evidence for and against the filter when a measurement is rejected.
@@ -20,21 +21,22 @@ const GROWN: f32 = 2.0;
 struct Evidence {
     /// A barometer agrees with the filter, so the receiver's height is wrong.
     baro_agrees: bool,
-    /// The level of the agreeing barometer came from this receiver, and the height has a constant offset.
+    /// The rejected height has a constant offset, and the receiver's vertical velocity is accepted. The barometer's
+    /// level, set from this receiver, may then be wrong.
     baro_level_is_ambiguous: bool,
     /// A velocity was reopened recently.
     velocity_was_reset: bool,
     /// Inertial samples were missing or clipped, or the heading is unconfirmed, or a velocity was reopened.
     suspect: bool,
-    /// For a position: the receiver's velocity agrees with the filter.
+    /// Positions only: the receiver's velocity agrees with the filter's velocity.
     velocity_agrees: bool,
-    /// A position from a receiver that does not report its velocity.
+    /// Positions only: the receiver does not report its velocity.
     without_velocity: bool,
-    /// The same, and the innovation has grown since the first rejection.
+    /// Horizontal position without reported velocity: the innovation has grown since the first rejection.
     grows: bool,
-    /// For a heading: another source confirms the filter's own.
+    /// Headings only: another source confirms the filter's heading.
     is_confirmed: bool,
-    /// For a position: it may be at the second hypothesis again.
+    /// Positions only: the fix is within reach of the second hypothesis, the position before the last reset.
     may_be_at_previous: bool,
 }
 

@@ -23,7 +23,7 @@ impl<T: Scalar> HeadingMethod<T> for NoHeadingSearch {}
 pub(in super::super) mod sealed {
     use super::*;
 
-    /// Interface of the search; each default implementation is that of no search.
+    /// Interface of the search; the default implementations do not search.
     pub trait Method<T>: Sized {
         /// Whether the method searches.
         const SEARCHES: bool;

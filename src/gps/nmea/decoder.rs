@@ -29,13 +29,13 @@ const GST: Kinds = 32;
 /// next epoch starts. The first two fixes are therefore late by an epoch; [`flush`](Self::flush) on a silent line
 /// delivers any fix at once.
 ///
-/// * Position is that of GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of its
+/// * Position comes from GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of its
 ///   sentences reports none. For GGA this is quality 0 or 6 to 8, for RMC status V or mode N, E, M, S or U, for GSA
 ///   mode 1. GNS reports none without a valid mode. RMC and GNS report none with the navigational status U.
-/// * Velocity is that of RMC; that of VTG where the receiver sends no RMC. Down velocity is unknown. At rest
+/// * Velocity comes from RMC, or from VTG if the receiver sends no RMC. Down velocity is unknown. At rest
 ///   many receivers leave the course empty: then only the ground speed is known.
-/// * One-sigmas are those of GST; else unknown.
-/// * The date is that of RMC, unchecked: a receiver past its week rollover sends a wrong one.
+/// * One-sigmas come from GST; without GST they are unknown.
+/// * The date comes from RMC, unchecked: a receiver past its week rollover sends a wrong one.
 ///
 /// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes them, else after.
 /// This requires reading the line at least every 50 ms. A log replayed without arrival times is read correctly if

@@ -41,7 +41,7 @@ pub struct Acknowledgement {
 /// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived. All that arrived must report it
 ///   as good (`gnssFixOK`) and as 2-D, 3-D, or combined with dead reckoning. Dead reckoning alone and time alone are
 ///   no fix.
-/// * Position is that of NAV-PVT, else NAV-POSLLH, else NAV-SOL (Earth-fixed, in cm); velocity that of NAV-PVT,
+/// * Position comes from NAV-PVT, else NAV-POSLLH, else NAV-SOL (Earth-fixed, in cm). Velocity comes from NAV-PVT,
 ///   else NAV-VELNED, else NAV-SOL.
 /// * One-sigmas are the receiver's accuracy estimates. Its one figure for the horizontal error is used for north
 ///   and for east, its one figure for speed for all three axes. NAV-SOL has only one figure for position in

@@ -59,9 +59,9 @@ pub(super) fn respond(
     Ok(response)
 }
 
-/// Time after which the disturbance of `linear`, a response without stops, stays within 5 % of its size with stops, s.
-/// Infinite where the disturbance has not decayed by the end of `linear`; `None` where no stick command exceeds its
-/// travel.
+/// Time, s, after which the disturbed state stays within 5 % of its disturbance, with stick stops. `linear` is the
+/// response to the same disturbance without stops. Infinite if the state has not settled by the end of `linear`; `None`
+/// if no stick command exceeds its travel.
 pub(super) fn back_with_stops_s(
     design: &HoverDesign,
     model: &StateSpace,

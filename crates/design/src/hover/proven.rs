@@ -14,7 +14,7 @@ const FIRST_RADPS: f64 = 0.01;
 /// Largest number of improvements of the scaling, and the smallest relative gain to continue.
 const IMPROVED: usize = 60;
 const CONVERGED: f64 = 1e-4;
-/// Addition that keeps the scaling definite, relative to its size.
+/// Addition to the diagonal of the scaling, relative to its mean diagonal: the scaling stays positive definite.
 const DEFINITE: f64 = 1e-8;
 
 /// Guaranteed stability region of the parameters.

@@ -38,7 +38,7 @@ impl Default for Firmware {
 
 /// Source of the IMU's measurements.
 pub trait PacketSource: Send {
-    /// The measurement for a poll at `now`; `None` without one.
+    /// The measurement for a poll at `now`, if there is a measurement.
     fn at(&mut self, now: Time) -> Option<AnglePacket>;
 
     /// The next packet of continuous mode up to `now`, with its time.

@@ -177,8 +177,8 @@ impl Reader<'_> {
         }
     }
 
-    /// The unit of a course, from its name or from its largest value; `None` where that is more than a full
-    /// turn in every unit.
+    /// The unit of a course, from its column's name or from its largest value. `None` if that value exceeds a full turn
+    /// in every unit.
     fn course_unit(&self, column: usize) -> Option<CourseUnit> {
         let largest = self.look.largest(column);
         Some(match self.known.unit(column) {

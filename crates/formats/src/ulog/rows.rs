@@ -72,7 +72,7 @@ fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
     ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
-/// `new` in degrees or metres, or before 2024 `old`, an integer of `unit`.
+/// `new`, in degrees or metres. Logs from before 2024 lack it and have `old`, an integer in multiples of `unit`.
 fn or(new: f64, old: f64, unit: f64) -> f64 {
     if new.is_nan() { old * unit } else { new }
 }

@@ -117,7 +117,8 @@ fn runs(fixes: &[Fix], zero: impl Fn(&Fix) -> bool) -> Vec<Range<usize>> {
     chunks.filter(|run| zero(&fixes[run.start])).collect()
 }
 
-/// Largest distance of the positions of `run` from its start on these axes, m; `None` if too few parts move.
+/// Largest distance of `run` from its first fix along `axes`, m; `None` if fewer than `LEAST_MOVING` parts of `PART_S`
+/// move.
 fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<f64> {
     let first = run.first()?;
     let mut sigmas_m: Vec<f64> = (run.iter())

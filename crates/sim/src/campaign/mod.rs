@@ -87,7 +87,7 @@ const TANK_S: f64 = 720.0;
 /// Interval at which the mass is updated, s.
 const BURNT_S: f64 = 5.0;
 
-/// Definition of a hover, against the truth over the last [`lasts_s`](Self::lasts_s) of a flight.
+/// Bounds of a hover: the true state stays within them over the last [`lasts_s`](Self::lasts_s) of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoverBounds {
     /// Length of the evaluation, s.

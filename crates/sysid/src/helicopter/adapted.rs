@@ -63,8 +63,8 @@ impl Structure {
         self
     }
 
-    /// The structure with a stabiliser bar. Bar and stick share the effect that was `found` for the stick without a
-    /// bar.
+    /// The structure with a stabiliser bar. `found` are the estimates without a bar: the stick's effect in them gives
+    /// the initial values of stick and bar.
     pub(super) fn with_bar(self, found: &Estimates, units: [f64; 4]) -> Self {
         let mut with = self;
         let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);

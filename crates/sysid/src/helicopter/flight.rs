@@ -209,8 +209,8 @@ impl FlightRecord {
     }
 }
 
-/// `means` over intervals, one column a signal, without the attenuation of a mean that is held: (sin x / x)², with x half
-/// an interval's angle. Accurate to 2 % up to 0.8 of half the sample rate.
+/// Compensates `means` over intervals of length T, one column per signal, for attenuation by averaging and holding.
+/// This attenuation is (sin x / x)², x = ω T/2. Accurate to 2 % up to 0.8 of half the sample rate.
 ///
 /// # Source
 /// Equation (I34) of docs/equations.md.

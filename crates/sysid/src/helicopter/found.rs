@@ -8,7 +8,7 @@ use crate::methods::prediction_error::{Estimate, Identified};
 pub(super) struct Found {
     pub kind: Kind,
     pub identified: Identified,
-    /// The selected model with a bar has this counterpart without one.
+    /// Counterpart without a stabiliser bar, if the selected model has a bar.
     pub without_bar: Option<Identified>,
     /// See [`Identification::passed_over`](super::Identification::passed_over).
     pub passed_over: Option<Identified>,

@@ -28,7 +28,7 @@ const MUCH_BETTER: f64 = 0.25;
 pub struct Conflict {
     /// The parameter as identified by each domain alone.
     pub parameter: SideBySide,
-    /// The response that the time domain fits worst, if it was rejected for it: the model then has the value of the
+    /// The response that the time domain fits worst, if this fit was rejected. The model then has the value of the
     /// frequency domain.
     pub denied_by: Option<PairCost>,
 }
