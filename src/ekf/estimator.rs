@@ -144,6 +144,12 @@ impl Estimator {
     pub fn new(config: EstimatorConfig) -> Self {
         Self::with_layout(config)
     }
+
+    /// [`push`](Self::push) of the default estimator, which is thus compiled here and not in every crate with one.
+    #[doc(hidden)]
+    pub fn push_default(&mut self, event: &Event, notify: &mut dyn FnMut(Notice)) {
+        self.process_event(event, &mut (), notify);
+    }
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
@@ -196,7 +202,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.process_event(event, trace, &mut notify);
     }
 
-    /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`.
+    /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`. Without inlining, a crate uses what
+    /// one that it depends on has compiled for the same type.
+    #[inline(never)]
     fn process_event(
         &mut self,
         event: &Event,
@@ -207,15 +215,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             notify(Notice::SetupSuspect { time: event.time(), fault });
         }
         if self.phase == Phase::Aligning {
-            self.report_ignored(event, notify);
-            let alignment = if H::SEARCHES {
-                self.aligner.push(event)
-            } else {
-                self.aligner.push_as::<false>(event)
-            };
-            if let Some(alignment) = alignment {
-                self.begin(&alignment, notify);
-            }
+            self.align(event, notify);
             return;
         }
         if H::SEARCHES && self.level == Level::Doubted && !matches!(event, Event::Gps(_)) {
@@ -236,6 +236,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             Event::AntennaHeading(heading) => self.antenna_heading(heading, trace, notify),
             Event::Range(reading) => self.range(reading, trace, notify),
+        }
+    }
+
+    /// Adds the event to the alignment, and starts the filter from a finished one.
+    // In a stack frame of its own, which the deeper calls of its caller do not share.
+    #[inline(never)]
+    fn align(&mut self, event: &Event, notify: &mut dyn FnMut(Notice)) {
+        self.report_ignored(event, notify);
+        let alignment = if H::SEARCHES {
+            self.aligner.push(event)
+        } else {
+            self.aligner.push_as::<false>(event)
+        };
+        if let Some(alignment) = alignment {
+            self.begin(&alignment, notify);
         }
     }
 

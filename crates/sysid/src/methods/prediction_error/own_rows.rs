@@ -2,9 +2,10 @@
 //! enters them.
 
 use nalgebra::{DMatrix, DMatrixView};
+use rayon::prelude::*;
 
 use super::predictor::Predictor;
-use super::products::{BLOCK, Products, group};
+use super::products::{BLOCK, LANES, Products};
 use crate::methods::structure::Structure;
 
 /// Whitened sensitivities of the innovations to the own values `columns`, from a record's first sample on.
@@ -26,7 +27,7 @@ impl OwnRows {
         columns: Vec<usize>,
         lengths: impl Iterator<Item = usize>,
     ) -> Self {
-        let (n, outputs, count) = (structure.states.len(), structure.outputs.len(), columns.len());
+        let (outputs, count) = (structure.outputs.len(), columns.len());
         let mut lengths: Vec<usize> = lengths.collect();
         lengths.sort_unstable();
         lengths.dedup();
@@ -38,7 +39,7 @@ impl OwnRows {
             columns,
         };
         if count > 0 {
-            own.fill(structure, predictor, n);
+            own.fill(structure, predictor);
         }
         let mut squares = DMatrix::zeros(count, count);
         let mut whole = 0;
@@ -54,36 +55,23 @@ impl OwnRows {
         own
     }
 
-    fn fill(&mut self, structure: &Structure, predictor: &Predictor, n: usize) {
+    fn fill(&mut self, structure: &Structure, predictor: &Predictor) {
         let (count, p) = (self.columns.len(), self.outputs);
-        let offsets = structure.offsets.len();
-        let first_offset = predictor.gamma.ncols() - offsets;
-        let group = group(count);
-        let mut sensitivity = vec![0.0; group * n];
-        let mut steady = vec![0.0; group * n];
-        let mut biased = vec![0.0; group * p];
-        for (index, &own) in self.columns.iter().enumerate() {
-            if own < n {
-                sensitivity[own * group + index] = 1.0;
-            } else if own < n + offsets {
-                for row in 0..n {
-                    steady[row * group + index] = predictor.gamma[(row, first_offset + own - n)];
-                }
-            } else {
-                let output = structure.bias_rows[own - n - offsets];
-                biased[output * group + index] = 1.0;
+        let samples = self.rows.len() / (count * p);
+        let parts: Vec<Vec<f64>> = self
+            .columns
+            .par_chunks(LANES)
+            .map(|columns| rows_of(columns, structure, predictor, samples))
+            .collect();
+        let mut parts: Vec<_> = parts
+            .iter()
+            .zip(self.columns.chunks(LANES))
+            .map(|(rows, own)| rows.chunks_exact(own.len()))
+            .collect();
+        for row in self.rows.chunks_exact_mut(count) {
+            for (into, part) in row.chunks_mut(LANES).zip(&mut parts) {
+                into.copy_from_slice(part.next().unwrap_or_default());
             }
-        }
-        let mut products = Products::new(predictor, group);
-        let mut next = steady.clone();
-        let mut raw = vec![0.0; group * p];
-        for rows in self.rows.chunks_exact_mut(count * p) {
-            products.observe(&sensitivity, &mut raw);
-            raw.iter_mut().zip(&biased).for_each(|(raw, bias)| *raw -= bias);
-            products.whiten(&raw, count, rows, count);
-            next.copy_from_slice(&steady);
-            products.propagate(&sensitivity, &raw, &mut next);
-            std::mem::swap(&mut sensitivity, &mut next);
         }
     }
 
@@ -112,4 +100,46 @@ impl OwnRows {
         let found = self.information.binary_search_by_key(&samples, |(length, _)| *length);
         &self.information[found.expect("a length that was asked for")].1
     }
+}
+
+/// Whitened sensitivities of `samples` samples to at most [`LANES`] own values: `columns` × (samples · outputs), column
+/// by column.
+fn rows_of(
+    columns: &[usize],
+    structure: &Structure,
+    predictor: &Predictor,
+    samples: usize,
+) -> Vec<f64> {
+    let (n, p) = (structure.states.len(), structure.outputs.len());
+    let offsets = structure.offsets.len();
+    let first_offset = predictor.gamma.ncols() - offsets;
+    let mut sensitivity = vec![0.0; LANES * n];
+    let mut steady = vec![0.0; LANES * n];
+    let mut biased = vec![0.0; LANES * p];
+    for (index, &own) in columns.iter().enumerate() {
+        if own < n {
+            sensitivity[own * LANES + index] = 1.0;
+        } else if own < n + offsets {
+            for row in 0..n {
+                steady[row * LANES + index] = predictor.gamma[(row, first_offset + own - n)];
+            }
+        } else {
+            let output = structure.bias_rows[own - n - offsets];
+            biased[output * LANES + index] = 1.0;
+        }
+    }
+    let count = columns.len();
+    let mut products = Products::new(predictor, LANES);
+    let mut next = steady.clone();
+    let mut raw = vec![0.0; LANES * p];
+    let mut all = vec![0.0; count * samples * p];
+    for rows in all.chunks_exact_mut(count * p) {
+        products.observe(&sensitivity, &mut raw);
+        raw.iter_mut().zip(&biased).for_each(|(raw, bias)| *raw -= bias);
+        products.whiten(&raw, count, rows, count);
+        next.copy_from_slice(&steady);
+        products.propagate(&sensitivity, &raw, &mut next);
+        std::mem::swap(&mut sensitivity, &mut next);
+    }
+    all
 }

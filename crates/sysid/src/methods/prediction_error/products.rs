@@ -13,7 +13,7 @@ pub(super) const BLOCK: usize = 128;
 
 /// Sensitivities that the processor's registers hold during a sum. A general product would spend its time packing
 /// matrices this small.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 /// Length of the group of `count` sensitivities.
 pub(super) fn group(count: usize) -> usize {
