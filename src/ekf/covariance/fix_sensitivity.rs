@@ -47,13 +47,11 @@ impl<T: Scalar> AxesSensitivity<T> {
     fn of_motion(&self, at: &impl Fn(usize) -> T) -> [T; 3] {
         let three = |first: usize| [at(first), at(first + 1), at(first + 2)];
         let (turned, gyro, accel) = (three(ATTITUDE), three(GYRO_BIAS), three(ACCEL_BIAS));
-        let w = self.turning;
-        core::array::from_fn(|axis| {
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            w[next] * turned[last] - w[last] * turned[next]
-                + dot(self.gyro_bias[axis], gyro)
-                + dot(self.accel_bias[axis], accel)
-        })
+        let ([u, v, w], [p, q, r]) = (self.turning, turned);
+        let [x, y, z] = [v * r - w * q, w * p - u * r, u * q - v * p];
+        let [[a, b, c], [d, e, f]] =
+            [self.gyro_bias.map(|row| dot(row, gyro)), self.accel_bias.map(|row| dot(row, accel))];
+        [x + a + d, y + b + e, z + c + f]
     }
 }
 
