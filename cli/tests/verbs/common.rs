@@ -53,6 +53,23 @@ pub fn designed() -> &'static Path {
     &DESIGNED
 }
 
+/// `examples/loop.toml` with every path in `directory`, which then contains a designed autopilot, and the records in its
+/// folder `records`.
+pub fn example(directory: &Path, records: &str) -> String {
+    let at = |name: &str| directory.join(name).display().to_string();
+    fs::create_dir(directory.join("design")).unwrap();
+    fs::copy(designed().join("autopilot.toml"), at("design/autopilot.toml")).unwrap();
+    include_str!("../../../examples/loop.toml")
+        .replace("/tmp/hovernav-", &at("line-"))
+        .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
+        .replace("\"out/records\"", &format!("\"{}\"", at(records)))
+}
+
+/// The output of a program as text.
+pub fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
 pub fn text(path: &Path) -> &str {
     path.to_str().expect("the path is text")
 }

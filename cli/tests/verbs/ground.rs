@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use self::browser::{Browser, chromium};
-use crate::common::{designed, hovernav, place, refusal, succeeds, summary, text};
+use crate::common::{example, hovernav, place, refusal, succeeds, summary, text};
 
 /// A program that ends with the test.
 struct Running(Child);
@@ -45,14 +45,8 @@ impl Drop for Running {
 
 /// `examples/loop.toml` with every path in `directory`, an autopilot, and telemetry to `port`.
 fn config(directory: &Path, port: u16) -> String {
-    let at = |name: &str| directory.join(name).display().to_string();
-    fs::create_dir(directory.join("design")).unwrap();
-    fs::copy(designed().join("autopilot.toml"), at("design/autopilot.toml")).unwrap();
-    let text = include_str!("../../../examples/loop.toml")
-        .replace("/tmp/hovernav-", &at("line-"))
-        .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
-        .replace("\"out/records\"", &format!("\"{}\"", at("aboard")));
-    let path = at("loop.toml");
+    let text = example(directory, "aboard");
+    let path = directory.join("loop.toml").display().to_string();
     fs::write(&path, format!("{text}\n[telemetry]\nudp = \"127.0.0.1:{port}\"\n")).unwrap();
     path
 }

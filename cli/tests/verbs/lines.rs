@@ -9,17 +9,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 
-use crate::common::{assert_keys, designed, hovernav, place, refusal, succeeds, summary};
+use crate::common::{assert_keys, example, hovernav, place, refusal, said, succeeds, summary};
 use hovernav_fly::fly;
 use hovernav_fly::serial::Clock;
 use hovernav_hil::{LinePaths, LiveConfig, LiveFlight, Scene};
 use hovernav_record::FlyConfig;
 use hovernav_sim::FlightConfig;
-
-/// The output of a program as text.
-fn said(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 /// The last line on standard error of a command that fails with exit status 1. Earlier lines may concern the magnetic
 /// model.
@@ -28,17 +23,6 @@ fn last_line(arguments: &[&str]) -> String {
     let told = said(&run.stderr);
     assert_eq!(run.status.code(), Some(1), "{told}");
     told.lines().last().unwrap_or_default().to_owned()
-}
-
-/// `examples/loop.toml` with every path in `directory`, which contains a designed autopilot.
-fn example(directory: &Path) -> String {
-    let at = |name: &str| directory.join(name).display().to_string();
-    fs::create_dir(directory.join("design")).unwrap();
-    fs::copy(designed().join("autopilot.toml"), at("design/autopilot.toml")).unwrap();
-    include_str!("../../../examples/loop.toml")
-        .replace("/tmp/hovernav-", &at("line-"))
-        .replace("../out/raptor60/autopilot.toml", "design/autopilot.toml")
-        .replace("\"out/records\"", &format!("\"{}\"", at("records")))
 }
 
 /// Sends a signal to a program.
@@ -53,7 +37,7 @@ fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     let directory = place("two-commands");
     let at = |name: &str| directory.join(name).display().to_string();
     let config = at("loop.toml");
-    fs::write(&config, example(&directory)).unwrap();
+    fs::write(&config, example(&directory, "records")).unwrap();
 
     let mut simulated = Command::new(env!("CARGO_BIN_EXE_hovernav"))
         .args(["simulate", "--lines", "--config", &config, "--out", &at("truth")])
@@ -136,7 +120,7 @@ fn hovered(path: &Path, record: &Path) {
 fn the_record_of_a_hover_over_the_lines_reports_how_it_went() {
     let directory = place("told-hover");
     let at = |name: &str| directory.join(name).display().to_string();
-    fs::write(at("loop.toml"), example(&directory)).unwrap();
+    fs::write(at("loop.toml"), example(&directory, "records")).unwrap();
     hovered(at("loop.toml").as_ref(), at("flight.mcap").as_ref());
     let reported = succeeds(&["report", &at("flight.mcap"), "--out", &at("report")]);
     assert!(reported.contains("identical to the bit, and so are the sticks of"), "{reported}");
@@ -154,7 +138,7 @@ fn the_record_of_a_hover_over_the_lines_reports_how_it_went() {
 fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
     let directory = place("nobody-there");
     let config = directory.join("loop.toml");
-    fs::write(&config, example(&directory)).unwrap();
+    fs::write(&config, example(&directory, "records")).unwrap();
     let config = config.display().to_string();
     let message = last_line(&["simulate", "--lines", "--config", &config, "--duration", "1"]);
     assert!(message.contains("no flight computer opened all lines within 1 s"), "{message}");
@@ -168,7 +152,7 @@ fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
 #[test]
 fn what_cannot_be_flown_is_refused_with_the_key() {
     let directory = place("refused-flights");
-    let good = example(&directory);
+    let good = example(&directory, "records");
     let site = "[site]\nlatitude_deg = 1.3521\nlongitude_deg = 103.8198\nheight_m = 0.0\n";
     for (from, to, expected) in [
         (
@@ -207,7 +191,7 @@ fn what_cannot_be_flown_is_refused_with_the_key() {
 fn gains_that_are_unstable_on_the_vehicles_model_are_refused() {
     let directory = place("unstable-gains");
     let at = |name: &str| directory.join(name).display().to_string();
-    let good = example(&directory);
+    let good = example(&directory, "records");
     let designed = fs::read_to_string(at("design/autopilot.toml")).unwrap();
     let turned = designed.replacen("proportional = ", "proportional = -", 1).replace("--", "");
     fs::write(at("design/autopilot.toml"), turned).unwrap();
@@ -226,7 +210,8 @@ fn gains_that_are_unstable_on_the_vehicles_model_are_refused() {
 fn a_model_that_is_not_to_be_flown_by_is_refused_by_the_flight_too() {
     let directory = place("unflyable-flight");
     let at = |name: &str| directory.join(name).display().to_string();
-    let named = example(&directory).replace("model = \"raptor60\"", "model = \"model.toml\"");
+    let named =
+        example(&directory, "records").replace("model = \"raptor60\"", "model = \"model.toml\"");
     fs::write(at("loop.toml"), named).unwrap();
     let by_hand = include_str!("../../../crates/model/src/data/raptor60.toml");
     let identified = "parameters = [{ name = \"Nr\", value = -4.0, unit = \"1/s\" }]\n\

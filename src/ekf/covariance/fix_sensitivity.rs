@@ -49,8 +49,8 @@ impl<T: Scalar> AxesSensitivity<T> {
         let (turned, gyro, accel) = (three(ATTITUDE), three(GYRO_BIAS), three(ACCEL_BIAS));
         let ([u, v, w], [p, q, r]) = (self.turning, turned);
         let [x, y, z] = [v * r - w * q, w * p - u * r, u * q - v * p];
-        let [[a, b, c], [d, e, f]] =
-            [self.gyro_bias.map(|row| dot(row, gyro)), self.accel_bias.map(|row| dot(row, accel))];
+        let [a, b, c] = self.gyro_bias.map(|row| dot(row, gyro));
+        let [d, e, f] = self.accel_bias.map(|row| dot(row, accel));
         [x + a + d, y + b + e, z + c + f]
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct Predictor {
     pub d: DMatrix<f64>,
     pub gain: DMatrix<f64>,
     /// F = Φ − K C.
-    pub closed: DMatrix<f64>,
+    closed: DMatrix<f64>,
     /// Covariance of the predicted state.
     pub covariance: DMatrix<f64>,
     /// L⁻¹, lower triangular.

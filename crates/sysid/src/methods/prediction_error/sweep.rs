@@ -289,10 +289,11 @@ impl Pass<'_> {
                 products.propagate(sensitivity, &raw, &mut next[..all]);
             }
             sensitivity.copy_from_slice(&forced.as_slice()[(length - 1) * all..length * all]);
-            let of_own = self.own_rows.of(first, length);
-            let pairs = of_own.chunks_exact(own.max(1));
-            for (into, of_own) in rows.as_mut_slice().chunks_exact_mut(columns.max(1)).zip(pairs) {
-                into[parameters..].copy_from_slice(of_own);
+            if own > 0 {
+                let of_own = self.own_rows.of(first, length).chunks_exact(own);
+                for (into, of_own) in rows.as_mut_slice().chunks_exact_mut(columns).zip(of_own) {
+                    into[parameters..].copy_from_slice(of_own);
+                }
             }
             let used = rows.columns(0, p * length);
             let errors = errors.rows(0, p * length);
@@ -333,13 +334,12 @@ impl Pass<'_> {
         normal
     }
 
-    /// z of `sample`, with zeros for x and with the measured outputs less their biases for ν.
+    /// z of `sample`, x excepted, with the measured outputs less their biases for ν.
     fn measured(&self, sample: usize, z: &mut [f64]) {
         let structure = self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
         let (delayed, rates) = self.inputs;
-        z[..n].fill(0.0);
         z[n..n + m].copy_from_slice(&delayed[sample * m..(sample + 1) * m]);
         z[n + m..n + 3 * m].copy_from_slice(&rates[2 * sample * m..2 * (sample + 1) * m]);
         z[n + 3 * m..n + 3 * m + o].copy_from_slice(&self.own[n..n + o]);
