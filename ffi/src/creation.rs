@@ -8,7 +8,7 @@ use hovernav::health::HealthMonitor;
 use hovernav::imu::Notch;
 
 use crate::access::{input, object, optional, output};
-use crate::object::{Flight, HOVERNAV_ABI, Hovernav, MARK};
+use crate::object::{HOVERNAV_ABI, Hovernav, MARK};
 use crate::queue::NoticeQueue;
 use crate::settings::{Checked, Config};
 use crate::status::{Fault, Status};
@@ -81,22 +81,32 @@ pub unsafe extern "C" fn hovernav_create(
     Status::of(create())
 }
 
-/// Builds an object in its memory. In a separate function, the compiler knows that the memory has no other user. It
-/// then builds the object there and not on the stack.
-#[inline(never)]
+/// Builds an object in its memory, part by part: at most one of them is on the stack meanwhile.
+#[expect(clippy::multiple_unsafe_ops_per_block, reason = "one condition holds for all parts")]
 fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
-    memory.write(Hovernav {
-        mark: MARK,
-        lines: None,
-        flight: Flight {
-            notch: config.notch.map(Notch::new),
-            estimator: Estimator::new(config.estimator),
-            monitor: HealthMonitor::new(config.health.cast()),
-            stepless: SteplessSolution::default(),
-            autopilot: None,
-            notices: NoticeQueue::default(),
-        },
-    });
+    let nav = memory.as_mut_ptr();
+    // SAFETY: `memory` is valid for writes. All fields of the object are written.
+    unsafe {
+        let flight = &raw mut (*nav).flight;
+        build(&raw mut (*flight).notch, || config.notch.map(Notch::new));
+        build(&raw mut (*flight).estimator, || Estimator::new(config.estimator));
+        build(&raw mut (*flight).monitor, || HealthMonitor::new(config.health.cast()));
+        build(&raw mut (*flight).stepless, SteplessSolution::default);
+        build(&raw mut (*flight).autopilot, || None);
+        build(&raw mut (*flight).notices, NoticeQueue::default);
+        build(&raw mut (*nav).lines, || None);
+        build(&raw mut (*nav).mark, || MARK);
+    }
+}
+
+/// Writes a new value to its place, in a stack frame of its own.
+///
+/// # Safety
+/// `place` is aligned and valid for writes.
+#[inline(never)]
+unsafe fn build<T>(place: *mut T, new: impl FnOnce() -> T) {
+    // SAFETY: guaranteed by the caller.
+    unsafe { place.write(new()) }
 }
 
 /// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as

@@ -93,12 +93,12 @@ fn creation_finds_null_small_and_misaligned_memory() {
 fn an_object_is_made_in_its_memory_and_never_stands_on_the_stack_as_a_whole() {
     let mut memory = Memory::new();
     // More would end the process.
-    let little = std::thread::Builder::new().stack_size(24 << 10);
+    let little = std::thread::Builder::new().stack_size(16 << 10);
     std::thread::scope(|scope| {
         let made = little.spawn_scoped(scope, || create(&mut memory).is_null()).unwrap();
         assert!(!made.join().unwrap());
     });
-    assert!(hovernav_size() > 24 << 10);
+    assert!(hovernav_size() > 16 << 10);
 }
 
 #[test]
