@@ -11,7 +11,7 @@
 
 use super::innovation::{Channel, Innovation, Verdict};
 use super::measurement::Report;
-use crate::scalar::Scalar;
+use super::square;
 use crate::time::Time;
 
 /// Factor of the variance of the inertial unit's driving noise over the assumed one.
@@ -24,8 +24,9 @@ pub(super) struct Excess {
     last_down: (Time, Option<f32>),
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
     mean_product: [f64; 2],
-    /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
-    refused: (Time, Option<f32>),
+    /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovations,
+    /// north and east.
+    refused: (Time, Option<[f32; 2]>),
     /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
     /// measurement.
     refused_down: (Time, Option<f32>),
@@ -157,20 +158,23 @@ impl Excess {
         }
     }
 
-    /// Whether rejected innovations grow, as with a bias step. A receiver fault appears at full size at once.
+    /// Whether rejected innovations grow to one side, as with a bias step. A receiver fault appears at full size at once.
     fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
         let Some((north, east)) = refused else {
             self.refused.1 = None;
             return false;
         };
-        let size = Scalar::hypot(north, east);
+        let newest = Some([north as f32, east as f32]);
         let (since, Some(first)) = self.refused else {
-            self.refused = (time, began.then_some(size as f32));
+            self.refused = (time, newest.filter(|_| began));
             return false;
         };
-        let grown = time - since >= GROWING_S && size >= GROWN * f64::from(first);
+        let [first_north, first_east] = first.map(f64::from);
+        let alike = north * first_north + east * first_east;
+        let grown = time - since >= GROWING_S
+            && alike >= GROWN * (square(first_north) + square(first_east));
         if grown {
-            self.refused = (time, Some(size as f32));
+            self.refused = (time, newest);
         }
         grown
     }

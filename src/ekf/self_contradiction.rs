@@ -21,6 +21,8 @@ pub(super) struct SelfContradiction<T> {
     /// Whether samples since then are missing or were at full scale.
     in_part: bool,
     unexplained: Unexplained,
+    /// Whether the last change was unexplained, and does not continue an earlier one.
+    departs: bool,
     usual_mps: Usual,
     usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
@@ -78,19 +80,21 @@ impl Usual {
         [stated[0].min(level), stated[1].min(vertical)]
     }
 
-    /// Learns from a change, NED, limited to `limits`, over an interval, s, with a weight.
+    /// Learns from a change, NED, over an interval, s. An unusual one has a part beyond `limits`.
     fn learn(
         &mut self,
         [north, east, down]: [f64; 3],
-        [level, vertical]: [f64; 2],
+        limits: [f64; 2],
         interval_s: f32,
-        weight: f32,
+        is_usual: bool,
     ) {
         self.learned_s = (self.learned_s + interval_s).min(USUAL_S);
+        let weight = if is_usual { 1.0 } else { UNUSUAL };
         let share = weight * (interval_s / self.learned_s).min(1.0);
         let squares = [(square(north) + square(east)) / 2.0, square(down)];
-        let most = [square(level) / 2.0, square(vertical)];
-        for ((mean, new), most) in self.mean_squares.iter_mut().zip(squares).zip(most) {
+        for ((mean, new), limit) in self.mean_squares.iter_mut().zip(squares).zip(limits) {
+            let most =
+                if is_usual { f64::INFINITY } else { UNUSUAL_MOST * square(limit / LEARNED) };
             *mean += share * (new.min(most) as f32 - *mean);
         }
     }
@@ -138,8 +142,10 @@ const MEANWHILE: f64 = 0.5;
 /// Time constant of the usual changes, s, and the time after which they count.
 const USUAL_S: f32 = 30.0;
 const LEARNED_S: f32 = 10.0;
-/// Weight of a fix of which a part is unusual: garbage must not become usual, but a receiver that stays worse must.
-const UNUSUAL: f32 = 0.125;
+/// Weight of an unusual change, and the most that it counts as, in mean squares for which its limit would be right:
+/// garbage of a minute must not become usual, but a receiver that stays worse for two must.
+const UNUSUAL: f32 = 0.5;
+const UNUSUAL_MOST: f64 = 2.0;
 /// Number of root mean squares of the usual changes allowed.
 const LEARNED: f64 = 5.0;
 /// Number of one-sigmas allowed for the two fixes together.
@@ -162,6 +168,7 @@ impl<T: Scalar> SelfContradiction<T> {
         felt_mps: Vector::ZERO,
         in_part: false,
         unexplained: Unexplained::NONE,
+        departs: false,
         usual_mps: Usual::NONE,
         usual_m: Usual::NONE,
         agility_mps2: [0.0; 2],
@@ -185,6 +192,12 @@ impl<T: Scalar> SelfContradiction<T> {
     /// filter.
     pub fn is_suspected(&self) -> bool {
         self.contradictions > 0 || self.farthest_mps > 0.0
+    }
+
+    /// Whether the last change is a jump, a contradiction or the first sign of a step: the next fix tells which. Until
+    /// then it indicates no bias.
+    pub const fn may_be_a_jump(&self) -> bool {
+        self.departs
     }
 
     /// Whether the fixes contradicted each other repeatedly. Such fixes are rejected.
@@ -215,6 +228,7 @@ impl<T: Scalar> SelfContradiction<T> {
         self.begin(reading);
         if !(LEAST_S..=LONGEST_S).contains(&interval_s) {
             self.unexplained = Unexplained::NONE;
+            self.departs = false;
             return;
         }
         let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
@@ -242,16 +256,17 @@ impl<T: Scalar> SelfContradiction<T> {
             position_m: beyond(off_m, limits_m),
         };
         let is_usual = unexplained == Unexplained::NONE;
-        let weight = if is_usual { 1.0 } else { UNUSUAL };
         if change.is_some() {
-            self.usual_mps.learn(left_mps.to_array(), limits_mps, interval_s as f32, weight);
+            self.usual_mps.learn(left_mps.to_array(), limits_mps, interval_s as f32, is_usual);
         }
-        self.usual_m.learn(off_m, limits_m, interval_s as f32, weight);
+        self.usual_m.learn(off_m, limits_m, interval_s as f32, is_usual);
         let is_impossible_at_any_attitude = change.is_some_and(|change| {
             is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
         });
         self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
-        self.contradictions = if unexplained.opposes(&self.unexplained) {
+        let opposes = unexplained.opposes(&self.unexplained);
+        self.departs = !is_usual && (opposes || self.unexplained == Unexplained::NONE);
+        self.contradictions = if opposes {
             self.contradicted = reading.time;
             (self.contradictions + 1).min(MOST)
         } else if is_usual {
@@ -437,7 +452,7 @@ mod tests {
         let mut within = |[north, east, down]: [f64; 3]| {
             let limits = usual.limits(stated).map(|usual| AGREEMENT_MPS + usual);
             let is_usual = beyond([north, east, down], limits) == [0.0; 3];
-            usual.learn([north, east, down], limits, 1.0, if is_usual { 1.0 } else { UNUSUAL });
+            usual.learn([north, east, down], limits, 1.0, is_usual);
             is_usual
         };
         let learned: Vec<bool> = (0..180).map(|_| within([4.0, -4.0, 5.0])).collect();

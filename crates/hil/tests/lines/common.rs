@@ -194,13 +194,17 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     let ground = setup.ground_lost_s.map(|lost_s| ground(directory.path(), clock, lost_s));
     let mut held = setup.held.iter().peekable();
     let mut disk_full_s = setup.disk_full_s;
+    let mut filled = None;
     while !flying.is_finished() && !computer.is_finished() {
         let (now, flown_s) = (clock.now(), flying.elapsed_s().unwrap_or_default());
         if let Some((_, duration_s)) = held.next_if(|(second, _)| flown_s >= *second) {
             aboard.hold_until(now + *duration_s);
         }
         if disk_full_s.take_if(|second| flown_s >= *second).is_some() {
-            fill_disk(&path, now);
+            filled = Some((now, fill_disk(&path, now)));
+        }
+        if let Some((_, length)) = filled.take_if(|(since, _)| now - *since > 0.1) {
+            wait_until(|| path.metadata().unwrap().len() == length);
         }
         let wait_s = held.peek().map_or(LOOK_S, |(second, _)| (second - flown_s).min(LOOK_S));
         clock.sleep_until(now + wait_s);
@@ -221,15 +225,22 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     Flown { record, begun_s, samples, crashed_s, report, said: said.iter().collect(), over_lines }
 }
 
-/// Limits the size of files to that of the record at `path`, as soon as the record has the flight until `now`. The
-/// emulated time does not advance in this function, so the load of the machine does not change the record.
-fn fill_disk(path: &Path, now: Time) {
+/// Limits the size of files to one byte more than that of the record at `path`, as soon as the record has the flight
+/// until `now`. The size of the record is then the limit, which is returned, when its writer has noticed.
+fn fill_disk(path: &Path, now: Time) -> u64 {
     let until_now = |record: Record| record.cycles.last().is_some_and(|last| now - last.time < 0.1);
-    while !Record::open(path).is_ok_and(until_now) {
+    wait_until(|| Record::open(path).is_ok_and(until_now));
+    let length = path.metadata().unwrap().len() + 1;
+    setrlimit(Resource::Fsize, Rlimit { current: Some(length), maximum: None }).unwrap();
+    length
+}
+
+/// Waits for the writer of the record. The emulated time does not advance meanwhile, so the load of the machine does
+/// not change the record.
+fn wait_until(is_written: impl Fn() -> bool) {
+    while !is_written() {
         thread::sleep(Duration::from_millis(5));
     }
-    let full = Rlimit { current: Some(path.metadata().unwrap().len()), maximum: None };
-    setrlimit(Resource::Fsize, full).unwrap();
 }
 
 /// A ground station that requests frames every second, until its port is unplugged.
