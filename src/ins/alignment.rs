@@ -74,9 +74,9 @@ pub struct AlignmentConfig {
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position and velocity for fixes without accuracies, m and m/s.
+    /// One-sigma of position, used where a fix states no accuracy of its own, m.
     pub position_sigma_m: f64,
-    /// See `position_sigma_m`.
+    /// One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
     pub velocity_sigma_mps: f64,
     /// Least speed at which the course gives the heading, m/s.
     pub course_speed_mps: f64,
