@@ -106,7 +106,7 @@ struct Compared {
 
 /// Smallest number of consecutive rejections of any size that cause a warning.
 const LASTING: usize = 3;
-/// Smallest duration of such rejections, s.
+/// Smallest duration of such consecutive rejections, s.
 const LASTING_S: f64 = 2.0;
 /// Time after an event, s, in which it may cause a rejection.
 const AFTERMATH_S: f64 = 10.0;
@@ -128,7 +128,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Time after a fix, s, within which a filter that was reset to it shows the result.
+/// Time after a reset to a fix, s, at which the solution shows the result of the reset.
 const REOPENED_S: f64 = 1.0;
 
 impl Judged<'_> {

@@ -12,13 +12,13 @@ use hovernav::time::Time;
 
 /// Relative deviation of the field's strength from its median beyond which the field is disturbed.
 const DISTURBED: f64 = 0.25;
-/// Relative change of the field that an imperfect calibration of the magnetometer can explain.
+/// Largest relative change of the field that an imperfect calibration of the magnetometer can explain.
 const UNCALIBRATED: f64 = 0.15;
-/// Smaller heading differences, rad (10°), occur by chance.
+/// Largest heading difference, rad (10°), that occurs by chance; a larger one is a warning.
 const SUSPECT_RAD: f64 = 0.175;
-/// Suspect headings at most this far apart, s, are one finding.
+/// Longest time, s, between suspect headings of one finding.
 const ONE_AMBIGUITY_S: f64 = 30.0;
-/// Shorter disturbances, s, are ignored as noise.
+/// Shortest disturbance of the field that is reported, s: a shorter one is noise.
 const LASTING_S: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {

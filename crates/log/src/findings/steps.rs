@@ -21,9 +21,9 @@ const SIDE: usize = 3;
 const MOST_REJECTED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
-/// Smaller steps of a gyro's bias, rad/s, matter little.
+/// Smallest step of a gyro's bias that is reported, rad/s.
 const LEAST_GYRO: f64 = 0.002;
-/// Smaller steps of an accelerometer's bias, m/s², matter little.
+/// Smallest step of an accelerometer's bias that is reported, m/s².
 const LEAST_ACCEL: f64 = 0.12;
 /// Smallest lasting step of a gyro's bias that the filter has estimated, rad/s; a smaller one may be an initial bias
 /// estimated late.

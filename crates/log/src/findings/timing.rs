@@ -13,15 +13,15 @@ use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
 
-/// Offset of the fixes' time beyond which a warning asks to declare it, s.
+/// Largest time offset of the fixes, s, that needs no declaration; a larger one is a warning.
 const OFFSET_S: f64 = 0.1;
-/// Offsets that the filter can estimate, s.
+/// Range of the time offsets that the filter can estimate, s.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
-/// Share of rejected fixes up to which the filter's estimate is trusted.
+/// Share of rejected fixes from which on the filter's estimate of the offset is not used.
 const MANY_REJECTED: f64 = 0.1;
-/// Smallest offset for which the accelerations are used, s.
+/// Smallest offset according to the accelerations that is used, s.
 const FAR_S: f64 = 0.25;
-/// Difference beyond which the accelerations outweigh the filter's estimate, s.
+/// Difference from the filter's estimate, s, beyond which the offset according to the accelerations replaces it.
 const AGREES_S: f64 = 0.1;
 /// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
 const MOST_S: f64 = 25.0;
@@ -29,7 +29,7 @@ const MOST_S: f64 = 25.0;
 const COARSE_S: f64 = 0.1;
 /// Fine step of the search, s.
 const FINE_S: f64 = 0.01;
-/// Delays further from the best one, s, are separate candidates.
+/// Distance from the best delay, s, beyond which a delay is a separate candidate.
 const NEAR_S: f64 = 2.0;
 /// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
@@ -37,27 +37,27 @@ const STEP_S: f64 = 0.04;
 const OVER_S: f64 = 1.0;
 /// Longest interval between fixes that are compared, s.
 const LONGEST_S: f64 = 2.5;
-/// Number of changes in a part of the flight, whose delay is compared with that of other parts.
+/// Number of velocity changes in a part of the flight. The delays of the parts are compared.
 const PART: usize = 40;
-/// Smallest number of such parts.
+/// Smallest number of parts that can show a growing delay.
 const LEAST_PARTS: usize = 3;
-/// The same in multiples of the delays' rms distance from a line.
+/// Smallest growth of the delay over the flight, in multiples of the delays' rms distance from a line.
 const OFF_LINE: f64 = 5.0;
-/// Least share of the changes explained by a growing delay in addition to those explained by a constant delay.
+/// Least share of the velocity changes that a growing delay explains in addition to a constant delay.
 const DRIFT_EXPLAINS: f64 = 0.05;
-/// Longer intervals between samples, s, leave the velocity unknown.
+/// Longest interval between samples, s, over which the velocity change is known.
 const GAP_S: f64 = 0.3;
 /// Length of the part of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
-/// Smallest number of changes.
+/// Smallest number of compared velocity changes.
 const LEAST_CHANGES: usize = 30;
-/// Smallest rms of the changes, m/s.
+/// Smallest rms of the velocity changes, m/s.
 const LEAST_MPS: f64 = 0.5;
-/// Smallest share of the changes that the best delay explains.
+/// Smallest share of the velocity changes that the best delay explains.
 const EXPLAINED: f64 = 0.5;
 /// Lead of the best delay over zero and over distant delays, in explained share.
 const CLEARLY: f64 = 0.1;
-/// Offsets that explain a smaller share of the changes are rejected.
+/// Share of the velocity changes that the filter's offset must explain to be used.
 const UNEXPLAINED: f64 = 0.1;
 /// Lead of GPS time over UTC, s.
 const LEAP_SECONDS: f64 = 18.0;

@@ -9,13 +9,13 @@ use super::norm;
 use crate::finding::{Sensor, SetupFinding};
 use crate::statistics::quantile;
 
-/// Positions are compared within parts of this length, s: the first third with the last.
+/// Length of the parts, s, within which positions are compared: the first third with the last.
 const PART_S: f64 = 10.0;
 /// Smallest number of moving parts that proves zeros false; the jumps of a standing receiver reach fewer.
 const LEAST_MOVING: usize = 3;
 /// Smallest distance within a part, m, horizontal and vertical.
 const LEAST_M: [f64; 2] = [4.0, 6.0];
-/// The same in stated one-sigmas.
+/// Smallest distance within a part, in stated one-sigmas; the larger limit applies.
 const SIGMAS: f64 = 3.0;
 /// Largest distance of the fixes from a motion at constant velocity, relative to the distance moved.
 const UNSTEADY: f64 = 1.0 / 3.0;
