@@ -98,7 +98,7 @@ fn side(side: &Bound<'_, PyAny>, name: &str) -> Result<Side> {
     Ok(Side::Path(path_of(side, name)?))
 }
 
-/// The path of a trajectory in the place of a solution.
+/// The path of a trajectory, for an argument `name` that accepts a Solution or a path.
 pub fn path_of(side: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
     side.extract().map_err(|_| {
         let kind = side.get_type();

@@ -57,7 +57,7 @@ pub enum LinkAction {
 /// Longest time without a packet on a running link, s.
 const NO_DATA_S: f64 = 0.5;
 
-/// Bytes in 0.2 s of a full line.
+/// Number of lost bytes after which the link starts over: 0.2 s of a full line.
 const GARBLED_BYTES: u64 = 768;
 
 /// The shortest cycle, s: the unit's fastest is 70 packets a second.

@@ -46,7 +46,8 @@ pub(super) enum Across {
 pub(super) struct Line {
     /// Velocity across per forward velocity.
     pub slope: f32,
-    /// Velocity across per angular rate about the axis perpendicular to both, m.
+    /// Lever arm, m: velocity across per angular rate. The rate is about the axis perpendicular to the forward axis and
+    /// to that velocity.
     pub arm_m: f32,
     /// Variance of the residual, (m/s)², inflated so that samples every [`INTERVAL_S`] may count as white.
     pub variance: f32,

@@ -49,7 +49,7 @@ pub(super) struct Measured {
     pub axes: [Option<(f32, f32)>; 3],
     /// Whether the velocity is the mean since the previous fix, from positions.
     pub is_mean: bool,
-    /// Velocity of the antenna against the inertial unit, in the body axes at the start of the bank, m/s.
+    /// Velocity of the antenna relative to the inertial unit, in the body axes at the start of the bank, m/s.
     pub swing_mps: [f32; 3],
 }
 

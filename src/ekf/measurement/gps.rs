@@ -35,8 +35,8 @@ const REOPENED_SHARE: f64 = 2.0;
 /// Factor by which the learned one-sigma must exceed the stated one before it replaces it.
 const BY_CHANCE: f64 = 1.15;
 
-/// Limit of a position shift that is no drift: the root of the sum of squares of this number of one-sigmas and of
-/// `WALK_M`, m.
+/// Largest position shift that is not a drift, m: √((`WALK_SIGMAS` σ)² + `WALK_M`²), with σ the one-sigma of the
+/// position.
 const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 const WALK_M: f32 = 5.0;
 

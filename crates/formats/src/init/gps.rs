@@ -67,9 +67,9 @@ impl Reader<'_> {
     }
 
     fn height_unit(&self, height: usize, written: Written, checks: &mut Vec<String>) -> LengthUnit {
-        /// Height of a receiver one metre above the ellipsoid, mm.
+        /// Least value of a height in mm: one metre above the ellipsoid.
         const LEAST_MM: f64 = 1e3;
-        /// Higher than any vehicle with a receiver flies, m.
+        /// Largest height of a vehicle with a receiver, m: larger values are in mm.
         const MOST_M: f64 = 2e4;
         let largest = self.look.largest(height);
         match self.known.unit(height) {

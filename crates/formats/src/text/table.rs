@@ -46,9 +46,9 @@ pub(crate) enum Motions {
 /// The magnetic field of a row.
 #[derive(Default)]
 pub(crate) struct Magnetic {
-    /// Part of the inertial sample.
+    /// Field in the same row as an inertial sample, of which it becomes a part, gauss.
     pub of_unit: Option<Vector<Body>>,
-    /// A separate sample.
+    /// Field in a row without an inertial sample: a separate reading, gauss.
     pub apart: Option<Vector<Body>>,
 }
 

@@ -75,7 +75,7 @@ pub struct ResponseCosts {
     pub points: DMatrix<usize>,
 }
 
-/// 7.57° of phase weigh as much as 1 dB of magnitude.
+/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as one of 1 dB.
 pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
