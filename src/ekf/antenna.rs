@@ -26,7 +26,7 @@ pub(super) struct AntennaOffset {
 const SIGMA_M: f32 = 1.0;
 /// Smallest offset worth estimating, m.
 const LOOKED_FOR_M: f32 = 0.3;
-/// Slower turns, rad/s, are ignored.
+/// Slowest turn that is used, rad/s.
 const SLOWEST_RADPS: f32 = 0.1;
 /// Uncertainty of a fix's time, s. Its product with the acceleration must be less than the velocity that the offset
 /// causes in the turn.

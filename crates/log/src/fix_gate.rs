@@ -121,7 +121,7 @@ impl StatedFix {
         }
     }
 
-    /// With this speed over ground, m/s, and course, rad, as its horizontal velocity.
+    /// This fix with a speed over ground, m/s, and a course, rad, as its horizontal velocity.
     #[must_use]
     pub fn moving(mut self, speed_mps: f64, course_rad: f64) -> Self {
         let (east, north) = course_rad.sin_cos();
@@ -148,7 +148,7 @@ impl StatedFix {
         }
     }
 
-    /// Whether it has a position that is used.
+    /// Whether the fix has a position that is used.
     #[must_use]
     pub fn is_fix(&self) -> bool {
         self.fault().is_none()

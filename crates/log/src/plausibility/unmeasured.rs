@@ -30,7 +30,7 @@ pub(crate) struct Unmeasured {
 }
 
 impl Unmeasured {
-    /// `None` if all velocities are plausible.
+    /// The zero velocities of `fixes` that no sensor measured; `None` if all velocities are plausible.
     pub fn of(fixes: &[Fix]) -> Option<Self> {
         let level = |fix: &Fix| fix.horizontal_velocity_mps == Some([0.0; 2]);
         let down = |fix: &Fix| fix.down_velocity_mps == Some(0.0);
@@ -52,7 +52,7 @@ impl Unmeasured {
         (moved_m != [0.0; 2]).then_some(Self { zeros, moved_m })
     }
 
-    /// Removes these velocities from `fixes`.
+    /// Removes the unmeasured velocities from `fixes`.
     pub fn take_out(&self, fixes: &mut [Fix]) {
         for (fix, [level, down]) in fixes.iter_mut().zip(&self.zeros) {
             fix.horizontal_velocity_mps = fix.horizontal_velocity_mps.filter(|_| !level);
@@ -60,7 +60,7 @@ impl Unmeasured {
         }
     }
 
-    /// The `fixes` without these velocities.
+    /// The `fixes` without the unmeasured velocities.
     pub fn without<'a>(found: Option<&Self>, fixes: &'a [Fix]) -> Cow<'a, [Fix]> {
         let mut fixes = Cow::Borrowed(fixes);
         if let Some(found) = found {
@@ -69,7 +69,7 @@ impl Unmeasured {
         fixes
     }
 
-    /// Finding for these velocities of `fixes`.
+    /// Finding for the unmeasured velocities of `fixes`.
     pub fn finding(&self, fixes: &[Fix]) -> SetupFinding {
         let count =
             |is_one: fn(&[bool; 2]) -> bool| self.zeros.iter().filter(|zero| is_one(zero)).count();
