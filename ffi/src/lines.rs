@@ -116,9 +116,9 @@ unsafe fn push(
     // SAFETY: guaranteed by the caller.
     let bytes = unsafe { slice(bytes, length) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(result) };
+    let slot = unsafe { output(result) };
     Status::of(nav.and_then(|nav| {
-        let (bytes, place, now) = (bytes?, place?, Time::from_nanoseconds(now_ns));
+        let (bytes, slot, now) = (bytes?, slot?, Time::from_nanoseconds(now_ns));
         let Hovernav { lines, flight, .. } = nav;
         let lines = lines.as_mut().ok_or(Status::NoLines)?;
         let mut result = LineResult::NOTHING;
@@ -135,7 +135,7 @@ unsafe fn push(
             }
             Line::Gps => lines.gps(bytes, now, observe),
         }
-        place.write(result);
+        slot.write(result);
         Ok(())
     }))
 }

@@ -430,9 +430,9 @@ pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) 
         return Status::AbiMismatch;
     }
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(config) };
-    Status::of(place.map(|place| {
-        place.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
+    let slot = unsafe { output(config) };
+    Status::of(slot.map(|slot| {
+        slot.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
     }))
 }
 
