@@ -45,7 +45,7 @@ fn sources(log: &Judged<'_>) -> String {
         (antennas, "the second antenna"),
     ];
     let named: Vec<&str> =
-        named.into_iter().filter_map(|(told, name)| told.then_some(name)).collect();
+        named.into_iter().filter_map(|(is_used, name)| is_used.then_some(name)).collect();
     if named.is_empty() {
         return String::new();
     }
@@ -65,8 +65,8 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
             _ => None,
         });
         let end_s = restored_s.unwrap_or(log_end_s);
-        let told = |found: &Finding| found.start_s < end_s && start_s < found.end_s;
-        if end_s - start_s < LASTING_S || findings.iter().skip(known).any(told) {
+        let is_reported = |found: &Finding| found.start_s < end_s && start_s < found.end_s;
+        if end_s - start_s < LASTING_S || findings.iter().skip(known).any(is_reported) {
             continue;
         }
         findings.push(Finding {

@@ -65,7 +65,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least
                     && ratio > STEP
-                    && !suspect.iter().any(|&doubted_s| (start_s..end_s).contains(&doubted_s))
+                    && !suspect.iter().any(|&suspect_s| (start_s..end_s).contains(&suspect_s))
                     && largest.is_none_or(|most| change.abs() > most.2.abs())
                 {
                     largest = Some((start_s, end_s, change, sigma));

@@ -66,8 +66,8 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
     let FixTally { used, rejected } = log.run.fixes_compared;
-    let told = reported_changes(log);
-    if let Some(drift) = measured.drift(&told) {
+    let reported = reported_changes(log);
+    if let Some(drift) = measured.drift(&reported) {
         let percent = 100.0 * drift.abs();
         let fast = if drift < 0.0 { "fast" } else { "slow" };
         findings.push(Finding {
@@ -89,7 +89,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     }
     // Without significant accelerations no offset is rejected.
     let is_unexplained = |offset_s: f64| {
-        measured.explained(&told, |_| offset_s).is_some_and(|share| share < UNEXPLAINED)
+        measured.explained(&reported, |_| offset_s).is_some_and(|share| share < UNEXPLAINED)
     };
     let is_trusted = |offset_s: f64| {
         FOLLOWED_S.contains(&offset_s)
@@ -97,7 +97,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
             && !is_unexplained(offset_s)
     };
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
-    let far_s = measured.delay_s(&told).filter(|far_s| {
+    let far_s = measured.delay_s(&reported).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
     });
     let side = |offset_s: f64| {
@@ -197,8 +197,8 @@ impl MeasuredVelocity {
 
     /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly. Then the clocks of
     /// samples and fixes run at different rates.
-    fn drift(&self, told: &[Change]) -> Option<f64> {
-        let parts: Vec<[f64; 2]> = told
+    fn drift(&self, reported: &[Change]) -> Option<f64> {
+        let parts: Vec<[f64; 2]> = reported
             .chunks(PART)
             .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
             .collect();
@@ -217,24 +217,25 @@ impl MeasuredVelocity {
             .sqrt();
         let grown_s = drift.abs() * (parts.last()?[0] - parts.first()?[0]);
         let along = |at_s: f64| delay_s + drift * (at_s - time_s);
-        let [growing, steady] = [self.explained(told, along), self.explained(told, |_| delay_s)]
-            .map(Option::unwrap_or_default);
+        let [growing, steady] =
+            [self.explained(reported, along), self.explained(reported, |_| delay_s)]
+                .map(Option::unwrap_or_default);
         let is_plain = growing > EXPLAINED.max(steady + DRIFT_EXPLAINS)
             && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
         is_plain.then_some(drift)
     }
 
     /// Time by which the fixes are valid earlier than by the declared latency, s; `None` where it is not significant.
-    fn delay_s(&self, told: &[Change]) -> Option<f64> {
-        let (delay_s, explained) = self.plain_delay_s(told)?;
-        let now = self.explained(told, |_| 0.0).unwrap_or(0.0);
+    fn delay_s(&self, reported: &[Change]) -> Option<f64> {
+        let (delay_s, explained) = self.plain_delay_s(reported)?;
+        let now = self.explained(reported, |_| 0.0).unwrap_or(0.0);
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 
-    /// Delay that explains the largest share of the changes `told` by the fixes, s, and that share; `None` where a
+    /// Delay that explains the largest share of the changes `reported` by the fixes, s, and that share; `None` where a
     /// distant delay explains about as much.
-    fn plain_delay_s(&self, told: &[Change]) -> Option<(f64, f64)> {
-        let explained = |delay_s: f64| self.explained(told, |_| delay_s).unwrap_or(0.0);
+    fn plain_delay_s(&self, reported: &[Change]) -> Option<(f64, f64)> {
+        let explained = |delay_s: f64| self.explained(reported, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
         let tried: Vec<(f64, f64)> = (-steps..=steps)
             .map(|step| COARSE_S * f64::from(step))
@@ -253,12 +254,12 @@ impl MeasuredVelocity {
         Some((fine_s, most))
     }
 
-    /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
+    /// Share of the changes `reported` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
     /// together by the angle that fits best.
-    fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
+    fn explained(&self, reported: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         // Successive changes share two of their three times.
         let mut last = [(f64::NAN, None); 3];
-        let pairs: Vec<_> = told
+        let pairs: Vec<_> = reported
             .iter()
             .filter_map(|change| {
                 last = change.times_s.map(|time_s| {
@@ -273,15 +274,15 @@ impl MeasuredVelocity {
             return None;
         }
         let count = pairs.len() as f64;
-        let (mut measured, mut told) = ([0.0; 2], [0.0; 2]);
+        let (mut measured, mut reported) = ([0.0; 2], [0.0; 2]);
         for (a, b) in &pairs {
             measured = [measured[0] + a[0] / count, measured[1] + a[1] / count];
-            told = [told[0] + b[0] / count, told[1] + b[1] / count];
+            reported = [reported[0] + b[0] / count, reported[1] + b[1] / count];
         }
         let (mut along, mut across, mut squares) = (0.0, 0.0, [0.0; 2]);
         for (a, b) in pairs {
             let a = [a[0] - measured[0], a[1] - measured[1]];
-            let b = [b[0] - told[0], b[1] - told[1]];
+            let b = [b[0] - reported[0], b[1] - reported[1]];
             along += a[0] * b[0] + a[1] * b[1];
             across += a[0] * b[1] - a[1] * b[0];
             squares =
@@ -338,14 +339,14 @@ fn second_difference([start, middle, end]: [[f64; 2]; 3]) -> [f64; 2] {
 }
 
 fn reported_changes(log: &Judged<'_>) -> Vec<Change> {
-    let mut told: Vec<(f64, [f64; 2])> = Vec::new();
+    let mut reported: Vec<(f64, [f64; 2])> = Vec::new();
     for fix in &log.dataset.fixes {
         let (time_s, velocity) = (fix.time.seconds(), fix.horizontal_velocity_mps);
-        let is_due = told.last().is_none_or(|last| time_s - last.0 >= OVER_S - STEP_S);
-        told.extend(velocity.filter(|_| is_due).map(|velocity| (time_s, velocity)));
+        let is_due = reported.last().is_none_or(|last| time_s - last.0 >= OVER_S - STEP_S);
+        reported.extend(velocity.filter(|_| is_due).map(|velocity| (time_s, velocity)));
     }
-    let changes = told.windows(3).filter_map(|told| {
-        let &[start, middle, end] = told else { return None };
+    let changes = reported.windows(3).filter_map(|reported| {
+        let &[start, middle, end] = reported else { return None };
         let is_near = (middle.0 - start.0).max(end.0 - middle.0) < LONGEST_S;
         is_near.then(|| Change {
             times_s: [start.0, middle.0, end.0],

@@ -10,7 +10,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let walked = log.run.notices.iter().filter_map(|notice| match notice {
+    let drifting = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::Updated(report) => report
             .innovations()
             .next()
@@ -18,7 +18,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             .zip(report.position_drift_m()),
         _ => None,
     });
-    findings.extend(spans(walked, APART_S).into_iter().map(|span| Finding {
+    findings.extend(spans(drifting, APART_S).into_iter().map(|span| Finding {
         start_s: span.start_s,
         end_s: span.end_s,
         sensor: Sensor::Gps,
