@@ -25,10 +25,10 @@ pub(super) struct Excess {
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
     mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovation.
-    refused: (Time, Option<f32>),
+    rejected: (Time, Option<f32>),
     /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
     /// measurement.
-    refused_down: (Time, Option<f32>),
+    rejected_down: (Time, Option<f32>),
     /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
     reopened_down: (Time, Option<f32>),
 }
@@ -85,8 +85,8 @@ impl Excess {
         last: None,
         last_down: (Time::ZERO, None),
         mean_product: [0.0; 2],
-        refused: (Time::ZERO, None),
-        refused_down: (Time::ZERO, None),
+        rejected: (Time::ZERO, None),
+        rejected_down: (Time::ZERO, None),
         reopened_down: (Time::ZERO, None),
     };
 
@@ -112,9 +112,9 @@ impl Excess {
         let accepted = |channel| {
             normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MOST_SIGMAS, MOST_SIGMAS))
         };
-        let refused = |channel| normalised(channel, Verdict::Rejected);
+        let rejected = |channel| normalised(channel, Verdict::Rejected);
         let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));
-        let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
+        let rejected = rejected(Channel::VelocityNorth).zip(rejected(Channel::VelocityEast));
         let was_accepted = self.last.is_some_and(|(then, _)| soon_after(then, time).is_some());
         self.compare_level(time, level);
         let height = find(Channel::PositionDown).map_or(0.0, |height| height.innovation);
@@ -127,7 +127,7 @@ impl Excess {
                 *mean_product = 0.0;
             }
         }
-        Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
+        Stepped { level, down, far: self.grows_far(time, rejected, was_accepted), down_far }
     }
 
     /// Compares the horizontal velocity of a fix with that of the previous fix.
@@ -158,19 +158,19 @@ impl Excess {
     }
 
     /// Whether rejected innovations grow, as with a bias step. A receiver fault appears at full size at once.
-    fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
-        let Some((north, east)) = refused else {
-            self.refused.1 = None;
+    fn grows_far(&mut self, time: Time, rejected: Option<(f64, f64)>, began: bool) -> bool {
+        let Some((north, east)) = rejected else {
+            self.rejected.1 = None;
             return false;
         };
         let size = Scalar::hypot(north, east);
-        let (since, Some(first)) = self.refused else {
-            self.refused = (time, began.then_some(size as f32));
+        let (since, Some(first)) = self.rejected else {
+            self.rejected = (time, began.then_some(size as f32));
             return false;
         };
         let grown = time - since >= GROWING_S && size >= GROWN * f64::from(first);
         if grown {
-            self.refused = (time, Some(size as f32));
+            self.rejected = (time, Some(size as f32));
         }
         grown
     }
@@ -180,8 +180,8 @@ impl Excess {
         let off = down.innovation;
         let (then, last) = self.last_down;
         let began = last.is_some() && soon_after(then, time).is_some();
-        let ((since, before), (then, reopened)) = (self.refused_down, self.reopened_down);
-        self.refused_down = match down.verdict {
+        let ((since, before), (then, reopened)) = (self.rejected_down, self.reopened_down);
+        self.rejected_down = match down.verdict {
             Verdict::Accepted => (time, None),
             Verdict::Reopened => (time, Some(0.0)),
             Verdict::Rejected if before.is_some() => (since, before),

@@ -313,12 +313,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let innovation = (off - wander).to_array();
         let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
-        let axes_told = if fix.two_dimensional { 2 } else { 3 };
+        let axes_measured = if fix.two_dimensional { 2 } else { 3 };
         let lag_noise = self.lag_noise(back, back.age_s);
         let axes = core::array::from_fn(|axis| {
             let (channel, group) = POSITION_AXES[axis];
             let noise = T::of(noise.position_variance[axis]) + lag_noise;
-            (axis < axes_told).then_some(Compared {
+            (axis < axes_measured).then_some(Compared {
                 channel,
                 group,
                 innovation: innovation[axis],
