@@ -127,7 +127,7 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
         let autopilot = HoverAutopilot::new(config.core().cast()).map_err(|error| {
-            Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
+            Status::reject(Fault::new(&[error.what], error.found, error.expected), fault)
         })?;
         nav.flight.autopilot = Some(autopilot);
         nav.flight.stepless = SteplessSolution::default();

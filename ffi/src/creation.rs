@@ -72,7 +72,7 @@ pub unsafe extern "C" fn hovernav_create(
         if size < size_of::<Hovernav>() {
             return Err(Status::MemoryTooSmall);
         }
-        let config = config.checked().map_err(|wrong| Status::refuse(wrong, fault))?;
+        let config = config.checked().map_err(|wrong| Status::reject(wrong, fault))?;
         // SAFETY: not null, aligned and large enough, and owned by the caller; it may be uninitialised.
         make(unsafe { &mut *address.cast() }, &config);
         created.write(address);

@@ -87,7 +87,7 @@ pub unsafe extern "C" fn hovernav_start_lines(
         let (config, fault) = (config?, fault?);
         let (dmu, gps) = config.core().map_err(|wrong| match wrong {
             LinesFault::NotBuilt => Status::NotBuilt,
-            LinesFault::Value(wrong) => Status::refuse(wrong, fault),
+            LinesFault::Value(wrong) => Status::reject(wrong, fault),
         })?;
         nav.lines = Some(Sensors::new(dmu, gps, Time::from_nanoseconds(now_ns)));
         Ok(())

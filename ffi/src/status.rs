@@ -79,7 +79,7 @@ impl Status {
     }
 
     /// `OutOfRange`; writes the fault `wrong` to `fault`, if the caller has given one.
-    pub(crate) fn refuse(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
+    pub(crate) fn reject(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
         if let Some(slot) = fault {
             slot.write(wrong);
         }

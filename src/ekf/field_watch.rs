@@ -122,9 +122,9 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change that exceeds scatter and attitude
-    /// error, relative to the field when the heading was last opened. Departure from the usual field and return to it
-    /// are also returned.
+    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change that exceeds scatter and
+    /// attitude error, relative to the field when the heading was last opened. Departure from the usual field and
+    /// return to it are also returned.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.

@@ -448,6 +448,6 @@ pub unsafe extern "C" fn hovernav_check_config(config: *const Config, fault: *mu
     let fault = unsafe { optional(fault) };
     Status::of(config.and_then(|config| {
         let fault = fault?;
-        config.checked().map(|_| ()).map_err(|wrong| Status::refuse(wrong, fault))
+        config.checked().map(|_| ()).map_err(|wrong| Status::reject(wrong, fault))
     }))
 }

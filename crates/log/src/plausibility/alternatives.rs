@@ -150,8 +150,8 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
                     | Channel::PositionEast
             ) {
                 let opened = axis.time.seconds() < opened_until_s;
-                let refused = axis.verdict != Verdict::Accepted;
-                sum += if refused || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
+                let rejected = axis.verdict != Verdict::Accepted;
+                sum += if rejected || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
                 count += 1.0;
             }
         }

@@ -63,7 +63,7 @@ impl Inconsistent {
 /// # Source
 /// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
 /// Navigation*, section 8.6. Their variance is approximated by that of fix plus path, which is larger.
-pub(crate) fn denied(
+pub(crate) fn inconsistent_spans(
     dataset: &Dataset,
     forward: &Run,
     solutions: &[Solution],
