@@ -77,7 +77,7 @@ pub(super) struct Prior {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guess {
     pub weight: f64,
-    /// From the body axes at the start of the bank.
+    /// Attitude: rotation from the body axes at the start of the bank.
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: [f32; 3],
     bias_radps: [f32; 3],

@@ -81,8 +81,8 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
 pub struct SetupFinding {
     /// Sensor concerned.
     pub sensor: Sensor,
-    /// Whether it is certainly wrong: the log is then rejected, or estimated without the sensor if that
-    /// [can be ignored](Self::can_be_ignored).
+    /// Whether the property is certainly wrong: the log is then rejected, or estimated without the sensor if that [can
+    /// be ignored](Self::can_be_ignored).
     pub is_certain: bool,
     /// Found and expected values, with sizes.
     pub found: String,
