@@ -46,9 +46,9 @@ pub(crate) enum Motions {
 /// The magnetic field of a row.
 #[derive(Default)]
 pub(crate) struct Magnetic {
-    /// Field in the same row as an inertial sample, of which it becomes a part, gauss.
+    /// Field that becomes a part of the row's inertial sample, gauss.
     pub of_unit: Option<Vector<Body>>,
-    /// Field in a row without an inertial sample: a separate reading, gauss.
+    /// Field that is a reading of its own, not a part of an inertial sample, gauss.
     pub apart: Option<Vector<Body>>,
 }
 

@@ -13,7 +13,7 @@ const ABSENT_S: f64 = 5.0;
 const ABSENT_INTERVALS: f64 = 10.0;
 /// Longest time, s, from the first inertial sample to the first reading of an aid that is not late.
 const LATE_S: f64 = 10.0;
-/// Reading before a pause, as a share of the longest reading, above which the vehicle may have climbed out of the
+/// Reading next to a pause, as a share of the longest reading, above which the vehicle may have climbed out of the
 /// rangefinder's reach.
 const FAR: f64 = 0.7;
 /// Expected distance beyond the longest reading at which the ground is out of reach, m.
