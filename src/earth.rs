@@ -195,7 +195,7 @@ pub struct Local<T = f64> {
     pub east_radius_m: T,
     /// Normal gravity at this height, m/s², straight down.
     pub gravity_mps2: T,
-    /// Rotation of the Earth against inertial space, rad/s.
+    /// Rotation of the Earth relative to inertial space, rad/s.
     pub earth_rate_radps: Vector<Ned, T>,
     sin_latitude: T,
     cos_latitude: T,
@@ -249,7 +249,7 @@ impl<T: Scalar> Local<T> {
         }
     }
 
-    /// Rotation rate of the NED axes against the Earth due to motion over it, rad/s (Groves 5.44).
+    /// Rotation rate of the NED axes relative to the Earth, due to motion over it, rad/s (Groves 5.44).
     ///
     /// # Source
     /// Equation (E8) of docs/equations.md.

@@ -198,7 +198,7 @@ use libm::{sqrt as sqrt_double, sqrtf as sqrt_single};
 /// Largest angle, rad, that is reduced by π/2 in parts. Larger angles are first reduced by 2π and lose digits;
 /// attitudes never have such angles.
 const REDUCED_RAD: f64 = 1e5;
-/// The same limit in single precision, where the parts of π/2 are shorter.
+/// Largest such angle in single precision, rad, where the parts of π/2 are shorter.
 const REDUCED_SINGLE_RAD: f32 = 1e3;
 
 /// Sine and cosine to 2.5e-16 up to 1e5 rad, without a table of π. The functions of `libm` contain a table of 3.4 kB

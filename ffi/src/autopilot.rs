@@ -127,7 +127,7 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     Status::of(nav.and_then(|nav| {
         let (config, fault) = (config?, fault?);
         let autopilot = HoverAutopilot::new(config.core().cast()).map_err(|error| {
-            Status::refuse(Fault::new(&[error.what], error.found, error.expected), fault)
+            Status::reject(Fault::new(&[error.what], error.found, error.expected), fault)
         })?;
         nav.flight.autopilot = Some(autopilot);
         nav.flight.stepless = SteplessSolution::default();
@@ -153,9 +153,9 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
     // SAFETY: guaranteed by the caller.
     let inputs = unsafe { input(inputs) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(outputs) };
+    let slot = unsafe { output(outputs) };
     Status::of(nav.and_then(|nav| {
-        let (inputs, place) = (inputs?, place?);
+        let (inputs, slot) = (inputs?, slot?);
         if inputs.has_pilot > 1 || inputs.engage > 1 {
             return Err(Status::UnknownCode);
         }
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
             pilot: (inputs.has_pilot == 1).then(|| CoreSticks::from(inputs.pilot).cast()),
             engage: inputs.engage == 1,
         });
-        place.write(AutopilotOutputs::from(&stepped));
+        slot.write(AutopilotOutputs::from(&stepped));
         Ok(())
     }))
 }
@@ -208,15 +208,15 @@ pub struct SetPoint {
 
 impl SetPoint {
     fn core(&self) -> Result<CoreSetPoint, Status> {
-        let place = |heading_rad| {
+        let hold_at = |heading_rad| {
             Geodetic::from_degrees(self.latitude_deg, self.longitude_deg, self.height_m)
                 .map(|position| CoreSetPoint::Place { position, heading_rad })
                 .ok_or(Status::SetPointRefused)
         };
         match self.kind {
             HOVERNAV_SET_POINT_HOLD => Ok(CoreSetPoint::Hold),
-            HOVERNAV_SET_POINT_PLACE => place(None),
-            HOVERNAV_SET_POINT_PLACE_AND_HEADING => place(Some(self.heading_rad)),
+            HOVERNAV_SET_POINT_PLACE => hold_at(None),
+            HOVERNAV_SET_POINT_PLACE_AND_HEADING => hold_at(Some(self.heading_rad)),
             HOVERNAV_SET_POINT_VELOCITY => Ok(CoreSetPoint::Velocity {
                 forward_mps: self.forward_mps,
                 right_mps: self.right_mps,

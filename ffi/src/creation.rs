@@ -62,20 +62,20 @@ pub unsafe extern "C" fn hovernav_create(
         let config = unsafe { input(config) }?;
         // SAFETY: as above.
         let fault = unsafe { optional(fault) }?;
-        let place = memory.cast::<Hovernav>();
-        if place.is_null() {
+        let address = memory.cast::<Hovernav>();
+        if address.is_null() {
             return Err(Status::NullPointer);
         }
-        if !place.is_aligned() {
+        if !address.is_aligned() {
             return Err(Status::Misaligned);
         }
         if size < size_of::<Hovernav>() {
             return Err(Status::MemoryTooSmall);
         }
-        let config = config.checked().map_err(|wrong| Status::refuse(wrong, fault))?;
+        let config = config.checked().map_err(|wrong| Status::reject(wrong, fault))?;
         // SAFETY: not null, aligned and large enough, and owned by the caller; it may be uninitialised.
-        make(unsafe { &mut *place.cast() }, &config);
-        created.write(place);
+        make(unsafe { &mut *address.cast() }, &config);
+        created.write(address);
         Ok(())
     };
     Status::of(create())
@@ -99,14 +99,14 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     }
 }
 
-/// Writes a new value to its place, in a stack frame of its own.
+/// Writes a new value to its slot, in a stack frame of its own.
 ///
 /// # Safety
-/// `place` is aligned and valid for writes.
+/// `slot` is aligned and valid for writes.
 #[inline(never)]
-unsafe fn build<T>(place: *mut T, new: impl FnOnce() -> T) {
+unsafe fn build<T>(slot: *mut T, new: impl FnOnce() -> T) {
     // SAFETY: guaranteed by the caller.
-    unsafe { place.write(new()) }
+    unsafe { slot.write(new()) }
 }
 
 /// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as

@@ -133,12 +133,12 @@ pub unsafe extern "C" fn hovernav_get_health(
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(health) };
+    let slot = unsafe { output(health) };
     Status::of(nav.and_then(|nav| {
-        let place = place?;
+        let slot = slot?;
         let solution = nav.flight.estimator.solution();
         let assessed = nav.flight.monitor.assess(solution.as_ref(), Time::from_nanoseconds(now_ns));
-        place.write(Health::from(&assessed));
+        slot.write(Health::from(&assessed));
         Ok(())
     }))
 }

@@ -87,7 +87,7 @@ pub unsafe extern "C" fn hovernav_start_lines(
         let (config, fault) = (config?, fault?);
         let (dmu, gps) = config.core().map_err(|wrong| match wrong {
             LinesFault::NotBuilt => Status::NotBuilt,
-            LinesFault::Value(wrong) => Status::refuse(wrong, fault),
+            LinesFault::Value(wrong) => Status::reject(wrong, fault),
         })?;
         nav.lines = Some(Sensors::new(dmu, gps, Time::from_nanoseconds(now_ns)));
         Ok(())
@@ -116,9 +116,9 @@ unsafe fn push(
     // SAFETY: guaranteed by the caller.
     let bytes = unsafe { slice(bytes, length) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(result) };
+    let slot = unsafe { output(result) };
     Status::of(nav.and_then(|nav| {
-        let (bytes, place, now) = (bytes?, place?, Time::from_nanoseconds(now_ns));
+        let (bytes, slot, now) = (bytes?, slot?, Time::from_nanoseconds(now_ns));
         let Hovernav { lines, flight, .. } = nav;
         let lines = lines.as_mut().ok_or(Status::NoLines)?;
         let mut result = LineResult::NOTHING;
@@ -135,7 +135,7 @@ unsafe fn push(
             }
             Line::Gps => lines.gps(bytes, now, observe),
         }
-        place.write(result);
+        slot.write(result);
         Ok(())
     }))
 }

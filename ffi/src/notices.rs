@@ -426,11 +426,11 @@ pub unsafe extern "C" fn hovernav_next_notice(nav: *mut Hovernav, notice: *mut N
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(notice) };
+    let slot = unsafe { output(notice) };
     Status::of(nav.and_then(|nav| {
-        let place = place?;
+        let slot = slot?;
         let notice = nav.flight.notices.pop().ok_or(Status::NotYet)?;
-        place.write(Notice::from(&notice));
+        slot.write(Notice::from(&notice));
         Ok(())
     }))
 }
@@ -444,9 +444,9 @@ pub unsafe extern "C" fn hovernav_lost_notices(nav: *mut Hovernav, lost: *mut u3
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(lost) };
+    let slot = unsafe { output(lost) };
     Status::of(nav.and_then(|nav| {
-        place?.write(nav.flight.notices.lost());
+        slot?.write(nav.flight.notices.lost());
         Ok(())
     }))
 }

@@ -156,17 +156,17 @@ pub unsafe extern "C" fn hovernav_measure(
     // SAFETY: guaranteed by the caller.
     let sensor = unsafe { input(sensor) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { optional(notice) };
+    let slot = unsafe { optional(notice) };
     Status::of(nav.and_then(|nav| {
-        let (OwnSensor { compare, context, lever_arm_m }, place) = (sensor?, place?);
+        let (OwnSensor { compare, context, lever_arm_m }, slot) = (sensor?, slot?);
         let compare = compare.ok_or(Status::NullPointer)?;
         let reading = Callable { compare, context, lever_arm_m: lever_arm_m.into() };
         let notice = match nav.flight.measure(&reading, time) {
             Ok(report) => CoreNotice::Updated(report),
             Err(reason) => CoreNotice::NotUsed { time, aid: Aid::Own, reason },
         };
-        if let Some(place) = place {
-            place.write(Notice::from(&notice));
+        if let Some(slot) = slot {
+            slot.write(Notice::from(&notice));
         }
         Ok(())
     }))

@@ -97,12 +97,12 @@ pub unsafe extern "C" fn hovernav_get_solution(
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(solution) };
+    let slot = unsafe { output(solution) };
     Status::of(nav.and_then(|nav| {
-        let place = place?;
+        let slot = slot?;
         // By reference: the solution is large, and each copy takes time.
         let Some(solution) = &nav.flight.estimator.solution() else { return Err(Status::NotYet) };
-        place.write(Solution::from(solution));
+        slot.write(Solution::from(solution));
         Ok(())
     }))
 }
@@ -124,12 +124,11 @@ pub unsafe extern "C" fn hovernav_get_covariance(
     // SAFETY: guaranteed by the caller.
     let nav = unsafe { object(nav) };
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(covariance.cast::<[[f64; 9]; 9]>()) };
+    let slot = unsafe { output(covariance.cast::<[[f64; 9]; 9]>()) };
     Status::of(nav.and_then(|nav| {
-        let place = place?;
+        let slot = slot?;
         let p = nav.flight.estimator.filter().ok_or(Status::NotYet)?.covariance();
-        place
-            .write(core::array::from_fn(|row| core::array::from_fn(|column| p.entry(row, column))));
+        slot.write(core::array::from_fn(|row| core::array::from_fn(|column| p.entry(row, column))));
         Ok(())
     }))
 }

@@ -79,9 +79,9 @@ impl Status {
     }
 
     /// `OutOfRange`; writes the fault `wrong` to `fault`, if the caller has given one.
-    pub(crate) fn refuse(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
-        if let Some(place) = fault {
-            place.write(wrong);
+    pub(crate) fn reject(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
+        if let Some(slot) = fault {
+            slot.write(wrong);
         }
         Self::OutOfRange
     }

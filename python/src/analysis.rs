@@ -98,7 +98,7 @@ fn side(side: &Bound<'_, PyAny>, name: &str) -> Result<Side> {
     Ok(Side::Path(path_of(side, name)?))
 }
 
-/// The path of a trajectory in the place of a solution.
+/// The path of a trajectory, for an argument `name` that accepts a Solution or a path.
 pub fn path_of(side: &Bound<'_, PyAny>, name: &str) -> PyResult<PathBuf> {
     side.extract().map_err(|_| {
         let kind = side.get_type();
@@ -188,11 +188,11 @@ pub fn allan<'py>(
     readings: &Bound<'py, PyAny>,
     rate_hz: Option<f64>,
 ) -> Result<Bound<'py, PyAny>> {
-    let refused = |words: String| Err(Error::Array(words));
+    let rejected = |words: String| Err(Error::Array(words));
     let is_log = readings.cast::<PyLog>().is_ok() || readings.extract::<PathBuf>().is_ok();
     if is_log {
         if rate_hz.is_some() {
-            return refused("rate_hz: found a rate for a log, which has its own times".into());
+            return rejected("rate_hz: found a rate for a log, which has its own times".into());
         }
         let log = log_of(readings)?;
         let log = log.get();
@@ -200,16 +200,16 @@ pub fn allan<'py>(
         return Ok(table(py, columns)?);
     }
     let Some(rate_hz) = rate_hz.filter(|&rate_hz| rate_hz > 0.0 && rate_hz.is_finite()) else {
-        return refused("rate_hz: found no rate above 0, expected that of the readings, Hz".into());
+        return rejected("rate_hz: found no rate above 0, expected that of the readings, Hz".into());
     };
     let readings = vector(readings, "readings")?;
     let readings: Vec<f64> = readings.as_array().iter().copied().collect();
     if let Some(row) = readings.iter().position(|reading| !reading.is_finite()) {
-        return refused(format!("readings: row {row}: a value is missing or not finite"));
+        return rejected(format!("readings: row {row}: a value is missing or not finite"));
     }
     let points = py.detach(|| allan_deviation(&readings, 1.0 / rate_hz));
     if points.is_empty() {
-        return refused(format!("readings: found {}, expected at least 2", readings.len()));
+        return rejected(format!("readings: found {}, expected at least 2", readings.len()));
     }
     let rows = points.iter().map(|point| [point.tau_s, point.deviation]);
     Ok(table(py, split(["tau_s", "deviation"], rows))?)

@@ -45,7 +45,7 @@ pub fn dataset(
         let fields = columns.three("mag_gauss", MAGNETIC)?;
         let fields = fields.ok_or_else(|| columns.missing("mag_gauss"))?;
         for (row, field) in fields.iter().enumerate() {
-            refuse("magnetometer", row, field_fault(*field))?;
+            reject("magnetometer", row, field_fault(*field))?;
         }
         let fields = fields.into_iter().map(Into::into);
         dataset.magnetometer = columns.times.into_iter().zip(fields).collect();
@@ -66,7 +66,7 @@ fn with<'a>(group: &'a str, columns: &[&'a str]) -> Vec<&'a str> {
 }
 
 /// The error for a `fault` in a row, in the words of the reader of a log.
-fn refuse(table: &str, row: usize, fault: Option<&'static str>) -> Result<()> {
+fn reject(table: &str, row: usize, fault: Option<&'static str>) -> Result<()> {
     let Some(fault) = fault else { return Ok(()) };
     let fault = ["skipped: ", "rejected: "]
         .iter()
@@ -77,7 +77,7 @@ fn refuse(table: &str, row: usize, fault: Option<&'static str>) -> Result<()> {
 
 fn ensure_finite(table: &str, row: usize, values: &[f64]) -> Result<()> {
     let is_finite = values.iter().all(|value| value.is_finite());
-    refuse(table, row, (!is_finite).then_some("a value is missing or not finite"))
+    reject(table, row, (!is_finite).then_some("a value is missing or not finite"))
 }
 
 fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
@@ -112,7 +112,7 @@ fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
             true => Motion::Rates { angular_rate_radps: turn, specific_force_mps2: push },
             false => Motion::Increments { angle_rad: turn, velocity_mps: push },
         };
-        refuse("imu", row, motion_fault(&motion))?;
+        reject("imu", row, motion_fault(&motion))?;
         let mut sample = ImuSample::new(*time, motion);
         let is_known = |values: &[f64; 3]| values.iter().all(|value| !value.is_nan());
         sample.attitude = attitudes.as_ref().map(|all| all[row]).filter(is_known).map(
@@ -121,7 +121,7 @@ fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
             },
         );
         let field = fields.as_ref().map(|all| all[row]).filter(is_known);
-        refuse("imu", row, field.and_then(field_fault))?;
+        reject("imu", row, field.and_then(field_fault))?;
         sample.magnetic_field_gauss = field.map(Into::into);
         samples.push(sample);
     }

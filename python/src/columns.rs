@@ -128,15 +128,15 @@ pub fn time(seconds: f64) -> Result<Time> {
 pub fn times(seconds: &PyReadonlyArray1<'_, f64>, table: &str) -> Result<Vec<Time>> {
     let mut times: Vec<Time> = Vec::with_capacity(seconds.as_array().len());
     for (row, &value) in seconds.as_array().iter().enumerate() {
-        let refused = |why: &str| {
+        let rejected = |why: &str| {
             let value = Readable(value);
             Error::Array(format!("{table}: row {row}, column t_s: found {value}, {why}"))
         };
         let time = Time::try_from_seconds(value);
-        let time = time.ok_or_else(|| refused("expected seconds on one clock"))?;
+        let time = time.ok_or_else(|| rejected("expected seconds on one clock"))?;
         if let Some(before) = times.last().filter(|before| **before >= time) {
             let why = format!("expected a time after {} on the row before", before.seconds());
-            return Err(refused(&why));
+            return Err(rejected(&why));
         }
         times.push(time);
     }

@@ -26,18 +26,18 @@ impl Settings {
             let text = hovernav_toml::read_text(&name).map_err(hovernav_log::LogError::from)?;
             return Ok(Self { text, name });
         };
-        let refused = |why: String| Error::Config(format!("config: {why}"));
+        let rejected = |why: String| Error::Config(format!("config: {why}"));
         let arguments = PyDict::new(keys.py());
         arguments.set_item("allow_nan", false)?;
         // Arrays and numbers of NumPy.
         let to_list = keys.py().import("operator")?.call_method1("methodcaller", ("tolist",))?;
         arguments.set_item("default", to_list)?;
         let json = keys.py().import("json")?.call_method("dumps", (keys,), Some(&arguments));
-        let json = json.map_err(|error| refused(error.value(keys.py()).to_string()))?;
+        let json = json.map_err(|error| rejected(error.value(keys.py()).to_string()))?;
         let json = json.cast::<PyString>().map_err(PyErr::from)?.to_string();
         let value: toml::Value =
-            serde_json::from_str(&json).map_err(|error| refused(error.to_string()))?;
-        let text = toml::to_string(&value).map_err(|error| refused(error.to_string()))?;
+            serde_json::from_str(&json).map_err(|error| rejected(error.to_string()))?;
+        let text = toml::to_string(&value).map_err(|error| rejected(error.to_string()))?;
         Ok(Self { text, name: "config".into() })
     }
 
@@ -51,7 +51,7 @@ impl Settings {
 #[pyfunction]
 pub fn _settings_json(config: &Bound<'_, PyAny>) -> Result<String> {
     let Settings { text, name } = Settings::of(config)?;
-    let refused = |why: String| Error::Config(format!("{}: {why}", name.display()));
-    let value: toml::Value = toml::from_str(&text).map_err(|error| refused(error.to_string()))?;
-    serde_json::to_string(&value).map_err(|error| refused(error.to_string()))
+    let rejected = |why: String| Error::Config(format!("{}: {why}", name.display()));
+    let value: toml::Value = toml::from_str(&text).map_err(|error| rejected(error.to_string()))?;
+    serde_json::to_string(&value).map_err(|error| rejected(error.to_string()))
 }

@@ -221,8 +221,8 @@ mod tests {
 
     #[test]
     fn gains_that_are_no_numbers_are_refused_by_name() {
-        let refused = Pid::new(PidGains { integral_per_s: f64::NAN, ..GAINS }, PERIOD_S);
-        assert!(matches!(refused, Err(ConfigError { what: "PID gains", .. })));
+        let rejected = Pid::new(PidGains { integral_per_s: f64::NAN, ..GAINS }, PERIOD_S);
+        assert!(matches!(rejected, Err(ConfigError { what: "PID gains", .. })));
         assert!(Pid::new(PidGains { tracking_time_s: 0.0, ..GAINS }, PERIOD_S).is_err());
         assert!(Pid::new(GAINS, f64::INFINITY).is_err());
     }

@@ -11,10 +11,10 @@ use crate::imu::{ImuSample, Motion};
 use crate::scalar::Readable;
 use crate::time::Time;
 
-/// Rate and acceleration words span one and a half times the rated range.
+/// Rated ranges per count of a rate or acceleration word, whose 16 bits span 1.5 times the rated range.
 const FULL_SCALE: f64 = 1.5 / 32_768.0;
 
-/// Magnetometer full scale is 1.5 × 1.25 gauss.
+/// Magnetic field per count, gauss: full scale is 1.5 × 1.25 gauss.
 const GAUSS_PER_COUNT: f64 = 1.25 * FULL_SCALE;
 
 const RADIANS_PER_COUNT: f64 = core::f64::consts::PI / 32_768.0;

@@ -57,7 +57,7 @@ pub enum LinkAction {
 /// Longest time without a packet on a running link, s.
 const NO_DATA_S: f64 = 0.5;
 
-/// Bytes in 0.2 s of a full line.
+/// Number of lost bytes after which the link starts over: 0.2 s of a full line.
 const GARBLED_BYTES: u64 = 768;
 
 /// The shortest cycle, s: the unit's fastest is 70 packets a second.
@@ -72,7 +72,7 @@ enum State {
     Starting(Startup),
     Running {
         /// Arrival of the last packet, or start of operation.
-        heard: Time,
+        last_packet: Time,
         /// Number of bytes lost until the last packet or the start of operation.
         lost: u64,
         /// Time of the next request in polled operation.
@@ -137,9 +137,9 @@ impl Link {
                 *bytes = &[];
                 None
             }
-            State::Running { heard, lost, .. } => {
+            State::Running { last_packet, lost, .. } => {
                 let received = self.decoder.next_packet(bytes)?;
-                (*heard, *lost) = (now, self.decoder.counts().bytes_lost());
+                (*last_packet, *lost) = (now, self.decoder.counts().bytes_lost());
                 Some(received)
             }
         }
@@ -154,8 +154,8 @@ impl Link {
                 StartupAction::Failed(error) => self.start_over(LinkFault::Startup(error), now),
                 StartupAction::Ready => self.run(now),
             },
-            State::Running { heard, lost, request } => {
-                let deadline = *heard + NO_DATA_S;
+            State::Running { last_packet, lost, request } => {
+                let deadline = *last_packet + NO_DATA_S;
                 if self.decoder.counts().bytes_lost() - *lost >= GARBLED_BYTES {
                     return self.start_over(LinkFault::Garbled, now);
                 }
@@ -195,8 +195,11 @@ impl Link {
     fn run(&mut self, now: Time) -> LinkAction {
         self.decoder.restart();
         let lost = self.decoder.counts().bytes_lost();
-        self.state =
-            State::Running { heard: now, lost, request: self.cycle_s.map(|cycle_s| now + cycle_s) };
+        self.state = State::Running {
+            last_packet: now,
+            lost,
+            request: self.cycle_s.map(|cycle_s| now + cycle_s),
+        };
         self.decoder.expect_packet();
         LinkAction::Write(if self.cycle_s.is_some() {
             Command::Request

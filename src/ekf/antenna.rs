@@ -26,19 +26,20 @@ pub(super) struct AntennaOffset {
 const SIGMA_M: f32 = 1.0;
 /// Smallest offset worth estimating, m.
 const LOOKED_FOR_M: f32 = 0.3;
-/// Slower turns, rad/s, are ignored.
+/// Slowest turn that is used, rad/s.
 const SLOWEST_RADPS: f32 = 0.1;
 /// Uncertainty of a fix's time, s. Its product with the acceleration must be less than the velocity that the offset
 /// causes in the turn.
 const LATE_S: f32 = 0.05;
-/// The offset is used permanently once the evidence of both sides exceeds `ENOUGH`; evidence is limited to `MOST`.
+/// Evidence of left turns and of right turns, each, above which the offset is used permanently; and the upper limit of
+/// each.
 const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
 /// Smallest offset, m, that is used: the error of a smaller one would be as large as the offset.
 const LEAST_M: f32 = 0.25;
 /// Largest innovation, in one-sigmas, that an antenna offset explains; a larger one is ignored.
 const OUTLIER: f32 = 5.0;
-/// Share of the variance at the last report at which the offset is reported again.
+/// Share of the offset's variance at the last report, below which the offset is reported again.
 const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {

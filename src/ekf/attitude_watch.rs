@@ -80,7 +80,7 @@ impl AttitudeWatch {
     }
 }
 
-/// A larger change from one reading to the next, rad, is a jump.
+/// Largest change from one reading to the next, rad, that is not a jump.
 const JUMP_RAD: f32 = 0.3;
 /// Time constant, s, above which changes belong to the slow error of the reference.
 const MEMORY_S: f32 = 3.0;

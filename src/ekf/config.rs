@@ -128,13 +128,13 @@ settings! {
 settings! {
     /// Errors of the GPS.
     GpsModel {
-        /// One-sigma of horizontal position, each axis, for fixes without one, m.
+        /// One-sigma of horizontal position, each axis, used where a fix states no accuracy of its own, m.
         horizontal_sigma_m = 1.5, 0.005..=100.0 "m";
-        /// One-sigma of height for fixes without one, m.
+        /// One-sigma of height, used where a fix states no accuracy of its own, m.
         vertical_sigma_m = 3.0, 0.005..=200.0 "m";
-        /// One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
+        /// One-sigma of horizontal velocity, each axis, used where a fix states no accuracy of its own, m/s.
         horizontal_velocity_sigma_mps = 0.2, 0.002..=20.0 "m/s";
-        /// One-sigma of vertical velocity for fixes without one, m/s.
+        /// One-sigma of vertical velocity, used where a fix states no accuracy of its own, m/s.
         vertical_velocity_sigma_mps = 0.4, 0.002..=20.0 "m/s";
         /// Least one-sigma of the white part of position, m: residual errors of clocks and lever arms.
         position_floor_m = 0.05, 1e-3..=50.0 "m";
@@ -151,8 +151,8 @@ settings! {
         /// Time over which a receiver may have averaged its velocity, one-sigma, s: the resulting error under
         /// acceleration counts as noise.
         velocity_smoothing_s = 0.03, 0.0..=2.0 "s";
-        /// Learning rate, 0 to 1, of one-sigmas that fixes do not state, or state too small: the share by which one
-        /// innovation changes the learned size.
+        /// Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that
+        /// fixes do not state, or state too small.
         learning_rate = 0.01 to 1, 0.0..=0.5 "";
         /// One-sigma of the time between a fix's position and its velocity, s.
         position_latency_sigma_s = 0.1, 0.0..=2.0 "s";
@@ -212,9 +212,9 @@ settings! {
         most_m = 100.0, 0.5..=1e4 "m";
         /// Readings below this quality, 0 to 1, are not used.
         least_quality = 0.1 to 1, 0.0..=1.0 "";
-        /// One-sigma of its white error for readings without one, m.
+        /// One-sigma of its white error, used where a reading states no accuracy of its own, m.
         noise_m = 0.05, 1e-3..=50.0 "m";
-        /// Additional error, as a share of the distance.
+        /// One-sigma of an additional error that grows with the distance, as a share of the distance.
         noise_share = 0.01, 0.0..=0.5 "";
         /// One-sigma of the change in height of the ground over a metre, m; it grows with the square root of the
         /// distance.
@@ -227,7 +227,7 @@ settings! {
     AntennaHeadingModel {
         /// Shortest time between two updates, s.
         interval_s = 0.1, 0.0..=10.0 "s";
-        /// One-sigma for readings without one, rad.
+        /// One-sigma of the heading, used where a reading states no accuracy of its own, rad.
         sigma_rad = 0.01, 1e-4..=1.0 "rad";
         /// Least one-sigma, rad: residual error of the mounting of the antennas.
         floor_rad = 0.003, 1e-5..=1.0 "rad";
@@ -257,12 +257,12 @@ settings! {
 }
 
 impl GpsModel {
-    /// One-sigma of position for fixes without one, north, east, down, m.
+    /// One-sigma of position, north, east, down, m, used where a fix states no accuracy of its own.
     pub(crate) fn position_sigma_m(&self) -> [f64; 3] {
         [self.horizontal_sigma_m, self.horizontal_sigma_m, self.vertical_sigma_m]
     }
 
-    /// One-sigma of velocity for fixes without one, north, east, down, m/s.
+    /// One-sigma of velocity, north, east, down, m/s, used where a fix states no accuracy of its own.
     pub(crate) fn velocity_sigma_mps(&self) -> [f64; 3] {
         let horizontal = self.horizontal_velocity_sigma_mps;
         [horizontal, horizontal, self.vertical_velocity_sigma_mps]

@@ -211,7 +211,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Raises the uncertainty of the heading and of the heading source's slow error by `off_rad` each. Later fixes show
     /// which of the two is wrong.
-    pub(super) fn doubt_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
+    pub(super) fn suspect_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
         let opened = T::of(square(off_rad));
         let mut relaxation = Relaxation::default();
@@ -227,22 +227,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// One-sigma of the slow error of the heading source, `elapsed_s` after the previous call. Equals `usual_rad` if
     /// the source is not suspect.
     pub(super) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
-        let field_rad = f64::from(self.field_watch.doubt_rad);
+        let field_rad = f64::from(self.field_watch.heading_sigma_rad);
         let usual_rad =
             if field_rad == 0.0 { usual_rad } else { Scalar::hypot(usual_rad, field_rad) };
         if self.extra_heading_sigma_rad == 0.0 {
             return usual_rad;
         }
         let left = libm::exp(-elapsed_s.clamp(0.0, SUSPECT_TIME_S) / SUSPECT_TIME_S) as f32;
-        let doubt_rad = self.extra_heading_sigma_rad * left;
-        self.extra_heading_sigma_rad = if doubt_rad > FORGOTTEN_RAD { doubt_rad } else { 0.0 };
-        Scalar::hypot(usual_rad, f64::from(doubt_rad))
+        let extra_rad = self.extra_heading_sigma_rad * left;
+        self.extra_heading_sigma_rad = if extra_rad > FORGOTTEN_RAD { extra_rad } else { 0.0 };
+        Scalar::hypot(usual_rad, f64::from(extra_rad))
     }
 
     /// Correlation time of the slow heading error. Equals `usual_s` if the field is not suspect: a disturbed field may
     /// stay disturbed.
     pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
-        if self.field_watch.doubt_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
+        if self.field_watch.heading_sigma_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
 
     /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the

@@ -442,7 +442,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         };
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
         if !replaces {
-            filter.doubt_heading(turn_rad, trace);
+            filter.suspect_heading(turn_rad, trace);
             notify(Notice::HeadingDoubted { time: fix.time, off_rad: turn_rad, sigma_rad });
             return;
         }

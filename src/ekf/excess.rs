@@ -26,10 +26,10 @@ pub(super) struct Excess {
     mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovations,
     /// north and east.
-    refused: (Time, Option<[f32; 2]>),
+    rejected: (Time, Option<[f32; 2]>),
     /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
     /// measurement.
-    refused_down: (Time, Option<f32>),
+    rejected_down: (Time, Option<f32>),
     /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
     reopened_down: (Time, Option<f32>),
 }
@@ -86,8 +86,8 @@ impl Excess {
         last: None,
         last_down: (Time::ZERO, None),
         mean_product: [0.0; 2],
-        refused: (Time::ZERO, None),
-        refused_down: (Time::ZERO, None),
+        rejected: (Time::ZERO, None),
+        rejected_down: (Time::ZERO, None),
         reopened_down: (Time::ZERO, None),
     };
 
@@ -113,9 +113,9 @@ impl Excess {
         let accepted = |channel| {
             normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MOST_SIGMAS, MOST_SIGMAS))
         };
-        let refused = |channel| normalised(channel, Verdict::Rejected);
+        let rejected = |channel| normalised(channel, Verdict::Rejected);
         let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));
-        let refused = refused(Channel::VelocityNorth).zip(refused(Channel::VelocityEast));
+        let rejected = rejected(Channel::VelocityNorth).zip(rejected(Channel::VelocityEast));
         let was_accepted = self.last.is_some_and(|(then, _)| soon_after(then, time).is_some());
         self.compare_level(time, level);
         let height = find(Channel::PositionDown).map_or(0.0, |height| height.innovation);
@@ -128,7 +128,7 @@ impl Excess {
                 *mean_product = 0.0;
             }
         }
-        Stepped { level, down, far: self.grows_far(time, refused, was_accepted), down_far }
+        Stepped { level, down, far: self.grows_far(time, rejected, was_accepted), down_far }
     }
 
     /// Compares the horizontal velocity of a fix with that of the previous fix.
@@ -159,14 +159,14 @@ impl Excess {
     }
 
     /// Whether rejected innovations grow to one side, as with a bias step. A receiver fault appears at full size at once.
-    fn grows_far(&mut self, time: Time, refused: Option<(f64, f64)>, began: bool) -> bool {
-        let Some((north, east)) = refused else {
-            self.refused.1 = None;
+    fn grows_far(&mut self, time: Time, rejected: Option<(f64, f64)>, began: bool) -> bool {
+        let Some((north, east)) = rejected else {
+            self.rejected.1 = None;
             return false;
         };
         let newest = Some([north as f32, east as f32]);
-        let (since, Some(first)) = self.refused else {
-            self.refused = (time, newest.filter(|_| began));
+        let (since, Some(first)) = self.rejected else {
+            self.rejected = (time, newest.filter(|_| began));
             return false;
         };
         let [first_north, first_east] = first.map(f64::from);
@@ -174,7 +174,7 @@ impl Excess {
         let grown = time - since >= GROWING_S
             && alike >= GROWN * (square(first_north) + square(first_east));
         if grown {
-            self.refused = (time, newest);
+            self.rejected = (time, newest);
         }
         grown
     }
@@ -184,8 +184,8 @@ impl Excess {
         let off = down.innovation;
         let (then, last) = self.last_down;
         let began = last.is_some() && soon_after(then, time).is_some();
-        let ((since, before), (then, reopened)) = (self.refused_down, self.reopened_down);
-        self.refused_down = match down.verdict {
+        let ((since, before), (then, reopened)) = (self.rejected_down, self.reopened_down);
+        self.rejected_down = match down.verdict {
             Verdict::Accepted => (time, None),
             Verdict::Reopened => (time, Some(0.0)),
             Verdict::Rejected if before.is_some() => (since, before),

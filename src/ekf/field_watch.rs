@@ -23,7 +23,7 @@ pub(super) struct FieldWatch {
     usual_s: f32,
     elsewhere_s: f32,
     /// One-sigma of the heading error due to the field's distance from the usual one, rad.
-    pub doubt_rad: f32,
+    pub heading_sigma_rad: f32,
     /// Distance of a single unusual reading from the usual field, as a share of its strength; zero otherwise.
     suspect: f32,
 }
@@ -104,7 +104,7 @@ impl FieldWatch {
         scatter: 0.0,
         usual_s: 0.0,
         elsewhere_s: 0.0,
-        doubt_rad: 0.0,
+        heading_sigma_rad: 0.0,
         suspect: 0.0,
     };
 
@@ -122,7 +122,7 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Feeds a field resolved with an attitude of uncertainty `doubt`. Returns a change that exceeds scatter and
+    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change that exceeds scatter and
     /// attitude error, relative to the field when the heading was last opened. Departure from the usual field and
     /// return to it are also returned.
     ///
@@ -132,7 +132,7 @@ impl FieldWatch {
         &mut self,
         time: Time,
         field: Parts,
-        doubt: &AttitudeUncertainty,
+        uncertainty: &AttitudeUncertainty,
     ) -> Option<FieldChange> {
         let is_first = !self.has_reading();
         let before = core::mem::replace(&mut self.seen, time);
@@ -140,7 +140,7 @@ impl FieldWatch {
             (self.usual, self.opened_at) = (field, field);
             return None;
         }
-        if doubt.turned {
+        if uncertainty.turned {
             (self.usual.azimuth_rad, self.opened_at.azimuth_rad) =
                 (field.azimuth_rad, field.azimuth_rad);
         }
@@ -151,16 +151,16 @@ impl FieldWatch {
         let [least_s, most_s] = LASTING_S;
         let lasting_s = (2.0 * self.usual_s).clamp(least_s, most_s);
         let lasted = self.elsewhere_s > lasting_s;
-        let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * doubt.tilt_variance);
+        let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * uncertainty.tilt_variance);
         // A large heading variance, opened because of the field, must not make the field count as returned.
-        let heading_variance = doubt.heading_variance.min(square(TURNED_RAD));
+        let heading_variance = uncertainty.heading_variance.min(square(TURNED_RAD));
         let limit = Change {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
             turn: square(TURNED_RAD)
                 .max(square(TURNED_SIGMAS) * heading_variance)
                 .max(chance / square(least_level).max(f32::MIN_POSITIVE)),
         };
-        let was_usual = self.doubt_rad == 0.0;
+        let was_usual = self.heading_sigma_rad == 0.0;
         if was_usual {
             // The azimuth may drift slowly with the gyros.
             self.opened_at.azimuth_rad = self.usual.azimuth_rad;
@@ -196,7 +196,7 @@ impl FieldWatch {
             let newest = (elapsed_s / AZIMUTH_S).min(1.0);
             self.usual.azimuth_rad += newest * field.turn_from(self.usual);
         }
-        self.doubt_rad = if is_back || is_settled { 0.0 } else { turn_rad(&off) };
+        self.heading_sigma_rad = if is_back || is_settled { 0.0 } else { turn_rad(&off) };
         let turn = match (was_usual, is_back) {
             (true, false) => Some(Turn::Away),
             (false, true) => Some(Turn::Back),
@@ -283,8 +283,8 @@ mod tests {
         assert_eq!([came, went].map(|change| change.turn), [Some(Turn::Away), Some(Turn::Back)]);
         assert!((came.share - 0.1 / 0.3_f32.hypot(0.35)).abs() < 1e-4, "{came:?}");
         assert!((went.sigma_rad - came.sigma_rad).abs() < 0.02, "{went:?}");
-        assert!(watch.doubt_rad == 0.0);
-        assert!(watched(&readings[..500]).0.doubt_rad > 0.2);
+        assert!(watch.heading_sigma_rad == 0.0);
+        assert!(watched(&readings[..500]).0.heading_sigma_rad > 0.2);
     }
 
     #[test]
@@ -295,7 +295,7 @@ mod tests {
         let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Back)]);
         assert!(changes.iter().all(|change| (change.sigma_rad - 0.5).abs() < 0.01), "{changes:?}");
-        assert!(watch.doubt_rad == 0.0);
+        assert!(watch.heading_sigma_rad == 0.0);
         // At 0.3 °/s, once around.
         let drifting: Vec<Parts> = (0..12_000)
             .map(|step| {
@@ -335,7 +335,7 @@ mod tests {
         let (watch, changes) = watched(&readings);
         let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Settled)]);
-        assert!(watch.doubt_rad == 0.0);
+        assert!(watch.heading_sigma_rad == 0.0);
     }
 
     /// A load switched on in flight turns the field permanently.
@@ -346,9 +346,9 @@ mod tests {
         let (watch, changes) = watched(&readings);
         let turns: Vec<_> = changes.iter().map(|change| change.turn).collect();
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Lasting)]);
-        assert!(watch.doubt_rad > 0.3);
+        assert!(watch.heading_sigma_rad > 0.3);
         readings[5000..].fill(EARTH);
-        assert!(watched(&readings).0.doubt_rad == 0.0);
+        assert!(watched(&readings).0.heading_sigma_rad == 0.0);
     }
 
     /// A magnet at the start, for 0.3 or 30 s, spoils the field for at most twice that time afterwards.
@@ -357,8 +357,8 @@ mod tests {
         for (wrong, doubted) in [(3, 60), (300, 700)] {
             let mut readings = vec![EARTH; wrong + doubted];
             readings[..wrong].fill(Parts { level: 0.9, down: 1.05, ..EARTH });
-            assert!(watched(&readings).0.doubt_rad == 0.0, "{wrong}");
-            assert!(watched(&readings[..wrong + 20]).0.doubt_rad > 0.2, "{wrong}");
+            assert!(watched(&readings).0.heading_sigma_rad == 0.0, "{wrong}");
+            assert!(watched(&readings[..wrong + 20]).0.heading_sigma_rad > 0.2, "{wrong}");
         }
     }
 
@@ -379,7 +379,7 @@ mod tests {
                 if is_spike { Parts { level: 0.1, down: 1.0, azimuth_rad: 2.0 } } else { EARTH };
             let change = watch.push(at(step), field, &SURE);
             assert_eq!(change.map(|change| change.turn), is_spike.then_some(Some(Turn::Suspect)));
-            assert_eq!((watch.is_suspect(), watch.doubt_rad), (is_spike, 0.0));
+            assert_eq!((watch.is_suspect(), watch.heading_sigma_rad), (is_spike, 0.0));
         }
     }
 }

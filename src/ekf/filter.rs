@@ -119,7 +119,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) gps_wander: Option<[f32; 4]>,
     /// Steps over which the covariance is not propagated yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
-    /// Angular rate against the ground's axes, less bias, rad/s.
+    /// Angular rate relative to the NED axes, less bias, rad/s.
     pub(super) angular_rate_radps: Vector<Body, T>,
     /// Time from the last relaxation of the parameters to the last propagation, s.
     pub(super) unrelaxed_s: T,
@@ -447,7 +447,7 @@ const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
 /// One-sigma of the level of a barometer before its first use, m. It is far larger than that of any height, so that the
 /// first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
-/// Longest time, s, between two samples far ahead that confirm each other.
+/// Longest time, s, between two samples with times far ahead, for the second to confirm the first.
 const FOLLOWS_S: f64 = 1.0;
 /// Longest gap that is bridged, s: the motion in a longer one is unknown.
 const LONGEST_BRIDGE_S: f64 = 60.0;

@@ -37,7 +37,7 @@
 //! [`Verdict::Reopened`](super::Verdict::Reopened).
 
 mod position_drift;
-mod refusal;
+mod rejection;
 
 use crate::time::Time;
 use position_drift::PositionDrift;

@@ -11,7 +11,7 @@ use super::{single, square};
 use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
-/// Largest usual slow error, in one-sigmas.
+/// Estimated slow error of an attitude reference, in one-sigmas, above which the one-sigma is raised.
 const UNUSUAL: f64 = 1.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {

@@ -25,7 +25,7 @@ const LEVEL: f32 = 0.25;
 const SPREAD_S: f32 = 2.0;
 /// Factor by which the variance of a vibration must grow or fall to count as a change.
 const COMES: f32 = 4.0;
-/// Smaller vibration, (m/s²)², comes from hands and wind.
+/// Least vibration, (m/s²)², that counts as one of motors: a smaller one comes from hands and wind.
 const LEAST: f32 = 0.04;
 
 impl Rectification {

@@ -154,7 +154,7 @@ const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
 const JUMPED_S: f64 = 15.0;
 /// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance, until usual
 /// fixes have withdrawn them all.
-const REFUSED: u8 = 2;
+const REJECTED_FROM: u8 = 2;
 /// Longest time, s, for which a contradiction counts: rejected fixes leave the attitude to drift, and then no fix is
 /// usual.
 const CONTRADICTED_S: f64 = 30.0;
@@ -274,7 +274,8 @@ impl<T: Scalar> SelfContradiction<T> {
         } else {
             self.contradictions
         };
-        self.proven = self.contradictions >= REFUSED || self.proven && self.contradictions > 0;
+        self.proven =
+            self.contradictions >= REJECTED_FROM || self.proven && self.contradictions > 0;
         self.unexplained = unexplained;
     }
 

@@ -28,7 +28,7 @@ pub struct Solution<T = f64> {
     pub velocity_mps: Vector<Ned, T>,
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,
-    /// Angular rate p, q, r of the body relative to the ground's axes, rad/s, less bias.
+    /// Angular rate p, q, r of the body relative to the NED axes, rad/s, less bias.
     pub angular_rate_radps: Vector<Body, T>,
     /// Sum of the heading corrections made because the heading sensor was in error, rad. The vehicle did not turn by
     /// this angle: controllers that hold a heading shift their setpoint by it. 0 if unknown, and after smoothing.

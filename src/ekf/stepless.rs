@@ -81,7 +81,7 @@ impl<T: Scalar> Default for SteplessSolution<T> {
 }
 
 impl<T: Scalar> SteplessSolution<T> {
-    /// Without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
+    /// A filter without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
     #[must_use]
     pub fn new(time_constant_s: f64) -> Self {
         Self {

@@ -46,7 +46,8 @@ pub(super) enum Across {
 pub(super) struct Line {
     /// Velocity across per forward velocity.
     pub slope: f32,
-    /// Velocity across per angular rate about the axis perpendicular to both, m.
+    /// Lever arm, m: velocity across per angular rate. The rate is about the axis perpendicular to the forward axis and
+    /// to that velocity.
     pub arm_m: f32,
     /// Variance of the residual, (m/s)², inflated so that samples every [`INTERVAL_S`] may count as white.
     pub variance: f32,
@@ -64,7 +65,7 @@ pub(super) struct Seen {
     pub own_variance: f32,
 }
 
-/// Slower motion, m/s, is ignored: a hover is slow too.
+/// Slowest motion that is used, m/s: a hover is slow too.
 pub(super) const SLOWEST_MPS: f32 = 3.0;
 /// Interval of the constraint, s.
 pub(super) const INTERVAL_S: f64 = 0.2;
@@ -80,7 +81,7 @@ const SLOPE_SIGMA: f32 = 0.003;
 const PRIORS: [f32; CAUSES] = [0.1, 1.0, 0.01];
 /// Time constant of the specific force, s: springs and tyres do not follow faster changes.
 const FORCE_S: f32 = 0.3;
-/// Memory of the line, and of the residual, s.
+/// Memory, s, of the observations of the line; and of the residual.
 const MEMORY_S: f32 = 300.0;
 const LEFT_MEMORY_S: f32 = 60.0;
 /// The vehicle is found to roll on wheels with a residual below `ROLLS_MPS`, m/s. This requires `ROLLS_S` seconds of
@@ -97,7 +98,7 @@ const VIOLATED_MPS: f32 = 1.0;
 /// Mean normalised innovation that indicates a vehicle slowly leaving its road. A car's mean stays within 0.3: the
 /// residual is correlated, and [`Line::variance`] is inflated for it.
 const BIASED: f32 = 0.75;
-/// Longer intervals between readings, s, count as this one.
+/// Longest interval, s, that one reading counts for.
 const LONGEST_S: f32 = 1.0;
 
 /// Number of causes of a velocity across: slope, arm and compliance.

@@ -49,7 +49,7 @@ impl Fix {
         }
     }
 
-    /// With a velocity, m/s.
+    /// This fix with a velocity, m/s.
     ///
     /// ```
     /// use hovernav::prelude::*;
@@ -69,14 +69,14 @@ impl Fix {
         self
     }
 
-    /// With the one-sigma of the position that the receiver reports, m.
+    /// This fix with the one-sigma of position that the receiver reports, m.
     #[must_use]
     pub const fn with_position_sigma_m(mut self, sigma_m: Vector<Ned>) -> Self {
         self.position_sigma_m = Some(sigma_m);
         self
     }
 
-    /// With the one-sigma of the velocity that the receiver reports, m/s.
+    /// This fix with the one-sigma of velocity that the receiver reports, m/s.
     #[must_use]
     pub const fn with_velocity_sigma_mps(mut self, sigma_mps: Vector<Ned>) -> Self {
         self.velocity_sigma_mps = Some(sigma_mps);

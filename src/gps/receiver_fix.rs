@@ -152,7 +152,7 @@ pub(super) struct Horizontal {
 }
 
 impl Horizontal {
-    /// `None` when a value is not finite or out of range.
+    /// Latitude and longitude, rad; `None` when one is not finite or out of range.
     pub fn new(latitude_rad: f64, longitude_rad: f64) -> Option<Self> {
         let on_earth = libm::fabs(latitude_rad) <= FRAC_PI_2 && libm::fabs(longitude_rad) <= TAU;
         on_earth.then(|| Self { latitude_rad, longitude_rad: wrap_angle(longitude_rad) })

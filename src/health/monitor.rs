@@ -180,13 +180,13 @@ impl<T: Scalar> HealthMonitor<T> {
         };
         let age_s = |of: Time| now.seconds_since::<T>(of);
         let dead_reckoning = latest.filter(|latest| age_s(*latest) > limits.dead_reckoning_s);
-        let refused = |of: &Agreement| of.rejections > 0;
+        let rejected = |of: &Agreement| of.rejections > 0;
         let near = DegradedQuantities::near(solution, limits);
         health.dead_reckoning_since = dead_reckoning;
         health.degraded = DegradedQuantities {
             attitude: near.attitude || self.suspect.is_some_and(|at| age_s(at) < T::of(SUSPECT_S)),
-            velocity: near.velocity || dead_reckoning.is_some() || refused(&self.velocity),
-            position: near.position || dead_reckoning.is_some() || refused(&self.position),
+            velocity: near.velocity || dead_reckoning.is_some() || rejected(&self.velocity),
+            position: near.position || dead_reckoning.is_some() || rejected(&self.position),
         };
         health
     }

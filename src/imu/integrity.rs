@@ -196,15 +196,15 @@ const LEAST_SEEN_S: f64 = 1.0;
 const STUCK: u8 = 2;
 /// Number of successive samples on a straight line that indicate interpolation by a logger.
 const STRAIGHT: u8 = 5;
-/// Least duration of these samples, s.
+/// Least duration of the samples on a straight line, s.
 const STRAIGHT_S: f64 = 0.1;
-/// Their largest deviation from the line, as a share of the usual noise.
+/// Largest deviation of these samples from the line, as a share of the usual noise.
 const STRAIGHT_SHARE: f64 = 0.02;
 /// Least accelerometer noise, (m/s²)², at which straight lines count: less may be that of a simulation.
 const LEAST_NOISE: f64 = 1e-4;
 /// Number of intervals of usual length before a shock may begin; the shock withholds readings of these intervals.
 const EVEN: u8 = 3;
-/// Least vibration, (m/s²)², that always changes the readings.
+/// Least vibration, (m/s²)², at which repeated readings are a fault: less may be below the resolution.
 const LEAST_VIBRATION: f64 = 0.0025;
 
 impl<T: Scalar> Integrity<T> {

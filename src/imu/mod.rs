@@ -73,14 +73,14 @@ impl ImuSample {
         Self::new(time, Motion::Increments { angle_rad, velocity_mps })
     }
 
-    /// With the unit's own attitude.
+    /// This sample with the inertial unit's own attitude.
     #[must_use]
     pub const fn with_attitude(mut self, attitude: EulerAngles) -> Self {
         self.attitude = Some(attitude);
         self
     }
 
-    /// With a magnetic field in body axes, gauss.
+    /// This sample with a magnetic field in body axes, gauss.
     #[must_use]
     pub const fn with_magnetic_field_gauss(mut self, field_gauss: Vector<Body>) -> Self {
         self.magnetic_field_gauss = Some(field_gauss);

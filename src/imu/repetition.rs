@@ -18,7 +18,7 @@ pub(super) struct Repetition<T> {
     share: [f32; 3],
 }
 
-/// Memory of that share, s.
+/// Memory of the learned share of repetitions, s.
 const MEMORY_S: f64 = 20.0;
 /// Smallest share of repetitions assumed for any sensor.
 const LEAST_SHARE: f32 = 0.02;

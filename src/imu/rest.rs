@@ -23,7 +23,7 @@ pub struct Rest {
     fixes: (Time, Option<[f32; 3]>),
     /// Whether the vehicle has not moved since a second of rest.
     rests: bool,
-    /// Whether the last sample ended the first moving second after rest.
+    /// Whether the last sample ended a second with motion, the first one after rest.
     moves_off: bool,
     /// Time, s, of slow fixes without a moving second.
     slow_s: f32,
@@ -46,17 +46,18 @@ const FIELD_TURN: f32 = 0.07;
 const STILLNESS_S: f32 = 60.0;
 /// Largest gyro bias, rad/s; a faster turn is not rest.
 const LARGEST_BIAS_RADPS: f32 = 0.05;
-/// Largest horizontal velocity of a fix at rest, m/s, and of the mean; then the largest downward velocities.
+/// Largest velocities at rest, m/s. Horizontal: of one fix, and of the mean of the fixes. Downward: of one fix, and of
+/// the mean.
 const FIX_MPS: f32 = 0.5;
 const FIX_MEAN_MPS: f32 = 0.15;
 const FIX_DOWN_MPS: f32 = 1.0;
 const FIX_MEAN_DOWN_MPS: f32 = 0.25;
-/// Averaging time of the mean, s: the time for which the fixes have been slow, within this range. Receiver errors in
-/// the mean decrease with its square root.
+/// Averaging time of the mean of the fixes, s: the time for which the fixes have been slow, within this range. The
+/// receiver's error of the mean decreases with the square root of the averaging time.
 const FIX_MEMORY_S: core::ops::RangeInclusive<f32> = 5.0..=30.0;
-/// Time for which a fix is valid, s.
+/// Largest age of a fix, s, that is evidence of rest.
 const FIX_S: f64 = 3.0;
-/// Longest interval, s, between two samples that show the motion between them.
+/// Longest interval, s, between two samples: a longer one may hide motion, so the second starts again.
 const LONGEST_INTERVAL_S: f64 = 0.1;
 
 /// Sums over the current second, relative to its first sample.
@@ -251,7 +252,7 @@ impl Rest {
         Some(Vector::new(rate(p), rate(q), rate(r)))
     }
 
-    /// Whether the last sample ended the first moving second after rest.
+    /// Whether the last sample ended a second with motion, the first one after rest.
     pub fn moves_off(&self) -> bool {
         self.moves_off
     }

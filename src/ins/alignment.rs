@@ -74,9 +74,9 @@ pub struct AlignmentConfig {
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position and velocity for fixes without accuracies, m and m/s.
+    /// One-sigma of position, used where a fix states no accuracy of its own, m.
     pub position_sigma_m: f64,
-    /// See `position_sigma_m`.
+    /// One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
     pub velocity_sigma_mps: f64,
     /// Least speed at which the course gives the heading, m/s.
     pub course_speed_mps: f64,
@@ -102,29 +102,29 @@ impl Default for AlignmentConfig {
 }
 
 impl AlignmentConfig {
-    /// With `heading` as the only source of heading.
+    /// These settings with `heading` as the only source of heading.
     #[must_use]
     pub const fn with_heading(mut self, heading: HeadingSource) -> Self {
         self.heading = Some(heading);
         self
     }
 
-    /// With the second GPS antenna at `baseline_m` from the first, body axes, m.
+    /// These settings with the second GPS antenna at `baseline_m` from the first, body axes, m.
     #[must_use]
     pub const fn with_baseline_m(mut self, baseline_m: Vector<Body>) -> Self {
         self.baseline_m = Some(baseline_m);
         self
     }
 
-    /// With `duration_s` seconds of inertial data.
+    /// These settings with `duration_s` seconds of inertial data.
     #[must_use]
     pub const fn with_duration_s(mut self, duration_s: f64) -> Self {
         self.duration_s = duration_s;
         self
     }
 
-    /// With a magnetic declination, east positive, rad: for the magnetometer, and for the inertial unit's yaw if
-    /// `attitude_is_magnetic`.
+    /// These settings with a magnetic declination, east positive, rad: for the magnetometer, and for the inertial
+    /// unit's yaw if `attitude_is_magnetic`.
     #[must_use]
     pub const fn with_declination_rad(
         mut self,

@@ -34,7 +34,7 @@ impl<T: Scalar> LeverArm<T> {
     }
 
     /// The point's velocity, m/s, given the inertial unit's velocity and the angular rate of the body relative to the
-    /// ground's axes, rad/s.
+    /// NED axes, rad/s.
     #[must_use]
     pub fn velocity(
         &self,

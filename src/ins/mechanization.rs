@@ -108,7 +108,7 @@ impl<T: Scalar> NavState<T> {
     }
 
     /// Carries the state over a gap in the inertial samples that ends at `time`. The velocity stays constant. The
-    /// rotation continues at `angular_rate_radps` (relative to the ground's axes) for the usual duration of a rate. For
+    /// rotation continues at `angular_rate_radps` (relative to the NED axes) for the usual duration of a rate. For
     /// a turn about the vertical this is at most a second; for a tilt, 0.3 s and 0.35 rad.
     ///
     /// The motion during a gap is unknown, and the rates at its ends predict it worse than rest does. A rate or force

@@ -24,33 +24,33 @@ pub struct Mounting {
 }
 
 impl Mounting {
-    /// With the inertial unit at `lever_arm_m` from the point of the solution, body axes, m.
+    /// This mounting with the inertial unit at `lever_arm_m` from the point of the solution, body axes, m.
     #[must_use]
     pub const fn with_imu_lever_arm_m(mut self, lever_arm_m: Vector<Body>) -> Self {
         self.imu_lever_arm_m = lever_arm_m;
         self
     }
 
-    /// With the GPS antenna at `lever_arm_m` from the point of the solution, body axes, m.
+    /// This mounting with the GPS antenna at `lever_arm_m` from the point of the solution, body axes, m.
     #[must_use]
     pub const fn with_antenna_lever_arm_m(mut self, lever_arm_m: Vector<Body>) -> Self {
         self.antenna_lever_arm_m = lever_arm_m;
         self
     }
 
-    /// From the inertial unit to the point of the solution.
+    /// Lever arm from the inertial unit to the point of the solution.
     #[must_use]
     pub fn solution_from_imu(&self) -> LeverArm {
         LeverArm(-self.imu_lever_arm_m)
     }
 
-    /// From the inertial unit to the antenna.
+    /// Lever arm from the inertial unit to the antenna.
     #[must_use]
     pub fn antenna_from_imu(&self) -> LeverArm {
         LeverArm(self.antenna_lever_arm_m - self.imu_lever_arm_m)
     }
 
-    /// From the antenna to the inertial unit.
+    /// Lever arm from the antenna to the inertial unit.
     #[must_use]
     pub fn imu_from_antenna(&self) -> LeverArm {
         LeverArm(self.imu_lever_arm_m - self.antenna_lever_arm_m)

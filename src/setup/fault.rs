@@ -101,7 +101,7 @@ impl fmt::Display for ForceScale {
 }
 
 impl SetupFault {
-    /// Whether it concerns the receiver's velocity; otherwise it concerns the inertial unit.
+    /// Whether the fault concerns the receiver's velocity; otherwise it concerns the inertial unit.
     #[must_use]
     pub const fn is_of_receiver(&self) -> bool {
         matches!(

@@ -46,7 +46,7 @@ const W: usize = 6;
 const R: usize = 7;
 const PSI: usize = 8;
 const W_INTEGRAL: usize = 9;
-/// The thesis's inputs are in percent of stick.
+/// Full stick in the unit of the thesis's inputs, percent.
 const FULL_STICK: f64 = 100.0;
 
 impl PrintedDesign {

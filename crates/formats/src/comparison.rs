@@ -19,7 +19,7 @@ const RELATIVE_S: f64 = 1.0;
 /// A trajectory and its name.
 #[derive(Clone, Debug)]
 pub struct NamedTrajectory {
-    /// The name in words and tables, unique in its comparison.
+    /// Name of the trajectory in sentences and tables, unique in its comparison.
     pub name: String,
     /// The source, as the user named it.
     pub source: PathBuf,

@@ -14,9 +14,9 @@ use hovernav::time::Time;
 pub struct Onboard {
     /// Name of the estimator, such as `EKF2`.
     pub name: String,
-    /// Its solution, with strictly increasing times.
+    /// Solution of the estimator, with strictly increasing times.
     pub moments: Vec<OnboardMoment>,
-    /// Its innovations, in time order.
+    /// Innovations of the estimator, in time order.
     pub innovations: Vec<OnboardInnovation>,
 }
 

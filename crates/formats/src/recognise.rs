@@ -170,7 +170,7 @@ fn is_bare_mavlink(head: &[u8]) -> bool {
 /// Whether `head` begins with three frames, the first with a plausible date. For logs with a damaged beginning: at
 /// an arbitrary offset, two frame marks alone may be accidental.
 fn is_dated_tlog(head: &[u8]) -> bool {
-    /// From 1990 to 2100, µs since 1970.
+    /// Plausible dates, µs since 1970: from 1990 to 2100.
     const DATES_US: std::ops::Range<u64> = 631_152_000_000_000..4_102_444_800_000_000;
     let dated = head.first_chunk().is_some_and(|at| DATES_US.contains(&u64::from_be_bytes(*at)));
     let next = || head.get(frame_length(head)?..);

@@ -74,9 +74,9 @@ impl Scoring {
         mut reference: Against,
         path: &Path,
     ) -> Result<Scored, LogError> {
-        let refused = |reason: String| LogError::Unusable { path: name.to_path_buf(), reason };
+        let rejected = |reason: String| LogError::Unusable { path: name.to_path_buf(), reason };
         let no_overlap = || {
-            refused(format!(
+            rejected(format!(
                 "found no time in common with {}. Do they use the same clock?",
                 path.display()
             ))
@@ -103,7 +103,7 @@ impl Scoring {
                 } else {
                     "local metres without an origin"
                 };
-                return Err(refused(format!(
+                return Err(rejected(format!(
                     "found {found}, unlike the reference: expected --align, or --origin LAT,LON,HEIGHT"
                 )));
             }
@@ -167,10 +167,10 @@ impl Scored {
 /// # Errors
 /// [`LogError`] if the trajectory is missing or cannot be read.
 pub fn open_trajectory(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError> {
-    let refused =
+    let rejected =
         |reason: &str| Err(LogError::Unusable { path: path.to_path_buf(), reason: reason.into() });
     if !path.exists() {
-        return refused(
+        return rejected(
             "no such file or directory, expected a trajectory: solution.csv, TUM, EuRoC, or a directory with a \
              solution.csv",
         );
@@ -185,7 +185,7 @@ pub fn open_trajectory(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogEr
     if path.join("mapping.toml").exists() {
         return mapped_trajectory(path);
     }
-    refused(
+    rejected(
         "found neither solution.csv nor mapping.toml, expected a directory written by estimate or by init",
     )
 }

@@ -16,7 +16,7 @@ const LEAST_M: f64 = 3.0;
 const LEAST_MPS: f64 = 1.0;
 /// Shortest contradiction, s, that is reported: a shorter one is an error of time.
 const LASTING_S: f64 = 0.5;
-/// Contradictions at most this far apart, s, are one.
+/// Longest time, s, between two contradictions that are reported as one.
 const APART_S: f64 = 5.0;
 /// Time, s, after a finding in which its harm shows.
 const AFTER_S: f64 = 1.0;

@@ -44,17 +44,17 @@ impl std::str::FromStr for Axes {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let refused = |expected: &str| format!("found \"{text}\", expected {expected}");
+        let rejected = |expected: &str| format!("found \"{text}\", expected {expected}");
         let &[x, y, z] = text.as_bytes() else {
-            return Err(refused("three letters of f, b, r, l, u, d, such as \"flu\""));
+            return Err(rejected("three letters of f, b, r, l, u, d, such as \"flu\""));
         };
         let axes = [x, y, z].map(direction);
         let [Some(x_axis), Some(y_axis), Some(z_axis)] = axes else {
-            return Err(refused("three letters of f, b, r, l, u, d, such as \"flu\""));
+            return Err(rejected("three letters of f, b, r, l, u, d, such as \"flu\""));
         };
         let [x_axis, y_axis, z_axis] = [x_axis, y_axis, z_axis].map(Vector::<Body>::from);
         if x_axis.cross(y_axis) != z_axis {
-            return Err(refused("three directions that make right-handed axes, such as \"flu\""));
+            return Err(rejected("three directions that make right-handed axes, such as \"flu\""));
         }
         Ok(Self([x, y, z]))
     }
@@ -210,8 +210,8 @@ impl Reading {
         let turned = |marks: [bool; 3]| {
             let mut all = [false; 3];
             for axis in (0..3).filter(|&axis| marks[axis]) {
-                for (mark, told) in all.iter_mut().zip(of_axis(axis)) {
-                    *mark |= told;
+                for (mark, marked) in all.iter_mut().zip(of_axis(axis)) {
+                    *mark |= marked;
                 }
             }
             all

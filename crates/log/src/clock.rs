@@ -28,7 +28,7 @@ impl<T> Default for Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// Without rows.
+    /// A list without rows.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

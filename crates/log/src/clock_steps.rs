@@ -15,18 +15,18 @@ const PERIODS: [(i64, &str); 6] = [
     DAY,
     (3_600_000_000_000, "3600 s, an hour"),
 ];
-/// Number of the periods above, from the first, after which a clock may show the time at which the log began.
+/// Number of the first [`PERIODS`] at whose end a clock may return to its time at the start of the log.
 const COUNTERS: usize = 4;
-/// Smallest step, s, and in intervals between rows: smaller ones are rows out of order.
+/// Smallest step of a clock, in s and in intervals between rows; a smaller one is a row out of order.
 const LEAST_S: f64 = 1.0;
 const LEAST_INTERVALS: f64 = 5.0;
 /// Largest interval between the rows around the end of a period, in usual intervals.
 const LONGEST_INTERVALS: f64 = 3.0;
 /// Shortest outage, in usual intervals.
 const OUTAGE: f64 = 1.5;
-/// Inverse of the largest part of the rows before or after a restart that is no recording of its own.
+/// Inverse of a share of all rows. A restart begins a second recording if both sides have more rows than this share.
 const SHORT_PARTS: usize = 4;
-/// Number of rows on either side that show a step, at least and at most.
+/// Least and largest number of rows on either side of a step that are examined to confirm it.
 const ROWS: [f64; 2] = [2.0, 20.0];
 /// Largest number of breaks in a log; with more, its rows are shuffled.
 const MOST_BREAKS: usize = 8;

@@ -11,7 +11,7 @@ pub struct ChannelTally {
     pub used: usize,
     /// Number of comparisons that a gate rejected.
     pub rejected: usize,
-    /// Sum of the squared normalised innovations of those used.
+    /// Sum of the squared normalised innovations of the used comparisons.
     pub square_sum: f64,
 }
 

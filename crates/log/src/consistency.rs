@@ -34,7 +34,7 @@ impl InnovationTest {
         self.squared / self.degrees_of_freedom as f64
     }
 
-    /// Whether it is within the 95 % interval of its chi-square distribution.
+    /// Whether the normalised innovation squared is within the 95 % interval of its chi-square distribution.
     #[must_use]
     pub fn is_inside(&self) -> bool {
         let (low, high) = chi_square_interval_95(self.degrees_of_freedom);

@@ -27,7 +27,7 @@ impl Dataset {
     /// [`LogError::Unusable`] without inertial samples or fixes. [`LogError::Setup`] with impossible units, signs,
     /// axes, clocks or rates: see [`check_setup`](Self::check_setup).
     pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
-        let refused = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        let rejected = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
         let why = || {
             let is_loss = |warning: &&String| {
                 ["skipped", "rejected"].iter().any(|word| warning.contains(word))
@@ -38,11 +38,11 @@ impl Dataset {
         };
         if self.sample_count() == 0 {
             let needed = "found no inertial samples, and navigation needs them";
-            return refused(format!("{needed}{}", why()));
+            return rejected(format!("{needed}{}", why()));
         }
         if self.fixes.is_empty() {
             let needed = "found no usable fix, expected at least one to start from";
-            return refused(format!("{needed}{}", why()));
+            return rejected(format!("{needed}{}", why()));
         }
         self.ensure_possible(log)
     }

@@ -16,7 +16,7 @@ use hovernav::time::Time;
 
 /// Largest plausible velocity, m/s.
 pub(crate) const FASTEST_MPS: f64 = 1000.0;
-/// Larger sigmas mean that the receiver does not know its accuracy: m, m/s.
+/// Largest one-sigmas that state an accuracy: position, m, and velocity, m/s. Receivers send larger ones for unknown.
 const LARGEST_POSITION_SIGMA_M: f64 = 1e4;
 const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
 /// Largest latitude and longitude, degrees, of a receiver without a fix: zero, as rounded by its logger. Two such
@@ -28,16 +28,18 @@ const HIGHEST_LATITUDE_DEG: f64 = 89.8;
 const AT_REST_MPS: f64 = 1.0;
 /// Smallest one-sigma of a velocity at rest, m/s.
 const AT_REST_SIGMA_MPS: f64 = 0.1;
-/// Interval between new fixes, in intervals between rows, from which on rows repeat the last fix.
+/// Least interval between new fixes, in intervals between rows, at which the other rows are repetitions.
 const REPEATING: f64 = 1.5;
-/// Number of new fixes that show their interval.
+/// Least number of new fixes for a measurement of their interval.
 const LEAST_NEW: usize = 5;
-/// Quantile of the intervals between new fixes that is the receiver's own: a receiver at rest may repeat its values.
+/// Quantile of the intervals between new fixes that is the receiver's own interval. It is low, because a receiver at
+/// rest may repeat its values.
 const SHORT: f64 = 0.1;
-/// Smallest ratio of that interval to the median of even ones, and its smallest length in rows where they are uneven.
+/// Least length of the receiver's interval for a search of repetitions: as a share of the median interval between new
+/// fixes, or in intervals between rows.
 const EVEN: f64 = 0.5;
 const MANY_ROWS: f64 = 10.0;
-/// Longest time for which rows that are known to repeat a fix do so, s: one missing fix at 1 Hz.
+/// Longest time, s, for which rows repeat a fix in a log that is known to repeat fixes: one missing fix at 1 Hz.
 const LONGEST_HELD_S: f64 = 2.5;
 /// Values that loggers write for an unknown one: round numbers, and the ends of 16 and 32 bits.
 const UNKNOWN: [f64; 8] =
@@ -119,7 +121,7 @@ impl StatedFix {
         }
     }
 
-    /// With this speed over ground, m/s, and course, rad, as its horizontal velocity.
+    /// This fix with a speed over ground, m/s, and a course, rad, as its horizontal velocity.
     #[must_use]
     pub fn moving(mut self, speed_mps: f64, course_rad: f64) -> Self {
         let (east, north) = course_rad.sin_cos();
@@ -146,7 +148,7 @@ impl StatedFix {
         }
     }
 
-    /// Whether it has a position that is used.
+    /// Whether the fix has a position that is used.
     #[must_use]
     pub fn is_fix(&self) -> bool {
         self.fault().is_none()

@@ -47,7 +47,7 @@ const LONGEST_INTERVAL_S: f64 = 1.0;
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
 /// The Earth's field in milligauss, with room for iron nearby.
 const FIELD_MILLIGAUSS: std::ops::Range<f64> = 150.0..1500.0;
-/// The same in nanotesla.
+/// The Earth's field in nanotesla, with room for iron nearby.
 const FIELD_NANOTESLA: std::ops::Range<f64> = 15_000.0..150_000.0;
 
 /// Number of rows that repeat to the last bit if the inertial unit is stuck.

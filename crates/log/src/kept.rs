@@ -12,7 +12,7 @@ pub enum Keep {
     Thinned,
 }
 
-/// Even, so that halves are whole numbers.
+/// Largest number of solutions under [`Keep::Thinned`]. Even, so that halves are whole numbers.
 const MOST: usize = 1 << 16;
 
 impl Keep {
@@ -24,7 +24,7 @@ impl Keep {
     }
 }
 
-/// Solutions kept.
+/// The solutions of a run that stay in memory.
 pub(crate) struct Kept {
     most: usize,
     solutions: Vec<Solution>,

@@ -309,9 +309,9 @@ impl Manifest {
         config: &Path,
     ) -> Result<(Self, Vec<String>), LogError> {
         let (_, warnings) = Self::parse(text, config)?;
-        let refused = |reason: &str| TomlError::at(config, "", 0, reason);
+        let rejected = |reason: &str| TomlError::at(config, "", 0, reason);
         let manifest = hovernav_toml::overlaid(self, hovernav_toml::parse_table(text, config)?)
-            .map_err(|error| refused(&error.to_string()))?;
+            .map_err(|error| rejected(&error.to_string()))?;
         Ok((manifest, warnings))
     }
 

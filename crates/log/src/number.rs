@@ -21,7 +21,7 @@ pub(crate) fn parse_number(field: &[u8]) -> Option<f64> {
 /// W. D. Clinger (1990), How to read floating point numbers accurately, *ACM SIGPLAN Notices* 25 (6),
 /// 92–101: the case that needs no more than one operation.
 fn parse_plain(field: &[u8]) -> Option<f64> {
-    /// Digits that stay below 2⁵³.
+    /// Largest number of decimal digits whose value is always below 2⁵³, so exact as `f64`.
     const MOST_DIGITS: usize = 15;
     const TENS: [f64; MOST_DIGITS + 1] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];

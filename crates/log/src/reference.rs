@@ -239,8 +239,8 @@ impl TimedRows for ReferenceRows {
 /// Remark on a row whose velocity is too large.
 pub(crate) const TOO_FAST: &str = "with a velocity beyond any vehicle's: velocity ignored";
 
-/// Sets those of a row's twelve quantities to unknown that no vehicle can have, and counts them in `remarks` against
-/// `line`. The quantities are in the order of [`COLUMNS`] after the time.
+/// Replaces impossible values among the twelve quantities of a row by NaN, and counts the row in `remarks` at `line`.
+/// The quantities are in the order of [`COLUMNS`] after the time.
 ///
 /// # Errors
 /// Reason to reject the row: its position is not on Earth.

@@ -46,7 +46,8 @@ pub struct Run {
     pub fixes_thinned: usize,
     /// Number of comparisons of other aids not among the notices.
     pub comparisons_thinned: usize,
-    /// Number of fixes of which a part corrected the state, and of those of which a part was rejected.
+    /// Number of fixes of which at least one part corrected the state, and of fixes of which at least one part was
+    /// rejected.
     pub fixes_compared: FixTally,
     /// Tallies of all comparisons, by the channel's name.
     pub channels: BTreeMap<&'static str, ChannelTally>,

@@ -105,7 +105,8 @@ pub struct AxisScore {
     /// Fraction of samples whose error is within three sigmas, if the filter gives any: 0.997 for a consistent filter.
     /// The variance is the sum of the variances of filter and reference.
     pub within_3_sigma: Option<f64>,
-    /// Root mean square of error over the same sigma: 1 for a consistent filter. `None` if a sigma is zero.
+    /// Root mean square of error over sigma, with the sigma of `within_3_sigma`: 1 for a consistent filter. `None` if a
+    /// sigma is zero.
     pub error_over_sigma: Option<f64>,
     /// The error over time, thinned to at most 2 000 points that keep its peaks.
     pub series: Vec<ErrorPoint>,

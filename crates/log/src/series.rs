@@ -31,7 +31,7 @@ pub(crate) struct SeriesAt<'a> {
 }
 
 impl<'a> SeriesAt<'a> {
-    /// For `moments`, in order of time, or for any time.
+    /// An empty series for interpolation at `moments`, in order of time, or at any time.
     pub fn new(moments: Option<&'a [Time]>) -> Self {
         let (times, values) = (Vec::new(), Vec::new());
         Self {

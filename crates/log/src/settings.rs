@@ -127,7 +127,7 @@ impl Manifest {
             imu.accel_range_g.map(|range_g| range_g * STANDARD_GRAVITY_MPS2),
         );
 
-        self.overlay(&mut config).map_err(|error| refused(&error.to_string()))?;
+        self.overlay(&mut config).map_err(|error| rejected(&error.to_string()))?;
 
         config.mounting = Mounting::default()
             .with_imu_lever_arm_m(self.lever_arm_m(Point::Imu) - cg)
@@ -271,7 +271,7 @@ fn set(setting: &mut f64, value: Option<f64>) {
     }
 }
 
-fn refused(reason: &str) -> LogError {
+fn rejected(reason: &str) -> LogError {
     TomlError::at(MANIFEST_FILE.as_ref(), "", 0, reason).into()
 }
 

@@ -9,9 +9,9 @@ use std::mem::size_of;
 use std::ops::ControlFlow;
 
 use crate::dataset::Dataset;
-use crate::denied::{Inconsistent, denied};
 use crate::events::Events;
 use crate::finding::Finding;
+use crate::inconsistent::{Inconsistent, inconsistent_spans};
 use crate::kept::Keep;
 use crate::replay::{Run, is_of};
 use hovernav::ekf::layout::Full;
@@ -149,11 +149,11 @@ impl Dataset {
             solutions.extend(smoother.smooth_before(&mut after).into_iter().rev());
         }
         solutions.reverse();
-        let denied = denied(self, second.as_ref().unwrap_or(&forward), &solutions);
-        if !denied.is_empty() {
-            self.put_forward(config, &denied, &mut solutions);
+        let spans = inconsistent_spans(self, second.as_ref().unwrap_or(&forward), &solutions);
+        if !spans.is_empty() {
+            self.put_forward(config, &spans, &mut solutions);
         }
-        let denied = denied.iter().map(Inconsistent::finding).collect();
+        let denied = spans.iter().map(Inconsistent::finding).collect();
         Some(SmoothedRun { forward, solutions, denied })
     }
 
@@ -161,14 +161,14 @@ impl Dataset {
     fn put_forward(
         &self,
         config: &EstimatorConfig,
-        denied: &[Inconsistent],
+        spans: &[Inconsistent],
         solutions: &mut [Solution],
     ) {
         let mut estimator = Estimator::<Full, 28>::new(*config);
         for event in self.events() {
             estimator.push(&event, |_| ());
             let Event::Imu(sample) = event else { continue };
-            if denied.iter().any(|span| span.covers(sample.time))
+            if spans.iter().any(|span| span.covers(sample.time))
                 && let Some(solution) = estimator.solution()
                 && let Ok(at) = solutions.binary_search_by_key(&solution.time, |s| s.time)
             {

@@ -9,7 +9,7 @@ use crate::consistency::pooled;
 use crate::finding::{Finding, Severity};
 use crate::level::Level;
 
-/// Number of reasons.
+/// Largest number of reasons in a verdict.
 const NAMED: usize = 3;
 
 /// A verdict with its main reasons, plain text.

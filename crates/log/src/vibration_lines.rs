@@ -28,11 +28,11 @@ const LENGTH: usize = 256;
 const SEGMENTS: usize = 32;
 /// Factor by which a line exceeds its neighbourhood.
 const ABOVE: f64 = 8.0;
-/// Number of bins of that neighbourhood.
+/// Number of bins in the neighbourhood of a line.
 const NEAR: usize = 12;
 /// Largest number of lines of each triad.
 const MOST_LINES: usize = 3;
-/// Lower frequencies, Hz, are motion.
+/// Lowest frequency of a vibration line, Hz: lower ones are motion of the vehicle.
 const SLOWEST_HZ: f64 = 3.0;
 
 /// Strongest lines of gyros and of accelerometers, each for its strongest axis.

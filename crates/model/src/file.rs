@@ -76,7 +76,7 @@ impl StateSpace {
     /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or unknown, or the content is
     /// not a valid model.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
-        let refused = |key: &str, reason: String| -> ModelError {
+        let rejected = |key: &str, reason: String| -> ModelError {
             TomlError::at(path, text, hovernav_toml::offset_of_key(text, key), &reason).into()
         };
         // Unknown keys are rejected with their line.
@@ -86,15 +86,15 @@ impl StateSpace {
             (Domain::Discrete, Some(period_s)) => TimeDomain::Discrete { period_s },
             (Domain::Continuous, Some(_)) => {
                 let reason = "found period_s in a continuous model, expected it in a discrete one";
-                return Err(refused("period_s", reason.into()));
+                return Err(rejected("period_s", reason.into()));
             }
             (Domain::Discrete, None) => {
                 let reason = "found a discrete model without its period, expected period_s";
-                return Err(refused("time_domain", reason.into()));
+                return Err(rejected("time_domain", reason.into()));
             }
         };
         let read = |key: &str, name: &str, rows: &Rows| {
-            matrix(rows).map_err(|reason| refused(key, format!("{name}: {reason}")))
+            matrix(rows).map_err(|reason| rejected(key, format!("{name}: {reason}")))
         };
         let a = read("A", "A", &written.a)?;
         let b = read("B", "B", &written.b)?;
@@ -117,7 +117,7 @@ impl StateSpace {
                 ModelError::Slope { .. } => "slopes",
                 _ => "",
             };
-            refused(key, error.to_string())
+            rejected(key, error.to_string())
         };
         if let Some(covariance) = covariance.as_ref().filter(|own| own.is_square()) {
             for (parameter, variance) in written.parameters.iter().zip(&covariance.diagonal()) {
@@ -128,7 +128,7 @@ impl StateSpace {
                         "{COVARIANCE}: found {variance:e} for {name}, a standard error of {sigma:.0e} {unit}, \
                          expected at most {most:e}, a thousand times the value of any helicopter"
                     );
-                    return Err(refused(COVARIANCE, reason));
+                    return Err(rejected(COVARIANCE, reason));
                 }
             }
         }
@@ -136,7 +136,7 @@ impl StateSpace {
         let mut model =
             Self::new(&name, time, states, inputs, a, b).map_err(placed)?.with_source(&source);
         if let Some(verdict) = verdict(written.verdict, written.reasons)
-            .map_err(|(key, reason)| refused(key, reason))?
+            .map_err(|(key, reason)| rejected(key, reason))?
         {
             model = model.with_verdict(verdict);
         }
@@ -148,7 +148,7 @@ impl StateSpace {
             (None, None) if d.is_none() => {}
             _ => {
                 let reason = "found only some of outputs, C and D, expected outputs and C together";
-                return Err(refused("outputs", reason.into()));
+                return Err(rejected("outputs", reason.into()));
             }
         }
         let model = model.with_parameters(parameters, covariance).map_err(placed)?;

@@ -40,14 +40,14 @@ pub(super) fn check_parameters(parameters: &[Parameter]) -> Result<(), ModelErro
     for parameter in parameters {
         let found = parameter.value;
         if !found.is_finite() {
-            return Err(refused(parameter, "found a value that is not finite, expected a number"));
+            return Err(rejected(parameter, "found a value that is not finite, expected a number"));
         }
         match parameter.name.split_once('_') {
             Some(("tau", "lat" | "lon" | "col" | "ped")) if !(-0.05..=1.0).contains(&found) => {
-                return Err(refused(parameter, "found a stick's delay outside -0.05 to 1 s"));
+                return Err(rejected(parameter, "found a stick's delay outside -0.05 to 1 s"));
             }
             Some(("lag", _)) if !(0.0..=1.0).contains(&found) => {
-                return Err(refused(parameter, "found a servo's lag outside 0 to 1 s"));
+                return Err(rejected(parameter, "found a servo's lag outside 0 to 1 s"));
             }
             _ => {}
         }
@@ -62,7 +62,7 @@ pub(super) fn check_covariance(
 ) -> Result<(), ModelError> {
     for (row, parameter) in parameters.iter().enumerate() {
         if covariance[(row, row)] < 0.0 {
-            return Err(refused(parameter, "found a variance below 0"));
+            return Err(rejected(parameter, "found a variance below 0"));
         }
         for column in 0..row {
             let [above, below] = [covariance[(column, row)], covariance[(row, column)]];
@@ -70,10 +70,10 @@ pub(super) fn check_covariance(
             // The comparison also rejects a NaN.
             let even = (above - below).abs() <= 1e-9 * scale;
             if !even {
-                return Err(refused(parameter, "found a covariance that is not symmetric"));
+                return Err(rejected(parameter, "found a covariance that is not symmetric"));
             }
             if above.abs() > (1.0 + 1e-6) * scale {
-                return Err(refused(parameter, "found a correlation beyond 1"));
+                return Err(rejected(parameter, "found a correlation beyond 1"));
             }
         }
     }
@@ -95,12 +95,12 @@ pub(super) fn check_covariance(
         Some(least) if axes.eigenvalues[least] < ROUNDING * known.len() as f64 => {
             let most = axes.eigenvectors.column(least).iamax();
             let parameter = &parameters[known[most]];
-            Err(refused(parameter, "found correlations that are impossible together"))
+            Err(rejected(parameter, "found correlations that are impossible together"))
         }
         _ => Ok(()),
     }
 }
 
-fn refused(parameter: &Parameter, reason: &'static str) -> ModelError {
+fn rejected(parameter: &Parameter, reason: &'static str) -> ModelError {
     ModelError::Parameter { name: parameter.name.clone(), reason }
 }

@@ -123,24 +123,24 @@ impl StateSpace {
     pub fn with_slopes(mut self, slopes: Vec<Slope>) -> Result<Self, ModelError> {
         let mut seen = std::collections::HashSet::new();
         for (index, slope) in slopes.iter().enumerate() {
-            let refused = |what: &'static str, found: &str, expected: &'static str| {
+            let rejected = |what: &'static str, found: &str, expected: &'static str| {
                 Err(ModelError::Slope { index: index + 1, what, found: found.to_owned(), expected })
             };
             let Slope { parameter, row, column, slope: value } = slope;
             if !self.parameters.iter().any(|known| known.name == *parameter) {
-                return refused("parameter", parameter, "one of the parameters");
+                return rejected("parameter", parameter, "one of the parameters");
             }
             if self.state(row).is_err() {
-                return refused("row", row, "one of the states");
+                return rejected("row", row, "one of the states");
             }
             if self.state(column).is_err() && self.input(column).is_err() {
-                return refused("column", column, "one of the states or inputs");
+                return rejected("column", column, "one of the states or inputs");
             }
             if !value.is_finite() {
-                return refused("slope", &value.to_string(), "a finite number");
+                return rejected("slope", &value.to_string(), "a finite number");
             }
             if !seen.insert((parameter, row, column)) {
-                return refused("parameter", parameter, "each parameter once per row and column");
+                return rejected("parameter", parameter, "each parameter once per row and column");
             }
         }
         self.slopes = slopes;

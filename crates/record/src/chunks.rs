@@ -149,8 +149,8 @@ fn next_whole(bytes: &[u8], from: usize, budget: &mut usize) -> Option<usize> {
 
 /// Whether the lengths in the head of an uncompressed chunk match those of `body`.
 fn has_chunk_lengths(body: &[u8]) -> bool {
-    /// Two times, the length of the content, its checksum, the empty name of its compression, and its length in the
-    /// file.
+    /// Length of the head of a chunk, bytes: two times, length and checksum of the content, the empty name of its
+    /// compression, and its length in the file.
     const HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
     let number = |from: usize| {
         let bytes = body.get(from..)?.first_chunk::<8>()?;

@@ -34,7 +34,7 @@ pub struct Repair {
     pub bytes: u64,
     /// Number of its bytes that were lost.
     pub bytes_lost: u64,
-    /// Whether it had been ended regularly, not cut off.
+    /// Whether the original file had been ended regularly, not cut off.
     pub was_ended: bool,
     /// Damages, one plain sentence each.
     pub damages: Vec<String>,

@@ -271,12 +271,12 @@ impl Entry {
         Self::Event { level, kind, part: Part::of_kind(kind), text: ShortText::new(text) }
     }
 
-    /// Whether a replay needs it.
+    /// Whether a replay needs the entry.
     pub(super) const fn is_raw(&self) -> bool {
         matches!(self, Self::Raw(_) | Self::GpsRestarted)
     }
 
-    /// Whether any of it goes into the record.
+    /// Whether any part of the entry goes into the record.
     pub(super) const fn is_recorded(&self) -> bool {
         match self {
             Self::Sensor(

@@ -21,7 +21,8 @@ pub struct Happening {
     pub level: Level,
     /// Kind, for programs.
     pub kind: &'static str,
-    /// Kind of the finding that `hovernav estimate` would make of it; `None` for information about the flight.
+    /// Kind of the finding that `hovernav estimate` would report for this event; `None` for information about the
+    /// flight.
     pub finding: Option<FindingKind>,
     /// Text for people.
     pub text: ShortText,

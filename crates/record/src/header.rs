@@ -13,7 +13,7 @@ pub struct Header {
     /// Start of the sensors on the flight's clock: the `now` of
     /// [`Sensors::new`](hovernav::sensors::Sensors::new).
     pub start: Time,
-    /// The same time in ns since the start of 1970, UTC, as accurately as it is known.
+    /// Start of the flight in ns since the start of 1970, UTC, as accurately as it is known.
     pub start_unix_ns: i64,
     /// Version of the recording program.
     pub version: String,

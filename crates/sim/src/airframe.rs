@@ -6,7 +6,7 @@ use hovernav::frames::{Ned, Vector};
 use hovernav_model::helicopter::{Helicopter, HelicopterState, StateDerivative};
 use hovernav_model::{LinearAirframe, StateSpace};
 
-/// From the servos' positions to forces and moments.
+/// Model of the forces and moments at given positions of the servos.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "one for each vehicle, never moved")]
 pub(super) enum Airframe {

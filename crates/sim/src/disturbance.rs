@@ -17,7 +17,7 @@ impl Push {
         Self { disturbance, elapsed_s: 0.0 }
     }
 
-    /// Whether all of it has acted.
+    /// Whether the whole push has acted.
     pub fn is_over(&self) -> bool {
         self.elapsed_s >= PUSH_S
     }

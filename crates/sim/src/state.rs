@@ -23,7 +23,7 @@ pub struct State {
     pub angular_acceleration_radps2: Vector<Body>,
     /// Acceleration of the point minus gravitation, m/s², as accelerometers there measure it.
     pub specific_force_mps2: Vector<Body>,
-    /// The Earth at [`position`](Self::position).
+    /// Gravity, radii and rotation of the Earth at [`position`](Self::position).
     pub(super) local: Local,
 }
 

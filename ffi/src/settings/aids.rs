@@ -17,9 +17,9 @@ pub struct RangeModel {
     pub most_m: f64,
     /// Readings below this quality, 0 to 1, are not used.
     pub least_quality: f64,
-    /// One-sigma of its white error, for readings without one, m.
+    /// One-sigma of its white error, used where a reading states no accuracy of its own, m.
     pub noise_m: f64,
-    /// One-sigma share of the distance that adds to the error.
+    /// One-sigma of an additional error that grows with the distance, as a share of the distance.
     pub noise_share: f64,
     /// One-sigma of the change of ground height over a metre, m.
     pub ground_walk_m: f64,
@@ -31,7 +31,7 @@ pub struct RangeModel {
 pub struct AntennaHeadingModel {
     /// Shortest time between two updates, s.
     pub interval_s: f64,
-    /// One-sigma for readings without one, rad.
+    /// One-sigma of the heading, used where a reading states no accuracy of its own, rad.
     pub sigma_rad: f64,
     /// Smallest one-sigma, rad.
     pub floor_rad: f64,

@@ -215,11 +215,11 @@ pub unsafe extern "C" fn hovernav_default_autopilot_config(
         return Status::AbiMismatch;
     }
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(config) };
+    let slot = unsafe { output(config) };
     // SAFETY: guaranteed by the caller.
     let gains = unsafe { input(gains) };
-    Status::of(place.and_then(|place| {
-        place.write(AutopilotConfig::of(&core::HoverConfig::new(period_s, gains?.core())));
+    Status::of(slot.and_then(|slot| {
+        slot.write(AutopilotConfig::of(&core::HoverConfig::new(period_s, gains?.core())));
         Ok(())
     }))
 }

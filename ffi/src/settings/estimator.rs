@@ -47,9 +47,9 @@ pub struct Alignment {
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position for fixes without one, m.
+    /// One-sigma of position, used where a fix states no accuracy of its own, m.
     pub position_sigma_m: f64,
-    /// One-sigma of velocity for fixes without one, m/s.
+    /// One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
     pub velocity_sigma_mps: f64,
     /// Speed from which on the course gives the heading, m/s.
     pub course_speed_mps: f64,
@@ -109,13 +109,13 @@ pub struct ImuModel {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct GpsModel {
-    /// One-sigma of horizontal position, each axis, for fixes without one, m.
+    /// One-sigma of horizontal position, each axis, used where a fix states no accuracy of its own, m.
     pub horizontal_sigma_m: f64,
-    /// One-sigma of height for fixes without one, m.
+    /// One-sigma of height, used where a fix states no accuracy of its own, m.
     pub vertical_sigma_m: f64,
-    /// One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
+    /// One-sigma of horizontal velocity, each axis, used where a fix states no accuracy of its own, m/s.
     pub horizontal_velocity_sigma_mps: f64,
-    /// One-sigma of vertical velocity for fixes without one, m/s.
+    /// One-sigma of vertical velocity, used where a fix states no accuracy of its own, m/s.
     pub vertical_velocity_sigma_mps: f64,
     /// Smallest one-sigma of the white part of position, m.
     pub position_floor_m: f64,
@@ -131,7 +131,8 @@ pub struct GpsModel {
     pub velocity_wander_time_s: f64,
     /// Time over which a receiver may have averaged its velocity, one-sigma, s.
     pub velocity_smoothing_s: f64,
-    /// Share by which one innovation changes a one-sigma that fixes do not state, 0 to 1.
+    /// Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that
+    /// fixes do not state, or state too small.
     pub learning_rate: f64,
     /// One-sigma of the time between a fix's position and its velocity, s.
     pub position_latency_sigma_s: f64,
@@ -429,9 +430,9 @@ pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) 
         return Status::AbiMismatch;
     }
     // SAFETY: guaranteed by the caller.
-    let place = unsafe { output(config) };
-    Status::of(place.map(|place| {
-        place.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
+    let slot = unsafe { output(config) };
+    Status::of(slot.map(|slot| {
+        slot.write(Config::of(&EstimatorConfig::default(), None, &CoreHealthLimits::default()));
     }))
 }
 
@@ -447,6 +448,6 @@ pub unsafe extern "C" fn hovernav_check_config(config: *const Config, fault: *mu
     let fault = unsafe { optional(fault) };
     Status::of(config.and_then(|config| {
         let fault = fault?;
-        config.checked().map(|_| ()).map_err(|wrong| Status::refuse(wrong, fault))
+        config.checked().map(|_| ()).map_err(|wrong| Status::reject(wrong, fault))
     }))
 }

@@ -242,5 +242,5 @@ pub unsafe extern "C" fn hovernav_default_lines_config(
         return Status::AbiMismatch;
     }
     // SAFETY: guaranteed by the caller.
-    Status::of(unsafe { output(config) }.map(|place| place.write(LinesConfig::default_values())))
+    Status::of(unsafe { output(config) }.map(|slot| slot.write(LinesConfig::default_values())))
 }

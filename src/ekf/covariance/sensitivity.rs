@@ -81,7 +81,7 @@ impl<T: Scalar> Sensitivity<T> {
         )
     }
 
-    /// H x.
+    /// H x: the product of this row with a `state`.
     #[must_use]
     #[inline]
     pub fn dot<const N: usize>(&self, state: &[T; N]) -> T {

@@ -49,7 +49,7 @@ pub(super) struct Measured {
     pub axes: [Option<(f32, f32)>; 3],
     /// Whether the velocity is the mean since the previous fix, from positions.
     pub is_mean: bool,
-    /// Velocity of the antenna against the inertial unit, in the body axes at the start of the bank, m/s.
+    /// Velocity of the antenna relative to the inertial unit, in the body axes at the start of the bank, m/s.
     pub swing_mps: [f32; 3],
 }
 
@@ -77,7 +77,7 @@ pub(super) struct Prior {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guess {
     pub weight: f64,
-    /// From the body axes at the start of the bank.
+    /// Attitude: rotation from the body axes at the start of the bank.
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: [f32; 3],
     bias_radps: [f32; 3],
@@ -98,8 +98,8 @@ impl Guess {
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
         let [x, y, z] = measured.swing_mps;
         let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
-        for ((own, told), swing) in self.velocity_mps.iter_mut().zip(measured.axes).zip(swing) {
-            *own = told.map_or(0.0, |(value, _)| value - swing);
+        for ((own, velocity), swing) in self.velocity_mps.iter_mut().zip(measured.axes).zip(swing) {
+            *own = velocity.map_or(0.0, |(value, _)| value - swing);
         }
         self.bias_radps = [0.0; 3];
         self.covariance = [[0.0; STATES]; STATES];
@@ -194,8 +194,8 @@ impl Guess {
         let swing_by_attitude = cross(swing);
         let mut error = [0.0; STATES];
         let mut surprise = Surprise { horizontal_squares: 0.0, minus_two_log: 0.0 };
-        for (axis, told) in measured.axes.into_iter().enumerate() {
-            let Some((value, variance)) = told else { continue };
+        for (axis, velocity) in measured.axes.into_iter().enumerate() {
+            let Some((value, variance)) = velocity else { continue };
             let mut predicted = at(&self.velocity_mps, axis) + at(&swing, axis);
             let ([x, y, z], [i, j, k]) = (at(&UNITS, axis), at(&swing_by_attitude, axis));
             let mut sensitivity = [x, y, z, i, j, k, 0.0, 0.0, 0.0];

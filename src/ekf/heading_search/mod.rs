@@ -323,12 +323,12 @@ impl<T: Scalar> HeadingSearch<T> {
         self.is_fast |= surely_mps > least_mps;
         let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
         let mut surprises = [0.0; GUESSES];
-        let (mut least_squares, mut told) = (f32::INFINITY, 0.0);
+        let (mut least_squares, mut information) = (f32::INFINITY, 0.0);
         for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
             let [.., before] = guess.attitude_variances();
             let Surprise { horizontal_squares, minus_two_log } = guess.step(&felt, &measured);
             let [.., after] = guess.attitude_variances();
-            told += guess.weight * f64::from(((before - after) / (before * after)).max(0.0));
+            information += guess.weight * f64::from(((before - after) / (before * after)).max(0.0));
             *surprise = share * f64::from(minus_two_log);
             least_squares = least_squares.min(horizontal_squares);
         }
@@ -337,7 +337,7 @@ impl<T: Scalar> HeadingSearch<T> {
             return;
         }
         self.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
-        self.evidence += (share * told) as f32;
+        self.evidence += (share * information) as f32;
         self.weigh(&surprises);
         let agrees = self.has_evidence(PROVEN_EVIDENCE) && self.heading_spread().1 < AGREED_RAD;
         self.agreed_since = if agrees { self.agreed_since.or(Some(fix.time)) } else { None };

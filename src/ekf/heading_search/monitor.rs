@@ -20,7 +20,7 @@ const WRONG_FIXES: u8 = 4;
 pub struct BetterHeading {
     /// Turn from the filter's heading to the better one, clockwise, rad.
     pub turn_rad: f64,
-    /// One-sigma, rad.
+    /// One-sigma of the better heading, rad.
     pub sigma_rad: f64,
     /// Whether the filter's heading is wrong and must be replaced; otherwise it is suspect and its one-sigma grows.
     pub replaces: bool,

@@ -36,9 +36,9 @@ const SURE_RAD: f64 = 0.5;
 /// Least horizontal part of a baseline, as a share of its length, that has a heading.
 const LEAST_LEVEL: f64 = 0.1;
 
-/// Share by which the turn since the reading may be wrong.
+/// One-sigma of the turn since the reading, as a share of the turn.
 const AGED_SHARE: f64 = 0.1;
-/// Oldest reading, s, and furthest ahead, s, that are propagated to the present.
+/// Largest times, s, by which a reading may be older than the last inertial sample, and newer.
 const OLDEST_S: f64 = 1.0;
 const AHEAD_S: f64 = 0.5;
 

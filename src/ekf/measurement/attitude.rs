@@ -121,7 +121,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let watch = &mut self.attitude_watch;
         // After trouble with the inertial samples the gyros are no reference, and a heading follows a disturbed field.
         let field = &self.field_watch;
-        if elapsed_s > LONGEST_S || self.gates.is_filter_suspect(time) || field.doubt_rad > 0.0 {
+        if elapsed_s > LONGEST_S
+            || self.gates.is_filter_suspect(time)
+            || field.heading_sigma_rad > 0.0
+        {
             watch.forget();
         }
         let elapsed_s = elapsed_s.min(LONGEST_S) as f32;

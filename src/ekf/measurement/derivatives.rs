@@ -62,7 +62,7 @@ const COMPONENTS: [[&str; 3]; 4] = [
 ];
 /// Steps of the differences: m, m/s, rad, rad/s. A position in degrees of 64 bits is exact to 1e-9 m.
 const STEPS: [f64; 4] = [0.1, 1e-2, 1e-4, 1e-3];
-/// Rounding error of a residual, as a share of it, and of a derivative, as a share of the step's inverse.
+/// Rounding error of a residual r, divided by 1 + |r|. A derivative from differences has this error over the step.
 const ROUNDING: f64 = 1e-9;
 
 impl Expected {

@@ -35,8 +35,8 @@ const REOPENED_SHARE: f64 = 2.0;
 /// Factor by which the learned one-sigma must exceed the stated one before it replaces it.
 const BY_CHANCE: f64 = 1.15;
 
-/// Limit of a position shift that is no drift: the root of the sum of squares of this number of one-sigmas and of
-/// `WALK_M`, m.
+/// Largest position shift that is not a drift, m: √((`WALK_SIGMAS` σ)² + `WALK_M`²), with σ the one-sigma of the
+/// position.
 const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 const WALK_M: f32 = 5.0;
 
@@ -314,12 +314,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let innovation = (off - wander).to_array();
         let accelerated = T::of(-0.5) * back.age_s;
         let swing = back.state.body_to_ned * antenna_arm.relative_velocity(back.angular_rate_radps);
-        let axes_told = if fix.two_dimensional { 2 } else { 3 };
+        let axes_measured = if fix.two_dimensional { 2 } else { 3 };
         let lag_noise = self.lag_noise(back, back.age_s);
         let axes = core::array::from_fn(|axis| {
             let (channel, group) = POSITION_AXES[axis];
             let noise = T::of(noise.position_variance[axis]) + lag_noise;
-            (axis < axes_told).then_some(Compared {
+            (axis < axes_measured).then_some(Compared {
                 channel,
                 group,
                 innovation: innovation[axis],

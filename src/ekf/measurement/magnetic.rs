@@ -49,13 +49,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
             return None;
         }
-        let doubt = AttitudeUncertainty {
+        let uncertainty = AttitudeUncertainty {
             tilt_variance: self.tilt_variance() as f32,
             heading_variance: self.covariance.variance(ATTITUDE + 2) as f32,
             turned: self.gates.is_filter_suspect(time),
         };
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
-        let change = self.field_watch.push(time, parts, &doubt)?;
+        let change = self.field_watch.push(time, parts, &uncertainty)?;
         if change.turn == Some(Turn::Suspect) {
             // Keeps the check in step with the use: the next field that is checked is the next one that is used.
             self.attitude_used = self.attitude_used.map(|_| time);
@@ -65,7 +65,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.attitude_watch.forget();
         self.relax(trace);
         if change.turn == Some(Turn::Lasting) {
-            self.doubt_heading(self.estimate(error).wide(), trace);
+            self.suspect_heading(self.estimate(error).wide(), trace);
         } else {
             self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         }

@@ -140,36 +140,36 @@ impl Row {
         }
     }
 
-    /// With a derivative by the position, per m.
+    /// This quantity with a derivative by the position, per m.
     #[must_use]
     pub const fn with_position(mut self, derivative: Vector<Ned>) -> Self {
         self.position = derivative;
         self
     }
 
-    /// With a derivative by the velocity, per m/s.
+    /// This quantity with a derivative by the velocity, per m/s.
     #[must_use]
     pub const fn with_velocity(mut self, derivative: Vector<Ned>) -> Self {
         self.velocity = derivative;
         self
     }
 
-    /// With a derivative by a small rotation of the body about north, east and down, per rad.
+    /// This quantity with a derivative by a small rotation of the body about north, east and down, per rad.
     #[must_use]
     pub const fn with_attitude(mut self, derivative: Vector<Ned>) -> Self {
         self.attitude = derivative;
         self
     }
 
-    /// With a derivative by the angular rate, per rad/s.
+    /// This quantity with a derivative by the angular rate, per rad/s.
     #[must_use]
     pub const fn with_angular_rate(mut self, derivative: Vector<Body>) -> Self {
         self.angular_rate = derivative;
         self
     }
 
-    /// With a derivative by the velocity in body axes, per m/s. Such a quantity depends on velocity and attitude; both
-    /// derivatives are replaced.
+    /// This quantity with a derivative by the velocity in body axes, per m/s. It then depends on velocity and attitude;
+    /// both derivatives are replaced.
     ///
     /// # Source
     /// Equation (M20) of docs/equations.md.

@@ -16,7 +16,7 @@ use crate::frames::{Body, Vector};
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// Largest time by which a reading may be ahead of the last inertial sample, s, and after it.
+/// Largest times, s, by which a reading may be valid after the last inertial sample, and before it.
 const AHEAD_S: f64 = 0.1;
 const LATE_S: f64 = 0.5;
 /// Longest lever arm, m.

@@ -35,7 +35,7 @@ pub(in super::super) struct BiasShift {
 }
 
 impl BiasShift {
-    /// Before the first rest.
+    /// State before the first rest.
     pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
 
     /// Variance to which the biases open when a rest ends.

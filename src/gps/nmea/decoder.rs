@@ -2,7 +2,7 @@
 
 use super::framer::Framer;
 use super::sentence::{
-    Content, Geometry, GroundVelocity, Kind, Position, RecommendedMinimum, Refusal, Sentence,
+    Content, Geometry, GroundVelocity, Kind, Position, RecommendedMinimum, Rejection, Sentence,
 };
 use crate::frames::{Ned, Vector};
 use crate::gps::cycle::{Cycle, Kinds};
@@ -81,9 +81,9 @@ impl Decoder {
             let sentence = Sentence::read(line.body);
             let counter = match sentence {
                 Ok(_) => &mut self.counts.read,
-                Err(Refusal::Unknown) => &mut self.counts.unknown,
-                Err(Refusal::Malformed) => &mut self.counts.damaged,
-                Err(Refusal::Impossible) => &mut self.counts.impossible,
+                Err(Rejection::Unknown) => &mut self.counts.unknown,
+                Err(Rejection::Malformed) => &mut self.counts.damaged,
+                Err(Rejection::Impossible) => &mut self.counts.impossible,
             };
             *counter = counter.saturating_add(1);
             let after_silence = self.last_arrival.is_none_or(|last| started - last > SILENCE_S);

@@ -76,7 +76,7 @@ pub(super) struct Sentence {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Refusal {
+pub(super) enum Rejection {
     /// A sentence that does not contribute to a fix.
     Unknown,
     /// The text of the sentence does not match its name.
@@ -85,7 +85,7 @@ pub(super) enum Refusal {
     Impossible,
 }
 
-impl From<Malformed> for Refusal {
+impl From<Malformed> for Rejection {
     fn from(_: Malformed) -> Self {
         Self::Malformed
     }
@@ -93,18 +93,18 @@ impl From<Malformed> for Refusal {
 
 impl Sentence {
     /// Reads the text between `$` and `*`.
-    pub fn read(body: &[u8]) -> Result<Self, Refusal> {
+    pub fn read(body: &[u8]) -> Result<Self, Rejection> {
         let (kind, data) = match body {
-            [] | [_] => return Err(Refusal::Malformed),
+            [] | [_] => return Err(Rejection::Malformed),
             // Names of proprietary sentences begin with P: Garmin's PGRMC is not an RMC.
-            [b'P', ..] => return Err(Refusal::Unknown),
+            [b'P', ..] => return Err(Rejection::Unknown),
             [_, _, b'G', b'G', b'A', b',', data @ ..] => (Kind::Gga, data),
             [_, _, b'G', b'N', b'S', b',', data @ ..] => (Kind::Gns, data),
             [_, _, b'R', b'M', b'C', b',', data @ ..] => (Kind::Rmc, data),
             [_, _, b'V', b'T', b'G', b',', data @ ..] => (Kind::Vtg, data),
             [_, _, b'G', b'S', b'A', b',', data @ ..] => (Kind::Gsa, data),
             [_, _, b'G', b'S', b'T', b',', data @ ..] => (Kind::Gst, data),
-            _ => return Err(Refusal::Unknown),
+            _ => return Err(Rejection::Unknown),
         };
         let mut fields = Fields::new(data);
         let time_of_day_ns = match kind {
@@ -123,7 +123,7 @@ impl Sentence {
     }
 }
 
-type Reading = Result<Content, Refusal>;
+type Reading = Result<Content, Rejection>;
 
 /// Reads GGA: position, quality, satellites, HDOP, altitude, `M`, separation, `M`.
 fn gga(mut fields: Fields<'_>) -> Reading {
@@ -229,7 +229,7 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
         Some(b'1') => return Ok(Content::NoFix),
         Some(b'2') => Dimension::TwoD,
         Some(b'3') => Dimension::ThreeD,
-        _ => return Err(Refusal::Malformed),
+        _ => return Err(Rejection::Malformed),
     };
     // Some receivers send more or fewer satellites: their numbers would be read as dilutions.
     for _ in 0..12 {
@@ -242,7 +242,7 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
     };
     let system = fields.text().unwrap_or_default();
     if system.len() > 1 || !fields.is_empty() {
-        return Err(Refusal::Malformed);
+        return Err(Rejection::Malformed);
     }
     Ok(Content::Gsa(Geometry { dimension, dilution }))
 }
@@ -265,30 +265,30 @@ fn best_mode(modes: &[u8]) -> Option<u8> {
 }
 
 /// The range-checked position of a sentence with a fix.
-fn on_earth(place: Option<Degrees>) -> Result<Horizontal, Refusal> {
+fn on_earth(place: Option<Degrees>) -> Result<Horizontal, Rejection> {
     place
         .filter(|(_, longitude_deg)| libm::fabs(*longitude_deg) <= 180.0)
         .and_then(|(latitude_deg, longitude_deg)| {
             Horizontal::new(latitude_deg.to_radians(), longitude_deg.to_radians())
         })
-        .ok_or(Refusal::Impossible)
+        .ok_or(Rejection::Impossible)
 }
 
-fn height(height_m: Option<f64>) -> Result<Option<f64>, Refusal> {
-    height_m.map(|height_m| plausible_height(height_m).ok_or(Refusal::Impossible)).transpose()
+fn height(height_m: Option<f64>) -> Result<Option<f64>, Rejection> {
+    height_m.map(|height_m| plausible_height(height_m).ok_or(Rejection::Impossible)).transpose()
 }
 
 fn ground_velocity(
     speed_knots: Option<f64>,
     direction_deg: Option<f64>,
-) -> Result<GroundVelocity, Refusal> {
+) -> Result<GroundVelocity, Rejection> {
     const METRES_PER_SECOND: f64 = 1_852.0 / 3_600.0;
     let speed_mps = speed_knots.map(|knots| knots * METRES_PER_SECOND);
     let possible = speed_mps.is_none_or(|speed| (0.0..=600.0).contains(&speed))
         && direction_deg.is_none_or(|direction| (0.0..=360.0).contains(&direction));
     possible
         .then_some(GroundVelocity { speed_mps, direction_rad: direction_deg.map(f64::to_radians) })
-        .ok_or(Refusal::Impossible)
+        .ok_or(Rejection::Impossible)
 }
 
 /// A dilution above 0 and below 1000. Receivers send 0, 50 or 99.9 for an unknown one; the limit for use belongs to the

@@ -76,7 +76,8 @@ pub(super) struct CompleteFix {
 }
 
 impl CompleteFix {
-    /// `None` for impossible values and for a datum other than WGS-84 (0 means that no datum is given).
+    /// The fix of a superpacket. `None` for impossible values and for a datum other than WGS-84 (0 means that no datum
+    /// is given).
     pub fn from_superpacket(packet: &Superpacket) -> Option<Self> {
         let complete = Self {
             time_of_week_s: in_week(f64::from(packet.time_of_week_ms) * 1e-3)?,

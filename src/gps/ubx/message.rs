@@ -38,22 +38,22 @@ impl FixStatus {
         self.flags & 0x02 != 0
     }
 
-    /// Only in NAV-SOL and NAV-STATUS.
+    /// Whether the week is known: only in NAV-SOL and NAV-STATUS.
     pub fn week_is_known(self) -> bool {
         self.flags & 0x04 != 0
     }
 
-    /// Only in NAV-SOL and NAV-STATUS.
+    /// Whether the time of week is known: only in NAV-SOL and NAV-STATUS.
     pub fn time_of_week_is_known(self) -> bool {
         self.flags & 0x08 != 0
     }
 
-    /// Carrier phase with ambiguities not yet resolved: only in NAV-PVT.
+    /// Whether the fix uses the carrier phase with ambiguities not yet resolved: only in NAV-PVT.
     pub fn is_rtk_float(self) -> bool {
         self.flags & 0x40 != 0
     }
 
-    /// Carrier phase with whole-number ambiguities: only in NAV-PVT.
+    /// Whether the fix uses the carrier phase with whole-number ambiguities: only in NAV-PVT.
     pub fn is_rtk_fixed(self) -> bool {
         self.flags & 0x80 != 0
     }

@@ -8,7 +8,7 @@ use crate::imu::MeanRates;
 use crate::scalar::Scalar;
 
 /// Usable time between two fixes, s: over less, the acceleration is too inaccurate; over more, gyro errors accumulate.
-const TELLING_S: core::ops::Range<f32> = 0.15..6.0;
+const USABLE_S: core::ops::Range<f32> = 0.15..6.0;
 /// Possible unreported delay of a receiver's velocity, s, during which a vehicle turns.
 const LATE_S: f64 = 0.15;
 /// Least force, m/s², whose direction fixes show; it is less in near free fall.
@@ -81,7 +81,7 @@ impl SinceFix {
 
     /// Whether there was no fix, or the last one is too old to give an acceleration.
     pub fn is_old(&self) -> bool {
-        !self.is_begun() || self.force_integral_s >= TELLING_S.end
+        !self.is_begun() || self.force_integral_s >= USABLE_S.end
     }
 
     /// Mean specific force from the stored fix to `fix`. Both velocities have the one-sigma `sigma_mps`, and the body
@@ -90,7 +90,7 @@ impl SinceFix {
     /// # Source
     /// Equation (A4) of docs/equations.md.
     pub fn pull(&self, fix: &Fix, rate_radps: Vector<Body>, sigma_mps: f64) -> Option<Pull> {
-        let now_mps = velocity(fix).filter(|_| TELLING_S.contains(&self.force_integral_s))?;
+        let now_mps = velocity(fix).filter(|_| USABLE_S.contains(&self.force_integral_s))?;
         let force_integral_s = f64::from(self.force_integral_s);
         let now_to_then: Rotation<Body, Body> = self.now_to_then.cast();
         let body =

@@ -27,14 +27,14 @@ pub(super) fn respond(
     let plant = closed_loop::plant(design, whole, FlightMode::Velocity)?;
     let at = places(whole, DISTURBED)?;
     let (row, mut response) = followed(disturbance, duration_s, design.period_s)?;
-    let refused = |error: ConfigError| DesignError::Range {
+    let rejected = |error: ConfigError| DesignError::Range {
         name: error.what,
         value: error.found,
         expected: error.expected,
     };
-    let mut roll_pitch = Regulator::new(gains.roll_pitch, design.period_s).map_err(refused)?;
-    let mut yaw = Regulator::new(gains.yaw, design.period_s).map_err(refused)?;
-    let mut heave = Pid::new(gains.heave, design.period_s).map_err(refused)?;
+    let mut roll_pitch = Regulator::new(gains.roll_pitch, design.period_s).map_err(rejected)?;
+    let mut yaw = Regulator::new(gains.yaw, design.period_s).map_err(rejected)?;
+    let mut heave = Pid::new(gains.heave, design.period_s).map_err(rejected)?;
     heave.start(0.0, 0.0, 0.0);
 
     let mut x = DVector::zeros(plant.states().len());

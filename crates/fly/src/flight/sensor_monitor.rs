@@ -11,9 +11,9 @@ use hovernav_record::{Level, ShortText};
 const WINDOW_S: f64 = 10.0;
 /// Share of a limit below which a finding is over.
 const OVER: f64 = 0.5;
-/// Longer intervals are gaps, which the estimator reports, in usual intervals.
+/// Longest interval between samples that is not a gap, in usual intervals; the estimator reports gaps.
 const GAP_INTERVALS: f64 = 5.0;
-/// Weight of an interval in the usual one.
+/// Weight of a new interval in the running mean that is the usual interval.
 const SHARE: f64 = 0.02;
 /// Time between two reports of a finding that lasts, s.
 const AGAIN_S: f64 = 60.0;
@@ -23,7 +23,7 @@ const CLOCK_WINDOW_S: f64 = 30.0;
 const LEAST_RATE: f64 = 2e-4;
 /// Bytes of a receiver on the inertial unit's port that show swapped ports.
 const STARTS: [[u8; 3]; 4] = [*b"$GP", *b"$GN", [0xB5, 0x62, 0x01], [0x10, 0x8F, 0x20]];
-/// Number of them without a packet in between.
+/// Number of such byte sequences, without a packet in between, that shows swapped ports.
 const LEAST_STARTS: u32 = 3;
 
 /// A report: severity, kind and text.
@@ -47,7 +47,7 @@ impl Lasting {
     }
 }
 
-/// The watch over samples, fixes and the inertial unit's line.
+/// Monitor of the samples, the fixes and the inertial unit's line.
 #[derive(Debug)]
 pub struct SensorMonitor {
     usual_s: f64,
@@ -65,7 +65,7 @@ pub struct SensorMonitor {
 }
 
 impl SensorMonitor {
-    /// A watch over a unit whose samples are `usual_s` apart.
+    /// A monitor of an inertial unit whose samples are `usual_s` apart.
     pub fn new(usual_s: f64) -> Self {
         Self {
             usual_s,

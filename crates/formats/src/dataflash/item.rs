@@ -2,7 +2,7 @@
 
 use super::message::Message;
 
-/// An item of a log that is read.
+/// An item of a log, of one of the kinds that the reader uses.
 #[derive(Debug)]
 pub(super) enum Item<'a> {
     /// A message; `place` is its byte offset or line.

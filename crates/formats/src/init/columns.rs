@@ -20,7 +20,7 @@ use hovernav_log::LogError;
 pub(crate) struct Understood {
     pub mapping: TableMapping,
     /// Stated units of the receiver's velocity.
-    pub told: StatedUnits,
+    pub stated: StatedUnits,
     /// Names of the unused columns.
     pub unused: Vec<String>,
     /// Guesses that the user should check, one sentence each.
@@ -66,7 +66,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     if is_capture(path) {
         return Ok(Understood {
             mapping: TableMapping { file: file.to_path_buf(), capture: true, ..Default::default() },
-            told: StatedUnits::default(),
+            stated: StatedUnits::default(),
             unused: Vec::new(),
             checks: Vec::new(),
             is_without_gravity: false,
@@ -100,7 +100,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.mag = reader.mag(&mut checks);
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
-    let told = gps.as_ref().map_or_else(StatedUnits::default, |(_, told)| *told);
+    let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
     table.gps = gps.map(|(columns, _)| columns);
     table.baro = reader.baro(table.gps.is_some(), &mut checks);
     table.controls = reader.controls();
@@ -115,8 +115,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    let is_without_gravity = checks.iter().any(|doubt| doubt.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, told, unused, checks, is_without_gravity })
+    let is_without_gravity = checks.iter().any(|check| check.starts_with("accel: found a median"));
+    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.

@@ -51,7 +51,7 @@ impl Reader<'_> {
             held,
             ..GpsColumns::default()
         };
-        let told = self.velocity(&mut gps, written, checks);
+        let stated = self.velocity(&mut gps, written, checks);
         let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
         self.sigmas(&mut gps, is_in_mm, checks);
         for (name, quantity) in
@@ -63,13 +63,13 @@ impl Reader<'_> {
                 .filter(|&column| self.look.known(column).next().is_some())
                 .map_or_else(String::new, |column| self.name(column));
         }
-        Some((gps, told))
+        Some((gps, stated))
     }
 
     fn height_unit(&self, height: usize, written: Written, checks: &mut Vec<String>) -> LengthUnit {
-        /// Height of a receiver one metre above the ellipsoid, mm.
+        /// Least value of a height in mm: one metre above the ellipsoid.
         const LEAST_MM: f64 = 1e3;
-        /// Higher than any vehicle with a receiver flies, m.
+        /// Largest height of a vehicle with a receiver, m: larger values are in mm.
         const MOST_M: f64 = 2e4;
         let largest = self.look.largest(height);
         match self.known.unit(height) {
@@ -102,7 +102,7 @@ impl Reader<'_> {
         let course_unit = speed_course.map(|[_, course]| self.course_unit(course));
         let down = self.known.column(Quantity::Velocity(2));
         let vertical = down.or_else(|| self.known.column(Quantity::Up));
-        let mut course_told = true;
+        let mut course_stated = true;
         let speed = match (north_east, speed_course, course_unit) {
             (Some([north, east]), ..) => {
                 (gps.north, gps.east) = (self.name(north), self.name(east));
@@ -120,19 +120,19 @@ impl Reader<'_> {
             (None, Some([speed, course]), Some(Some(unit))) => {
                 (gps.speed, gps.course) = (self.name(speed), self.name(course));
                 gps.course_unit = unit;
-                course_told = self.known.unit(course).is_some();
+                course_stated = self.known.unit(course).is_some();
                 Some(speed)
             }
             _ => None,
         };
-        let (unit, told) = speed
+        let (unit, stated) = speed
             .or(vertical)
             .map_or((SpeedUnit::default(), true), |column| self.speed_unit(column, written));
         gps.speed_unit = unit;
         let vertical_unit = vertical.map(|column| self.speed_unit(column, written));
-        let vertical_told = vertical_unit.is_some_and(|(_, told)| told);
+        let vertical_stated = vertical_unit.is_some_and(|(_, stated)| stated);
         match vertical.zip(vertical_unit) {
-            Some((column, (other, true))) if other != unit && told => checks.push(format!(
+            Some((column, (other, true))) if other != unit && stated => checks.push(format!(
                 "gps: {} is in {}, but the speed over ground is in {}: the vertical velocity is \
                  ignored",
                 self.look.layout.names[column],
@@ -145,7 +145,7 @@ impl Reader<'_> {
             }
             None => {}
         }
-        StatedUnits { speed: told, course: course_told, vertical: vertical_told }
+        StatedUnits { speed: stated, course: course_stated, vertical: vertical_stated }
     }
 
     fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {

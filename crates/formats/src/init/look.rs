@@ -148,7 +148,7 @@ impl Look {
     pub fn climbs(&self, column: usize) -> bool {
         /// Largest displacement of a row out of order, rows.
         const APART: usize = 8;
-        /// Smallest number of different times.
+        /// Least number of rows with a value above all values before.
         const LEAST_TIMES: usize = 10;
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(APART + 1).filter(|window| window[APART] < window[0]).count();
@@ -218,7 +218,7 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
 
 /// Replaces a column's values for unknown ones by NaN: these repeat, and are far from all others.
 fn forget_unknown(column: &mut [f64]) {
-    /// Ratio of such a value to the largest other one.
+    /// Least ratio of a value that means unknown to the largest other value.
     const FAR: f64 = 2.0;
     let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
     let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));

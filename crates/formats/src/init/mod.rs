@@ -88,16 +88,16 @@ impl Proposal {
         }
         let before = mapping.clone();
         if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
-            checks.retain(|doubt| !doubt.starts_with("gyro: rates reach"));
+            checks.retain(|check| !check.starts_with("gyro: rates reach"));
         }
-        let told = understood.iter().find(|one| one.mapping.gps.is_some());
-        let told = told.map_or_else(travel::StatedUnits::default, |one| one.told);
-        settle_speed_unit(&mut mapping, &dataset, told, &mut findings, &mut checks)?;
+        let stated = understood.iter().find(|one| one.mapping.gps.is_some());
+        let stated = stated.map_or_else(travel::StatedUnits::default, |one| one.stated);
+        settle_speed_unit(&mut mapping, &dataset, stated, &mut findings, &mut checks)?;
         if mapping != before {
             dataset = read(&mapping)?;
         }
         if let Some(gps) = mapping.table.iter().find_map(|table| table.gps.as_ref()) {
-            travel::judge_climb(gps, &dataset.fixes, told, &mut checks);
+            travel::judge_climb(gps, &dataset.fixes, stated, &mut checks);
         }
         let found = turn::found(&dataset);
         turn_axes(&mut mapping, &found.turn);
@@ -245,26 +245,26 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
     true
 }
 
-/// Determines the units of the receiver's speed and course from its positions, where `told` says that neither
+/// Determines the units of the receiver's speed and course from its positions, where `stated` says that neither
 /// name nor format states them.
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,
-    told: travel::StatedUnits,
+    stated: travel::StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) -> Result<(), LogError> {
     let gps_of = |mapping: &Mapping| mapping.table.iter().position(|table| table.gps.is_some());
     let Some(table) = gps_of(mapping) else { return Ok(()) };
     let mut travelled = travel::travel(&dataset.fixes);
-    let is_scattered = travelled.is_some_and(|travel| travel.cosine < travel::TELLING_COSINE);
-    if !told.course && is_scattered {
+    let is_scattered = travelled.is_some_and(|travel| travel.cosine < travel::DECISIVE_COSINE);
+    if !stated.course && is_scattered {
         let mut trial = mapping.clone();
         for unit in travel::COURSE_UNITS {
             let Some(gps) = trial.table[table].gps.as_mut() else { continue };
             gps.course_unit = unit;
             let found = travel::travel(&read(&trial)?.fixes);
-            if let Some(found) = found.filter(|found| found.cosine >= travel::TELLING_COSINE) {
+            if let Some(found) = found.filter(|found| found.cosine >= travel::DECISIVE_COSINE) {
                 let course = trial.table[table].gps.as_ref().map_or("", |gps| &gps.course);
                 findings.push(format!(
                     "{course} agrees with the direction between the positions if it is in {}",
@@ -278,7 +278,7 @@ fn settle_speed_unit(
     }
     let gps = mapping.table[table].gps.as_mut();
     if let Some(gps) = gps.filter(|gps| !gps.north.is_empty() || !gps.speed.is_empty()) {
-        travel::settle_speed(gps, travelled, told, findings, checks);
+        travel::settle_speed(gps, travelled, stated, findings, checks);
     }
     Ok(())
 }

@@ -7,7 +7,8 @@ use crate::text::PlaceUnit;
 /// The largest possible latitude and longitude, rad, plus a margin for rounding.
 const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
-/// Smaller values as degrees × 10⁷ would lie in the Gulf of Guinea, within about a kilometre of 0° N 0° E.
+/// Least coordinate in degrees × 10⁷. Smaller ones would lie in the Gulf of Guinea, within about a kilometre of 0° N 0°
+/// E.
 const LEAST_SCALED: f64 = 1e5;
 
 /// The columns of latitude and longitude.

@@ -180,8 +180,8 @@ pub(crate) fn write(
     for finding in findings {
         writeln!(f, "found: {finding}")?;
     }
-    for doubt in checks {
-        writeln!(f, "check: {doubt}")?;
+    for check in checks {
+        writeln!(f, "check: {check}")?;
     }
     Ok(())
 }

@@ -17,7 +17,7 @@ const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 const LEAST_COSINE: f64 = 0.7;
 /// Cosine from which on velocity and displacement determine a unit. It is lower where the positions scatter by half
 /// the vehicle's movement.
-pub(super) const TELLING_COSINE: f64 = 0.9;
+pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
 
@@ -131,18 +131,18 @@ fn legs(fixes: &[Fix]) -> Vec<Leg> {
     legs
 }
 
-/// Determines the unit of the speed in `gps` from the distances between positions, unless `told` marks it as stated.
-/// Appends findings and points to check.
+/// Determines the unit of the speed in `gps` from the distances between positions, unless it is `stated`. Appends
+/// findings and points to check.
 pub(super) fn settle_speed(
     gps: &mut GpsColumns,
     travel: Option<Travel>,
-    told: StatedUnits,
+    stated: StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) {
     let (unit, columns) = (gps.speed_unit, velocity_columns(gps));
     let Some(Travel { ratio, cosine }) = travel else {
-        if !told.speed {
+        if !stated.speed {
             checks.push(format!(
                 "gps: the unit of {columns} is not stated and is assumed to be {}; the vehicle \
                  moves too little to determine it from the positions. Set speed_unit under \
@@ -150,7 +150,7 @@ pub(super) fn settle_speed(
                 unit.name()
             ));
         }
-        if !told.course && gps.course_unit == CourseUnit::Radians {
+        if !stated.course && gps.course_unit == CourseUnit::Radians {
             checks.push(format!(
                 "gps: {} is read as rad because it stays below 6.3; the vehicle moves too little \
                  to confirm it. If it is not, set course_unit under [table.gps]",
@@ -162,17 +162,17 @@ pub(super) fn settle_speed(
     let away = |candidate: &SpeedUnit| (candidate.factor() / unit.factor() / ratio).ln().abs();
     let nearest = SPEED_UNITS.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
     let off = ratio.max(1.0 / ratio);
-    let is_telling = cosine >= TELLING_COSINE;
-    let fitting = nearest.filter(|nearest| is_telling && away(nearest) < UNIT_TOLERANCE.ln());
+    let is_decisive = cosine >= DECISIVE_COSINE;
+    let fitting = nearest.filter(|nearest| is_decisive && away(nearest) < UNIT_TOLERANCE.ln());
     match fitting {
-        Some(fitting) if !told.speed => {
+        Some(fitting) if !stated.speed => {
             gps.speed_unit = fitting;
             findings.push(format!(
                 "{columns} agrees with the distances between the fixes if the unit is {}",
                 fitting.name()
             ));
         }
-        _ if off > SPEED_TOLERANCE && (is_telling || off > SPEED_TOLERANCE_SCATTERED) => {
+        _ if off > SPEED_TOLERANCE && (is_decisive || off > SPEED_TOLERANCE_SCATTERED) => {
             let instead = fitting.map_or_else(String::new, |fitting| {
                 format!("; as {} they would agree", fitting.name())
             });
@@ -183,7 +183,7 @@ pub(super) fn settle_speed(
                 1.0 / ratio
             ));
         }
-        _ if !told.speed => checks.push(format!(
+        _ if !stated.speed => checks.push(format!(
             "gps: the unit of {columns} is not stated and is assumed to be {}; this gives {:.2} \
              times the distances between the fixes",
             unit.name(),
@@ -214,7 +214,7 @@ fn velocity_columns(gps: &GpsColumns) -> String {
 pub(super) fn judge_climb(
     gps: &GpsColumns,
     fixes: &[Fix],
-    told: StatedUnits,
+    stated: StatedUnits,
     checks: &mut Vec<String>,
 ) {
     let column = if gps.down.is_empty() { &gps.up } else { &gps.down };
@@ -228,7 +228,7 @@ pub(super) fn judge_climb(
             gps.speed_unit.name(),
             1.0 / ratio
         )),
-        None if !told.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
+        None if !stated.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
             checks.push(format!(
                 "gps: the unit of {column} is not stated and is assumed to be {}, as for the speed \
                  over ground",

@@ -54,10 +54,10 @@ pub(crate) fn text(mapping: &Mapping, checks: &[String]) -> String {
          errors;",
     );
     lines.line("# `hovernav config mapping.toml` explains every key.");
-    for doubt in checks {
+    for check in checks {
         // A column name may contain control characters; a TOML comment may not.
-        let doubt = doubt.replace(char::is_control, " ");
-        lines.line(format_args!("# Check: {doubt}"));
+        let check = check.replace(char::is_control, " ");
+        lines.line(format_args!("# Check: {check}"));
     }
     for table in &mapping.table {
         lines.table(table);

@@ -55,7 +55,7 @@ impl<'a> Cdr<'a> {
         self.take().map(i16::from_le_bytes)
     }
 
-    /// Passes over a sequence of four-byte numbers.
+    /// Skips a sequence of four-byte numbers.
     pub fn skip_numbers(&mut self) -> Option<()> {
         let length = (self.u32()? as usize).checked_mul(4)?;
         self.body.get(self.at..)?.get(..length)?;

@@ -88,7 +88,7 @@ pub(super) struct NavSatFix {
     pub has_fix: bool,
     pub latitude_deg: f64,
     pub longitude_deg: f64,
-    /// Above the ellipsoid.
+    /// Height above the ellipsoid, m.
     pub height_m: f64,
     /// One-sigma north, east, down, m.
     pub sigma_m: Option<[f64; 3]>,

@@ -82,7 +82,7 @@ impl TimeUnit {
         }
     }
 
-    /// Whether it is a time of day, possibly with a date.
+    /// Whether the unit is a time of day, possibly with a date.
     pub(crate) const fn is_of_day(self) -> bool {
         matches!(self, Self::Clock | Self::HoursMinutesSeconds)
     }

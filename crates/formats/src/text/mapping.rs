@@ -247,7 +247,7 @@ pub struct StickColumns {
     pub signs: [f64; 4],
 }
 
-/// For forward, right and down: the index of the sensor axis, 0 to 2, and its sign.
+/// Sensor axes for forward, right and down: the index of each, 0 to 2, and its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(try_from = "[String; 3]", into = "[String; 3]")]
 pub struct Axes(pub [(usize, f64); 3]);

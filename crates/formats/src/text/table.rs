@@ -46,9 +46,9 @@ pub(crate) enum Motions {
 /// The magnetic field of a row.
 #[derive(Default)]
 pub(crate) struct Magnetic {
-    /// Part of the inertial sample.
+    /// Field that becomes a part of the row's inertial sample, gauss.
     pub of_unit: Option<Vector<Body>>,
-    /// A separate sample.
+    /// Field that is a reading of its own, not a part of an inertial sample, gauss.
     pub apart: Option<Vector<Body>>,
 }
 

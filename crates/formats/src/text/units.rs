@@ -217,7 +217,7 @@ impl ForceUnit {
 }
 
 impl BaroUnit {
-    /// Whether it is a unit of pressure.
+    /// Whether the unit is one of pressure.
     #[must_use]
     pub const fn is_pressure(self) -> bool {
         matches!(self, Self::Pascals | Self::Hectopascals | Self::Kilopascals)

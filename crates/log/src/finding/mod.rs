@@ -50,7 +50,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// Whether it is a warning or an error.
+    /// Whether the finding is a warning or an error.
     #[must_use]
     pub fn is_warning(&self) -> bool {
         self.severity >= Severity::Warning
@@ -81,8 +81,8 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
 pub struct SetupFinding {
     /// Sensor concerned.
     pub sensor: Sensor,
-    /// Whether it is certainly wrong: the log is then rejected, or estimated without the sensor if that
-    /// [can be ignored](Self::can_be_ignored).
+    /// Whether the property is certainly wrong: the log is then rejected, or estimated without the sensor if that [can
+    /// be ignored](Self::can_be_ignored).
     pub is_certain: bool,
     /// Found and expected values, with sizes.
     pub found: String,
@@ -110,7 +110,7 @@ impl SetupFinding {
             || AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
     }
 
-    /// The same as a finding over a log from `start_s` to `end_s`.
+    /// This set-up finding as a finding over a log from `start_s` to `end_s`.
     #[must_use]
     pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
         Finding {

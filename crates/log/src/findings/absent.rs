@@ -11,9 +11,10 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 const ABSENT_S: f64 = 5.0;
 /// Shortest absence that is reported, in usual intervals of the readings.
 const ABSENT_INTERVALS: f64 = 10.0;
-/// Readings that begin later than this, s, after the first inertial sample are late.
+/// Longest time, s, from the first inertial sample to the first reading of an aid that is not late.
 const LATE_S: f64 = 10.0;
-/// Share of the longest reading above which a climb may lead out of the rangefinder's reach.
+/// Reading next to a pause, as a share of the longest reading, above which the vehicle may have climbed out of the
+/// rangefinder's reach.
 const FAR: f64 = 0.7;
 /// Expected distance beyond the longest reading at which the ground is out of reach, m.
 const BEYOND_M: f64 = 2.0;

@@ -5,11 +5,11 @@ use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::quantile;
 
-/// Shorter repetitions of a height, s, may be real.
+/// Shortest repetition of a height, s, that counts as frozen: a shorter one may be real.
 const FROZEN_S: f64 = 10.0;
-/// Smallest change of height, m.
+/// Least change of the solution's height, m, during a repetition that counts as frozen.
 const MOVED_M: f64 = 3.0;
-/// Smallest change of height, in usual steps of the barometer.
+/// Least change of that height in usual steps of the barometer; the larger limit applies.
 const STEPS: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

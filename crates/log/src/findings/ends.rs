@@ -7,7 +7,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::rates::Rates;
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
-/// Clipped samples closer than this, s, are one event.
+/// Longest time, s, between clipped samples of one event.
 const APART_S: f64 = 10.0;
 
 /// Samples at full scale, by axis: a first pass finds where readings pile up, a second one the samples.
@@ -168,7 +168,7 @@ impl Extreme {
     fn pile(&self) -> Option<f64> {
         /// Smallest number of readings at an end of the range.
         const PILED: usize = 6;
-        /// Smallest number of separate visits to it.
+        /// Smallest number of times that the readings reach this end from another value.
         const VISITS: usize = 3;
         let is_end =
             self.at_end >= PILED && self.visits >= VISITS && self.at_end >= 4 * self.at_next;

@@ -7,11 +7,11 @@ use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::median_interval_s;
 
-/// An outage is a span without fixes longer than this, s, and than three intervals.
+/// Longest span without fixes, s, that is not an outage, unless three usual intervals are longer.
 const OUTAGE_S: f64 = 3.5;
-/// Shorter repetitions of a whole fix, s, do not count as frozen.
+/// Shortest repetition of a whole fix, s, that counts as frozen.
 const FROZEN_S: f64 = 2.0;
-/// Shorter repetitions of a height, s, may be real.
+/// Shortest repetition of a height, s, that counts as held: a shorter one may be real.
 const HELD_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

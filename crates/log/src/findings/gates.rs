@@ -106,7 +106,7 @@ struct Compared {
 
 /// Smallest number of consecutive rejections of any size that cause a warning.
 const LASTING: usize = 3;
-/// Smallest duration of such rejections, s.
+/// Smallest duration of such consecutive rejections, s.
 const LASTING_S: f64 = 2.0;
 /// Time after an event, s, in which it may cause a rejection.
 const AFTERMATH_S: f64 = 10.0;
@@ -115,26 +115,26 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
     // The groups of one receiver form one finding.
     for sensor in [0..4, 4..5, 5..6, 6..7, 7..8, 8..9] {
-        let mut refused: Vec<(f64, f64)> = groups[sensor.clone()]
+        let mut rejected: Vec<(f64, f64)> = groups[sensor.clone()]
             .iter()
             .flatten()
             .filter(|at| at.verdict != Verdict::Accepted)
             .map(|at| (at.time_s, at.size))
             .collect();
-        refused.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rejected.sort_by(|a, b| a.0.total_cmp(&b.0));
         findings.extend(
-            spans(refused, LASTING_S).iter().map(|span| refusal(log, &groups, &sensor, span)),
+            spans(rejected, LASTING_S).iter().map(|span| rejection(log, &groups, &sensor, span)),
         );
     }
 }
 
-/// Time after a fix, s, within which a filter that was reset to it shows the result.
+/// Time after a reset to a fix, s, at which the solution shows the result of the reset.
 const REOPENED_S: f64 = 1.0;
 
 impl Judged<'_> {
     /// Whether a position used at `time_s`, `off_m` from the filter's own, leaves an ambiguity between the two: the
     /// one-sigma afterwards exceeds half that distance.
-    fn disputes(&self, time_s: f64, off_m: f64) -> bool {
+    fn leaves_ambiguity(&self, time_s: f64, off_m: f64) -> bool {
         let after_s = time_s + REOPENED_S;
         self.solution_at(after_s).is_some_and(|solution| {
             let [north, east, down] = solution.position_sigma_m.to_array();
@@ -144,7 +144,7 @@ impl Judged<'_> {
 }
 
 /// Finding for the rejections of one sensor within a span.
-fn refusal(
+fn rejection(
     log: &Judged<'_>,
     groups: &[Vec<Compared>],
     sensor: &Range<usize>,
@@ -152,23 +152,23 @@ fn refusal(
 ) -> Finding {
     let within = |at: &&Compared| (span.start_s..=span.end_s).contains(&at.time_s);
     let first = &GROUPS[sensor.start];
-    let (mut parts, mut reopened, mut large, mut is_refused) =
+    let (mut parts, mut reopened, mut large, mut is_rejected) =
         (Vec::new(), None, false, [false; GROUPS.len()]);
     let mut farthest_m = 0.0_f64;
     for index in sensor.clone() {
-        let (group, heard) = (&GROUPS[index], groups[index].iter().filter(within));
-        let refused: Vec<&Compared> =
-            heard.clone().filter(|at| at.verdict != Verdict::Accepted).collect();
-        let largest = refused.iter().map(|at| at.size).fold(0.0, f64::max) * group.scale;
-        if refused.is_empty() {
+        let (group, readings) = (&GROUPS[index], groups[index].iter().filter(within));
+        let rejected: Vec<&Compared> =
+            readings.clone().filter(|at| at.verdict != Verdict::Accepted).collect();
+        let largest = rejected.iter().map(|at| at.size).fold(0.0, f64::max) * group.scale;
+        if rejected.is_empty() {
             continue;
         }
-        is_refused[index] = true;
+        is_rejected[index] = true;
         large |= largest > group.large;
         if group.unit == "m" {
             farthest_m = farthest_m.max(largest);
         }
-        let opened = refused.iter().filter(|at| at.verdict == Verdict::Reopened);
+        let opened = rejected.iter().filter(|at| at.verdict == Verdict::Reopened);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
         // In a thinned run the number of accepted readings is unknown.
@@ -176,14 +176,14 @@ fn refusal(
             Sensor::Gps => log.run.fixes_thinned,
             _ => log.run.comparisons_thinned,
         };
-        let of_all = if thinned == 0 { format!(" of {}", heard.count()) } else { String::new() };
-        let count = refused.len();
+        let of_all = if thinned == 0 { format!(" of {}", readings.count()) } else { String::new() };
+        let count = rejected.len();
         parts.push(format!("{name} by up to {largest:.1} {unit} ({count}{of_all} readings)"));
     }
     let lasting = span.count >= LASTING && span.end_s - span.start_s >= LASTING_S;
     // Only a receiver's own velocity can confirm or contradict its position.
-    let told = log.dataset.fixes.iter().any(|fix| fix.horizontal_velocity_mps.is_some());
-    let agrees = told && !is_refused[2] && !is_refused[3];
+    let has_velocity = log.dataset.fixes.iter().any(|fix| fix.horizontal_velocity_mps.is_some());
+    let agrees = has_velocity && !is_rejected[2] && !is_rejected[3];
     if let Some(time_s) =
         reopened.filter(|_| span.count == 1 && is_first_after_a_gap(log, first, span))
     {
@@ -208,7 +208,7 @@ fn refusal(
         None => "a receiver glitch or a filter error".into(),
     };
     let response = match reopened {
-        Some(time_s) if agrees && log.disputes(time_s, farthest_m) => format!(
+        Some(time_s) if agrees && log.leaves_ambiguity(time_s, farthest_m) => format!(
             "; the filter cannot tell which position is right: it was reset to that of the receiver at {time_s:.1} s, \
              and its one-sigma covers the earlier position too{}",
             log.cost(span.start_s, time_s + REOPENED_S)

@@ -12,13 +12,13 @@ use hovernav::time::Time;
 
 /// Relative deviation of the field's strength from its median beyond which the field is disturbed.
 const DISTURBED: f64 = 0.25;
-/// Relative change of the field that an imperfect calibration of the magnetometer can explain.
+/// Largest relative change of the field that an imperfect calibration of the magnetometer can explain.
 const UNCALIBRATED: f64 = 0.15;
-/// Smaller heading differences, rad (10°), occur by chance.
+/// Largest heading difference, rad (10°), that occurs by chance; a larger one is a warning.
 const SUSPECT_RAD: f64 = 0.175;
-/// Suspect headings at most this far apart, s, are one finding.
+/// Longest time, s, between suspect headings of one finding.
 const ONE_AMBIGUITY_S: f64 = 30.0;
-/// Shorter disturbances, s, are ignored as noise.
+/// Shortest disturbance of the field that is reported, s: a shorter one is noise.
 const LASTING_S: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Finding>) {
@@ -45,7 +45,7 @@ fn sources(log: &Judged<'_>) -> String {
         (antennas, "the second antenna"),
     ];
     let named: Vec<&str> =
-        named.into_iter().filter_map(|(told, name)| told.then_some(name)).collect();
+        named.into_iter().filter_map(|(is_used, name)| is_used.then_some(name)).collect();
     if named.is_empty() {
         return String::new();
     }
@@ -65,8 +65,8 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
             _ => None,
         });
         let end_s = restored_s.unwrap_or(log_end_s);
-        let told = |found: &Finding| found.start_s < end_s && start_s < found.end_s;
-        if end_s - start_s < LASTING_S || findings.iter().skip(known).any(told) {
+        let is_reported = |found: &Finding| found.start_s < end_s && start_s < found.end_s;
+        if end_s - start_s < LASTING_S || findings.iter().skip(known).any(is_reported) {
             continue;
         }
         findings.push(Finding {

@@ -14,13 +14,13 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
 use crate::rates::Rates;
 
-/// Events closer than this, s, are one.
+/// Longest time, s, between two faults of one event.
 const APART_S: f64 = 2.0;
-/// Longer repetitions, s, may belong to the log and are no fault.
+/// Shortest span of repetitions, s, that the log itself may cause: it may be written faster than the unit measures.
 const LASTING_S: f64 = 10.0;
-/// Share of the samples that such repetitions exceed.
+/// Share of repeated samples in that span, above which the log causes them.
 const HELD: f64 = 0.2;
-/// Shorter repetitions of one axis, s, do not count as stuck.
+/// Shortest repetition of one axis, s, that counts as stuck.
 const STUCK_S: f64 = 0.2;
 
 pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &mut Vec<Finding>) {
@@ -247,7 +247,7 @@ fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     })
 }
 
-/// Index of samples far ahead among the faults of [`reported`].
+/// Index of the fault "time far ahead of the previous sample" among the faults of [`reported`].
 const FAR_AHEAD: usize = 4;
 
 /// Findings from the estimator's own notices on the samples.

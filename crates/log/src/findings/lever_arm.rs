@@ -6,13 +6,13 @@ use hovernav::frames::{Body, Vector};
 use super::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Smaller errors of the lever arm, m, matter little.
+/// Smallest error of the lever arm, m, that is a warning.
 const LEAST_M: f64 = 0.3;
-/// Smallest error of the lever arm in one-sigmas.
+/// Smallest error of the lever arm that is reported, in one-sigmas.
 const SURE: f64 = 3.5;
 /// Longest time between two fixes that are compared, s.
 const LONGEST_S: f64 = 3.0;
-/// Larger innovations, in one-sigmas, have other causes and are ignored.
+/// Largest innovation, in one-sigmas, that a lever arm explains; a larger one is ignored.
 const OUTLIER: f64 = 4.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -5,14 +5,14 @@ use hovernav::ekf::Notice;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Time over which a bias is compared with itself, s.
+/// Longest time between the two compared values of a bias, s.
 const OVER_S: f64 = 20.0;
 /// Smallest step of a bias in one-sigmas, the larger of before and after. A correct bias changes less, even at the end
 /// of a rest.
 const STEP: f64 = 6.0;
-/// Smaller steps of a gyro's bias, rad/s, matter little.
+/// Smallest step of a gyro's bias that is reported, rad/s.
 const LEAST_GYRO: f64 = 0.005;
-/// Smaller steps of an accelerometer's bias, m/s², matter little.
+/// Smallest step of an accelerometer's bias that is reported, m/s².
 const LEAST_ACCEL: f64 = 0.2;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -65,7 +65,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let ratio = change.abs() / sigma.max(1e-12);
                 if change.abs() > least
                     && ratio > STEP
-                    && !suspect.iter().any(|&doubted_s| (start_s..end_s).contains(&doubted_s))
+                    && !suspect.iter().any(|&suspect_s| (start_s..end_s).contains(&suspect_s))
                     && largest.is_none_or(|most| change.abs() > most.2.abs())
                 {
                     largest = Some((start_s, end_s, change, sigma));

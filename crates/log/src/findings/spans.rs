@@ -9,7 +9,7 @@ pub(crate) struct Span {
     pub end_s: f64,
     /// Number of events.
     pub count: usize,
-    /// Largest size among them.
+    /// Largest size of these events.
     pub largest: f64,
 }
 
@@ -77,13 +77,13 @@ pub(super) struct Repeating<M> {
     /// Index and time of the first value.
     pub first: usize,
     pub start: M,
-    /// Index and time of the last one.
+    /// Index and time of the last value.
     pub last: usize,
     pub end: M,
     /// Number of pairs shortly before and after, and of those that repeat.
     near: usize,
     repeated: usize,
-    /// Number of the pairs that come after.
+    /// Number of the pairs after the run.
     after: usize,
 }
 

@@ -21,14 +21,15 @@ const SIDE: usize = 3;
 const MOST_REJECTED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
-/// Smaller steps of a gyro's bias, rad/s, matter little.
+/// Smallest step of a gyro's bias that is reported, rad/s.
 const LEAST_GYRO: f64 = 0.002;
-/// Smaller steps of an accelerometer's bias, m/s², matter little.
+/// Smallest step of an accelerometer's bias that is reported, m/s².
 const LEAST_ACCEL: f64 = 0.12;
 /// Smallest lasting step of a gyro's bias that the filter has estimated, rad/s; a smaller one may be an initial bias
 /// estimated late.
 const LEAST_LASTING_GYRO: f64 = 0.0035;
-/// The same for an accelerometer's bias, m/s²: five one-sigmas of its initial bias.
+/// Smallest lasting step of an accelerometer's bias that the filter has estimated, m/s²: five one-sigmas of its initial
+/// bias.
 const LEAST_LASTING_ACCEL: f64 = 0.25;
 /// Share of a step by which the filter's own bias has to follow. The unit's own attitude drifts, which looks like a
 /// step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14 and less.

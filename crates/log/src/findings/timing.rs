@@ -13,15 +13,15 @@ use crate::manifest::LONGEST_LATENCY_S;
 use crate::plausibility::Scale;
 use crate::rates::Rates;
 
-/// Offset of the fixes' time beyond which a warning asks to declare it, s.
+/// Largest time offset of the fixes, s, that needs no declaration; a larger one is a warning.
 const OFFSET_S: f64 = 0.1;
-/// Offsets that the filter can estimate, s.
+/// Range of the time offsets that the filter can estimate, s.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
-/// Share of rejected fixes up to which the filter's estimate is trusted.
+/// Share of rejected fixes from which on the filter's estimate of the offset is not used.
 const MANY_REJECTED: f64 = 0.1;
-/// Smallest offset for which the accelerations are used, s.
+/// Smallest offset according to the accelerations that is used, s.
 const FAR_S: f64 = 0.25;
-/// Difference beyond which the accelerations outweigh the filter's estimate, s.
+/// Difference from the filter's estimate, s, beyond which the offset according to the accelerations replaces it.
 const AGREES_S: f64 = 0.1;
 /// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
 const MOST_S: f64 = 25.0;
@@ -29,7 +29,7 @@ const MOST_S: f64 = 25.0;
 const COARSE_S: f64 = 0.1;
 /// Fine step of the search, s.
 const FINE_S: f64 = 0.01;
-/// Delays further from the best one, s, are separate candidates.
+/// Distance from the best delay, s, beyond which a delay is a separate candidate.
 const NEAR_S: f64 = 2.0;
 /// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
@@ -37,27 +37,27 @@ const STEP_S: f64 = 0.04;
 const OVER_S: f64 = 1.0;
 /// Longest interval between fixes that are compared, s.
 const LONGEST_S: f64 = 2.5;
-/// Number of changes in a part of the flight, whose delay is compared with that of other parts.
+/// Number of velocity changes in a part of the flight. The delays of the parts are compared.
 const PART: usize = 40;
-/// Smallest number of such parts.
+/// Smallest number of parts that can show a growing delay.
 const LEAST_PARTS: usize = 3;
-/// The same in multiples of the delays' rms distance from a line.
+/// Smallest growth of the delay over the flight, in multiples of the delays' rms distance from a line.
 const OFF_LINE: f64 = 5.0;
-/// Least share of the changes explained by a growing delay in addition to those explained by a constant delay.
+/// Least share of the velocity changes that a growing delay explains in addition to a constant delay.
 const DRIFT_EXPLAINS: f64 = 0.05;
-/// Longer intervals between samples, s, leave the velocity unknown.
+/// Longest interval between samples, s, over which the velocity change is known.
 const GAP_S: f64 = 0.3;
 /// Length of the part of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
-/// Smallest number of changes.
+/// Smallest number of compared velocity changes.
 const LEAST_CHANGES: usize = 30;
-/// Smallest rms of the changes, m/s.
+/// Smallest rms of the velocity changes, m/s.
 const LEAST_MPS: f64 = 0.5;
-/// Smallest share of the changes that the best delay explains.
+/// Smallest share of the velocity changes that the best delay explains.
 const EXPLAINED: f64 = 0.5;
 /// Lead of the best delay over zero and over distant delays, in explained share.
 const CLEARLY: f64 = 0.1;
-/// Offsets that explain a smaller share of the changes are rejected.
+/// Share of the velocity changes that the filter's offset must explain to be used.
 const UNEXPLAINED: f64 = 0.1;
 /// Lead of GPS time over UTC, s.
 const LEAP_SECONDS: f64 = 18.0;
@@ -66,8 +66,8 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     let Some((start_s, end_s)) = log.span_s() else { return };
     let declared_s = log.dataset.manifest.gps.latency_s;
     let FixTally { used, rejected } = log.run.fixes_compared;
-    let told = reported_changes(log);
-    if let Some(drift) = measured.drift(&told) {
+    let reported = reported_changes(log);
+    if let Some(drift) = measured.drift(&reported) {
         let percent = 100.0 * drift.abs();
         let fast = if drift < 0.0 { "fast" } else { "slow" };
         findings.push(Finding {
@@ -89,7 +89,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     }
     // Without significant accelerations no offset is rejected.
     let is_unexplained = |offset_s: f64| {
-        measured.explained(&told, |_| offset_s).is_some_and(|share| share < UNEXPLAINED)
+        measured.explained(&reported, |_| offset_s).is_some_and(|share| share < UNEXPLAINED)
     };
     let is_trusted = |offset_s: f64| {
         FOLLOWED_S.contains(&offset_s)
@@ -97,7 +97,7 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
             && !is_unexplained(offset_s)
     };
     let own_s = log.run.gps_offset.map(|(offset_s, _)| offset_s).filter(|&own_s| is_trusted(own_s));
-    let far_s = measured.delay_s(&told).filter(|far_s| {
+    let far_s = measured.delay_s(&reported).filter(|far_s| {
         far_s.abs() > FAR_S && own_s.is_none_or(|own_s| (far_s - own_s).abs() > AGREES_S)
     });
     let side = |offset_s: f64| {
@@ -197,8 +197,8 @@ impl MeasuredVelocity {
 
     /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly. Then the clocks of
     /// samples and fixes run at different rates.
-    fn drift(&self, told: &[Change]) -> Option<f64> {
-        let parts: Vec<[f64; 2]> = told
+    fn drift(&self, reported: &[Change]) -> Option<f64> {
+        let parts: Vec<[f64; 2]> = reported
             .chunks(PART)
             .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
             .collect();
@@ -217,24 +217,25 @@ impl MeasuredVelocity {
             .sqrt();
         let grown_s = drift.abs() * (parts.last()?[0] - parts.first()?[0]);
         let along = |at_s: f64| delay_s + drift * (at_s - time_s);
-        let [growing, steady] = [self.explained(told, along), self.explained(told, |_| delay_s)]
-            .map(Option::unwrap_or_default);
+        let [growing, steady] =
+            [self.explained(reported, along), self.explained(reported, |_| delay_s)]
+                .map(Option::unwrap_or_default);
         let is_plain = growing > EXPLAINED.max(steady + DRIFT_EXPLAINS)
             && grown_s > DRIFTED_S.max(OFF_LINE * off_s);
         is_plain.then_some(drift)
     }
 
     /// Time by which the fixes are valid earlier than by the declared latency, s; `None` where it is not significant.
-    fn delay_s(&self, told: &[Change]) -> Option<f64> {
-        let (delay_s, explained) = self.plain_delay_s(told)?;
-        let now = self.explained(told, |_| 0.0).unwrap_or(0.0);
+    fn delay_s(&self, reported: &[Change]) -> Option<f64> {
+        let (delay_s, explained) = self.plain_delay_s(reported)?;
+        let now = self.explained(reported, |_| 0.0).unwrap_or(0.0);
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 
-    /// Delay that explains the largest share of the changes `told` by the fixes, s, and that share; `None` where a
+    /// Delay that explains the largest share of the changes `reported` by the fixes, s, and that share; `None` where a
     /// distant delay explains about as much.
-    fn plain_delay_s(&self, told: &[Change]) -> Option<(f64, f64)> {
-        let explained = |delay_s: f64| self.explained(told, |_| delay_s).unwrap_or(0.0);
+    fn plain_delay_s(&self, reported: &[Change]) -> Option<(f64, f64)> {
+        let explained = |delay_s: f64| self.explained(reported, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
         let tried: Vec<(f64, f64)> = (-steps..=steps)
             .map(|step| COARSE_S * f64::from(step))
@@ -253,12 +254,12 @@ impl MeasuredVelocity {
         Some((fine_s, most))
     }
 
-    /// Share of the changes `told` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
+    /// Share of the changes `reported` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
     /// together by the angle that fits best.
-    fn explained(&self, told: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
+    fn explained(&self, reported: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         // Successive changes share two of their three times.
         let mut last = [(f64::NAN, None); 3];
-        let pairs: Vec<_> = told
+        let pairs: Vec<_> = reported
             .iter()
             .filter_map(|change| {
                 last = change.times_s.map(|time_s| {
@@ -273,15 +274,15 @@ impl MeasuredVelocity {
             return None;
         }
         let count = pairs.len() as f64;
-        let (mut measured, mut told) = ([0.0; 2], [0.0; 2]);
+        let (mut measured, mut reported) = ([0.0; 2], [0.0; 2]);
         for (a, b) in &pairs {
             measured = [measured[0] + a[0] / count, measured[1] + a[1] / count];
-            told = [told[0] + b[0] / count, told[1] + b[1] / count];
+            reported = [reported[0] + b[0] / count, reported[1] + b[1] / count];
         }
         let (mut along, mut across, mut squares) = (0.0, 0.0, [0.0; 2]);
         for (a, b) in pairs {
             let a = [a[0] - measured[0], a[1] - measured[1]];
-            let b = [b[0] - told[0], b[1] - told[1]];
+            let b = [b[0] - reported[0], b[1] - reported[1]];
             along += a[0] * b[0] + a[1] * b[1];
             across += a[0] * b[1] - a[1] * b[0];
             squares =
@@ -338,14 +339,14 @@ fn second_difference([start, middle, end]: [[f64; 2]; 3]) -> [f64; 2] {
 }
 
 fn reported_changes(log: &Judged<'_>) -> Vec<Change> {
-    let mut told: Vec<(f64, [f64; 2])> = Vec::new();
+    let mut reported: Vec<(f64, [f64; 2])> = Vec::new();
     for fix in &log.dataset.fixes {
         let (time_s, velocity) = (fix.time.seconds(), fix.horizontal_velocity_mps);
-        let is_due = told.last().is_none_or(|last| time_s - last.0 >= OVER_S - STEP_S);
-        told.extend(velocity.filter(|_| is_due).map(|velocity| (time_s, velocity)));
+        let is_due = reported.last().is_none_or(|last| time_s - last.0 >= OVER_S - STEP_S);
+        reported.extend(velocity.filter(|_| is_due).map(|velocity| (time_s, velocity)));
     }
-    let changes = told.windows(3).filter_map(|told| {
-        let &[start, middle, end] = told else { return None };
+    let changes = reported.windows(3).filter_map(|reported| {
+        let &[start, middle, end] = reported else { return None };
         let is_near = (middle.0 - start.0).max(end.0 - middle.0) < LONGEST_S;
         is_near.then(|| Change {
             times_s: [start.0, middle.0, end.0],

@@ -6,7 +6,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 /// Ratio of the used to the stated one-sigmas beyond which the stated ones are too small. Correct ones reach up to 1.2,
 /// for a part of the error drifts.
 const UNDERSTATED: f64 = 1.5;
-/// Fewer fixes are not judged.
+/// Smallest number of fixes for a judgement.
 const LEAST: usize = 50;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

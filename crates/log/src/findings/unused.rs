@@ -8,13 +8,13 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Readings closer than this, s, are one event.
+/// Longest time, s, between unused readings of one event.
 const APART_S: f64 = 5.0;
 /// Longest interval between spikes of a field in one event, s.
 const SPIKES_S: f64 = 60.0;
 /// Smallest number of spikes in an event.
 const LEAST_SPIKES: usize = 3;
-/// A disturbance is reported at most this long, s, after its first reading.
+/// Longest time, s, from the first reading of a disturbance to its report.
 const BEGINS_S: f64 = 1.0;
 
 const AIDS: [(Aid, Sensor); 6] = [
@@ -42,7 +42,7 @@ const REASONS: [(Unusable, bool); 12] = [
     (Unusable::FieldTooSteep, false),
 ];
 
-/// Readings that came up to this long, s, before a gap are late because of it as well.
+/// Time before a gap in the inertial samples, s, in which readings are also late because of the gap.
 const WAITING_S: f64 = 0.3;
 
 /// Time after the start, s, in which the filter's history is too short for late fixes.

@@ -6,11 +6,11 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Drifting fixes at most this far apart, s, are one finding.
+/// Longest time, s, between drifting fixes of one finding.
 const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let walked = log.run.notices.iter().filter_map(|notice| match notice {
+    let drifting = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::Updated(report) => report
             .innovations()
             .next()
@@ -18,7 +18,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             .zip(report.position_drift_m()),
         _ => None,
     });
-    findings.extend(spans(walked, APART_S).into_iter().map(|span| Finding {
+    findings.extend(spans(drifting, APART_S).into_iter().map(|span| Finding {
         start_s: span.start_s,
         end_s: span.end_s,
         sensor: Sensor::Gps,

@@ -12,13 +12,13 @@ use crate::replay::Run;
 const SAMPLES: usize = 20_000;
 /// Mean square of the normalised innovations beyond which a run is suspect.
 const SUSPECT: f64 = 2.5;
-/// Largest contribution of an innovation to it; a rejected one contributes as much.
+/// Largest contribution of one innovation to the mean square; a rejected innovation contributes as much.
 const MOST: f64 = 25.0;
 /// Time after an enlargement of the bias uncertainty in which agreement proves nothing, s.
 const OPENED_S: f64 = 2.0;
 /// Factor by which the right set-up is better than the present one.
 const BETTER: f64 = 1.7;
-/// Largest mean square of the right set-up.
+/// Largest mean square of the normalised innovations with the right set-up.
 const GOOD: f64 = 2.0;
 
 /// Axes and signs of the inertial unit to be tried: source axis and sign of each body axis.
@@ -150,8 +150,8 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
                     | Channel::PositionEast
             ) {
                 let opened = axis.time.seconds() < opened_until_s;
-                let refused = axis.verdict != Verdict::Accepted;
-                sum += if refused || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
+                let rejected = axis.verdict != Verdict::Accepted;
+                sum += if rejected || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
                 count += 1.0;
             }
         }

@@ -10,7 +10,7 @@ use crate::rates::Rates;
 const NOTED_S: f64 = 0.05;
 /// Interval over which fields are compared, s: longer than the lag of a magnetometer, too short for gyro drift.
 const OVER_S: f64 = 1.0;
-/// Smaller turns, rad, are not compared.
+/// Smallest turn that is compared, rad.
 const LEAST_TURN_RAD: f64 = 0.03;
 /// Smallest number of comparisons.
 const LEAST: usize = 30;
@@ -18,7 +18,7 @@ const LEAST: usize = 30;
 const LEAST_TURNED: f64 = 0.2;
 /// Largest squared residual of the right order and signs, relative to that of the present ones.
 const BETTER: f64 = 0.2;
-/// The same relative to the field's changes.
+/// Largest squared residual of the right order and signs, relative to the field's changes.
 const EXPLAINED: f64 = 0.3;
 /// Intervals between samples beyond which a turn may be hidden, s.
 const GAP_S: f64 = 0.3;

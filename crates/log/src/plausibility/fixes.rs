@@ -19,16 +19,17 @@ const LEAST_MPS: f64 = 0.4;
 const EXPLAINED: f64 = 0.6;
 /// Sine of the angle between velocity and displacement beyond which the velocity is of another time.
 const TURNED: f64 = 0.25;
-/// Lower limit of a scale of 1 that noise has reduced, relative to the explained share.
+/// Least scale of a velocity in m/s, divided by the explained share: noise reduces a scale at most to that share. A
+/// smaller scale has another unit.
 const SMALLER: f64 = 0.75;
 /// Smallest plausible scale of a sound receiver.
 const LEAST_SCALE: f64 = 0.6;
 /// Courses closer than this, rad (12°), are equal. The scale of a displacement depends on the latitude, which may be
 /// wrong.
 const ALIKE_RAD: f64 = 0.2;
-/// Heights at which helicopters and drones fly, m.
+/// Range of heights at which helicopters and drones fly, m.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
-/// Tolerated share of fixes outside.
+/// Largest share of fixes outside [`HEIGHTS_M`] without a finding.
 const OUTSIDE: f64 = 0.3;
 
 /// Velocity units with their size in m/s.
@@ -40,7 +41,7 @@ const UNITS: [(f64, &str); 6] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
-/// Coordinates closer to zero than this, degrees, come from a simulation.
+/// Least distance from 0° N 0° E, degrees, of coordinates that may be radians: closer ones come from a simulation.
 const LEAST_RADIANS: f64 = 0.05;
 /// One degree in radians: the scale of displacements whose coordinates are radians read as degrees.
 const DEGREE: f64 = PI / 180.0;

@@ -15,23 +15,24 @@ const MEAN_S: f64 = 1.0;
 const POSSIBLE: (f64, f64) = (0.75, 1.6);
 /// Range outside which an error is likely, g.
 const USUAL: (f64, f64) = (0.85, 1.35);
-/// Largest acceleration by the fixes at which the specific force is gravity, m/s².
+/// Largest acceleration according to the fixes, m/s², at which the specific force counts as gravity.
 const STEADY_MPS2: f64 = 0.3;
-/// Interval of that acceleration, s; the fixes are up to twice as far apart.
+/// Interval over which the fixes give that acceleration, s; they may be up to twice as far apart.
 const STEADY_OVER_S: f64 = 2.0;
-/// Smallest number of such seconds.
+/// Smallest number of seconds with such a small acceleration.
 const LEAST_STEADY: usize = 20;
 /// Relative error of the specific force beyond the bias of any sound inertial unit.
 const SCALE_OFF: f64 = 0.05;
 /// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
 const UPRIGHT: f64 = 0.5;
 
-/// Length of the mean direction, 0 to 1, from which on the force has a direction at all.
+/// Least length of the mean direction of the specific force, 0 to 1, at which the force has a usual direction.
 const STEADY: f64 = 0.7;
 
 /// Cosine of the angle from the vertical, 20°, beyond which the inertial unit is mounted askew.
 const ASKEW: f64 = 0.94;
-/// Length of the mean direction that this needs, 0 to 1: no vehicle is tilted that far all the time.
+/// Least length of the mean direction, 0 to 1, at which a tilt is one of the mounting: no vehicle is tilted all the
+/// time.
 const ASKEW_STEADY: f64 = 0.97;
 
 /// Mean specific force over a second.

@@ -9,7 +9,7 @@ use crate::statistics::quantile;
 
 /// Acceleration between positions beyond which a part is implausible, m/s² rms.
 const JUMPY_MPS2: f64 = 10.0;
-/// The same in multiples of that of the quietest quarter of the parts.
+/// Such an acceleration in multiples of that in the quietest quarter of the parts.
 const JUMPY_TIMES: f64 = 6.0;
 
 /// Mean velocity and displacement rate, NED, m/s, over parts of about `length_s`, for the axes from `from_axis` on.

@@ -134,9 +134,9 @@ const ALONE: f64 = 0.15;
 const ROUNDS: usize = 6;
 /// Largest residual of a pair that follows the fit, in median residuals.
 const NEAR: f64 = 4.0;
-/// The same as a share of the pair's own size; the larger limit applies.
+/// Largest residual of a pair that follows the fit, as a share of the pair's size; the larger limit applies.
 const SHARE: f64 = 0.3;
-/// A pair moves where its size exceeds this number of median residuals.
+/// Size of a pair, in median residuals, above which the pair counts as moving.
 const MOVES: f64 = 3.0;
 /// Smallest share of the moving pairs that follow the fit.
 const FOLLOWED: f64 = 0.5;

@@ -9,13 +9,13 @@ use super::norm;
 use crate::finding::{Sensor, SetupFinding};
 use crate::statistics::quantile;
 
-/// Positions are compared within parts of this length, s: the first third with the last.
+/// Length of the parts, s, within which positions are compared: the first third with the last.
 const PART_S: f64 = 10.0;
 /// Smallest number of moving parts that proves zeros false; the jumps of a standing receiver reach fewer.
 const LEAST_MOVING: usize = 3;
 /// Smallest distance within a part, m, horizontal and vertical.
 const LEAST_M: [f64; 2] = [4.0, 6.0];
-/// The same in stated one-sigmas.
+/// Smallest distance within a part, in stated one-sigmas; the larger limit applies.
 const SIGMAS: f64 = 3.0;
 /// Largest distance of the fixes from a motion at constant velocity, relative to the distance moved.
 const UNSTEADY: f64 = 1.0 / 3.0;
@@ -30,7 +30,7 @@ pub(crate) struct Unmeasured {
 }
 
 impl Unmeasured {
-    /// `None` if all velocities are plausible.
+    /// The zero velocities of `fixes` that no sensor measured; `None` if all velocities are plausible.
     pub fn of(fixes: &[Fix]) -> Option<Self> {
         let level = |fix: &Fix| fix.horizontal_velocity_mps == Some([0.0; 2]);
         let down = |fix: &Fix| fix.down_velocity_mps == Some(0.0);
@@ -52,7 +52,7 @@ impl Unmeasured {
         (moved_m != [0.0; 2]).then_some(Self { zeros, moved_m })
     }
 
-    /// Removes these velocities from `fixes`.
+    /// Removes the unmeasured velocities from `fixes`.
     pub fn take_out(&self, fixes: &mut [Fix]) {
         for (fix, [level, down]) in fixes.iter_mut().zip(&self.zeros) {
             fix.horizontal_velocity_mps = fix.horizontal_velocity_mps.filter(|_| !level);
@@ -60,7 +60,7 @@ impl Unmeasured {
         }
     }
 
-    /// The `fixes` without these velocities.
+    /// The `fixes` without the unmeasured velocities.
     pub fn without<'a>(found: Option<&Self>, fixes: &'a [Fix]) -> Cow<'a, [Fix]> {
         let mut fixes = Cow::Borrowed(fixes);
         if let Some(found) = found {
@@ -69,7 +69,7 @@ impl Unmeasured {
         fixes
     }
 
-    /// Finding for these velocities of `fixes`.
+    /// Finding for the unmeasured velocities of `fixes`.
     pub fn finding(&self, fixes: &[Fix]) -> SetupFinding {
         let count =
             |is_one: fn(&[bool; 2]) -> bool| self.zeros.iter().filter(|zero| is_one(zero)).count();

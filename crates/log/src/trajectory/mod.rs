@@ -59,10 +59,10 @@ impl LocalAxes {
     }
 }
 
-/// Half a turn about the line between north and east.
+/// Rotation from ENU to NED: half a turn about the line between north and east.
 const NED_FROM_ENU: DQuat =
     DQuat::from_xyzw(std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0, 0.0);
-/// Half a turn about the nose.
+/// Rotation from forward, right, down to forward, left, up: half a turn about the nose.
 const FLU_FROM_FRD: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 
 impl Trajectory {

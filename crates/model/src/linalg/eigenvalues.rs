@@ -10,12 +10,12 @@ use crate::error::ModelError;
 /// [`ModelError::Eigenvalues`] where the computation does not converge.
 pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelError> {
     let size = matrix.nrows();
-    let refused = || ModelError::Eigenvalues { size };
+    let rejected = || ModelError::Eigenvalues { size };
     if size == 0 {
         return Ok(Vec::new());
     }
     if matrix.iter().any(|value| !value.is_finite()) {
-        return Err(refused());
+        return Err(rejected());
     }
     let matrix = balanced(matrix);
     let size_of_matrix = matrix.amax();
@@ -29,7 +29,7 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelErro
         let shift = Complex::new(shift, 0.0);
         Some(schur.complex_eigenvalues().iter().map(|value| value - shift).collect())
     });
-    found.ok_or_else(refused)
+    found.ok_or_else(rejected)
 }
 
 /// A similar matrix with rows and columns of similar size, scaled by powers of two without rounding.

@@ -172,11 +172,11 @@ impl Fixes {
     pub fn of(fixes: &[Fix], innovations: &[Innovation], clock: Clock, origin: &Geodetic) -> Self {
         use Channel::{PositionDown, PositionEast, PositionNorth};
         use Channel::{VelocityDown, VelocityEast, VelocityNorth};
-        let refused = |channels: &[Channel]| -> Vec<bool> {
-            let refused = innovations.iter().filter(|innovation| {
+        let rejected = |channels: &[Channel]| -> Vec<bool> {
+            let rejected = innovations.iter().filter(|innovation| {
                 innovation.verdict == Verdict::Rejected && channels.contains(&innovation.channel)
             });
-            let times: HashSet<Time> = refused.map(|innovation| innovation.time).collect();
+            let times: HashSet<Time> = rejected.map(|innovation| innovation.time).collect();
             fixes.iter().map(|fix| times.contains(&fix.time)).collect()
         };
         let local = Local::at(origin);
@@ -188,14 +188,14 @@ impl Fixes {
                 [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)]
             }),
             position_rejected: [
-                refused(&[PositionNorth, PositionEast]),
-                refused(&[PositionNorth, PositionEast]),
-                refused(&[PositionDown]),
+                rejected(&[PositionNorth, PositionEast]),
+                rejected(&[PositionNorth, PositionEast]),
+                rejected(&[PositionDown]),
             ],
             velocity_rejected: [
-                refused(&[VelocityNorth, VelocityEast]),
-                refused(&[VelocityNorth, VelocityEast]),
-                refused(&[VelocityDown]),
+                rejected(&[VelocityNorth, VelocityEast]),
+                rejected(&[VelocityNorth, VelocityEast]),
+                rejected(&[VelocityDown]),
             ],
         }
     }

@@ -62,9 +62,10 @@ pub fn page<'a>(data: &FlightData<'a>) -> Page<'a> {
 }
 
 /// The points of accepted fixes, and of rejected ones.
-fn dots(row: Row, x: &[f64], y: &[f64], refused: &[bool]) -> Row {
+fn dots(row: Row, x: &[f64], y: &[f64], rejected: &[bool]) -> Row {
     let those = |wanted: bool| {
-        let points = x.iter().zip(y).zip(refused).filter(move |&(_, &refused)| refused == wanted);
+        let points =
+            x.iter().zip(y).zip(rejected).filter(move |&(_, &rejected)| rejected == wanted);
         points.map(|((&x, &y), _)| (x, y))
     };
     row.with(Series::points(Role::Gps, those(false)))
@@ -124,7 +125,7 @@ impl Sections<'_, '_> {
         let fixes = self.fixes.position_m.iter().zip(&self.fixes.position_rejected);
         let rows = rows
             .zip(fixes)
-            .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused))
+            .map(|(row, (fixes, rejected))| dots(row, &self.fixes.time, fixes, rejected))
             .enumerate()
             .map(|(axis, row)| if axis == 2 { row.with(self.baro()) } else { row });
         Section::new(
@@ -143,7 +144,7 @@ impl Sections<'_, '_> {
         let fixes = self.fixes.velocity_mps.iter().zip(&self.fixes.velocity_rejected);
         let rows = rows
             .zip(fixes)
-            .map(|(row, (fixes, refused))| dots(row, &self.fixes.time, fixes, refused));
+            .map(|(row, (fixes, rejected))| dots(row, &self.fixes.time, fixes, rejected));
         Section::new("velocity", "Velocity", "Velocity over ground north, east and down, with its 3σ band. \
                           Dots are the velocities that the receiver measured, if it reports velocity.").with(Figure::against_time(downwards(rows)))
     }

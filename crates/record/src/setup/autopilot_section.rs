@@ -119,12 +119,12 @@ impl AutopilotSection {
             );
             return Err(FlyConfigError::value("autopilot", "file", &why));
         }
-        let refuse =
+        let reject =
             |error: &dyn std::fmt::Display| FlyConfigError::value("autopilot", "file", &error);
-        let text = hovernav_toml::read_text(&path).map_err(|error| refuse(&error))?;
-        let table = hovernav_toml::parse_table(&text, &path).map_err(|error| refuse(&error))?;
+        let text = hovernav_toml::read_text(&path).map_err(|error| reject(&error))?;
+        let table = hovernav_toml::parse_table(&text, &path).map_err(|error| reject(&error))?;
         check_numbers(&["autopilot", "flown"], &toml::Value::Table(table))?;
-        let mut config = read_autopilot(&path).map_err(|error| refuse(&error))?;
+        let mut config = read_autopilot(&path).map_err(|error| reject(&error))?;
         check_room(&config)?;
         config.limits = reach::within_servos(&config, servo)?;
         if self.pilot == PilotRole::Steer {
@@ -179,29 +179,29 @@ impl AutopilotSection {
 
     /// Checks everything that does not need the file.
     pub(super) fn check(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
-        let refuse = |key, error: &dyn std::fmt::Display| {
+        let reject = |key, error: &dyn std::fmt::Display| {
             Err(FlyConfigError::value("autopilot", key, &error.to_string()))
         };
         if servo.capture.is_none() {
-            return refuse(
+            return reject(
                 "switch",
                 &"found no [servo.capture], expected one: it contains the pilot's switch",
             );
         }
         if let Some(CaptureSection::Gpio { aux: None, .. }) = servo.capture {
-            return refuse("switch", &"found no aux line in [servo.capture] gpio, expected one");
+            return reject("switch", &"found no aux line in [servo.capture] gpio, expected one");
         }
         if let Err(error) = self.switch.check() {
-            return refuse("switch", &error);
+            return reject("switch", &error);
         }
         if let Err(error) = self.ready.check() {
-            return refuse("ready", &error);
+            return reject("ready", &error);
         }
         if let Err(error) = self.steering.check() {
-            return refuse("steering", &error);
+            return reject("steering", &error);
         }
         if let Some(Err(error)) = self.excitation.as_ref().map(ExcitationSection::programme) {
-            return refuse("excitation", &error);
+            return reject("excitation", &error);
         }
         let travel = self.override_travel.unwrap_or(STEERED_OVERRIDE);
         let full_stick = self.steering.full_stick;
@@ -209,7 +209,7 @@ impl AutopilotSection {
             let why = format!(
                 "found {travel}, expected more than steering.full_stick, {full_stick}, to 1"
             );
-            return refuse("override_travel", &why);
+            return reject("override_travel", &why);
         }
         Ok(())
     }

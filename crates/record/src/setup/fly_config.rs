@@ -100,7 +100,8 @@ impl FlyConfig {
         Ok(config)
     }
 
-    /// The same without checks of the numbers, for a configuration that has flown: its record must stay readable.
+    /// Parses the configuration in `text` without checks of the numbers, for a configuration that has flown: its record
+    /// must stay readable.
     ///
     /// # Errors
     /// [`FlyConfigError`].

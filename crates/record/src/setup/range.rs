@@ -73,15 +73,15 @@ impl FlyConfig {
 
 /// Checks every number of `value`, which is below the keys `at` of a `fly.toml`.
 pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigError> {
-    let mut refused = None;
+    let mut rejected = None;
     numbers(value, &mut at.to_vec(), &mut |section, key, found| {
-        if refused.is_none()
+        if rejected.is_none()
             && let Some(range) = range_of(section, key)
             && !range.holds(found)
         {
             let why = format!("found {}, expected {range}", Readable(found));
             let section = section.join(".");
-            refused = Some(match section.strip_prefix(FLOWN) {
+            rejected = Some(match section.strip_prefix(FLOWN) {
                 // Users have these keys in a separate file.
                 Some(own) => {
                     let own = own.trim_start_matches('.');
@@ -93,7 +93,7 @@ pub(super) fn check_numbers(at: &[&str], value: &Value) -> Result<(), FlyConfigE
             });
         }
     });
-    refused.map_or(Ok(()), Err)
+    rejected.map_or(Ok(()), Err)
 }
 
 /// Section of the autopilot's file in a configuration, once it is loaded.

@@ -76,22 +76,22 @@ impl FromStr for Fault {
             let names = CATALOGUE.map(|entry| entry.name).join(", ");
             format!("found fault \"{name}\", expected one of {names}")
         })?;
-        let refused = |found: &str, expected: String| {
+        let rejected = |found: &str, expected: String| {
             Err(format!("{name}: found \"{found}\", expected {expected}"))
         };
         let (number, word) = match (entry.values, value) {
             (Values::None, None) => (f64::NAN, ""),
-            (Values::None, Some(found)) => return refused(found, "no value".into()),
+            (Values::None, Some(found)) => return rejected(found, "no value".into()),
             (Values::Number(_, default, _), None) => (default, ""),
             (Values::Number(low, _, high), Some(found)) => match found.trim().parse::<f64>() {
                 Ok(number) if (low..=high).contains(&number) => (number, ""),
-                _ => return refused(found, format!("{low} to {high} {}", entry.unit)),
+                _ => return rejected(found, format!("{low} to {high} {}", entry.unit)),
             },
             (Values::Words(words), found) => {
                 let wanted = found.unwrap_or(words[0]);
                 match words.iter().find(|word| **word == wanted) {
                     Some(word) => (f64::NAN, *word),
-                    None => return refused(wanted, format!("one of {}", words.join(", "))),
+                    None => return rejected(wanted, format!("one of {}", words.join(", "))),
                 }
             }
         };
@@ -107,13 +107,13 @@ impl FromStr for Fault {
                     true => None,
                     false => match seconds(start) {
                         Some(start_s) => Some(start_s),
-                        None => return refused(when, expected()),
+                        None => return rejected(when, expected()),
                     },
                 };
                 let duration_s = match duration.map(seconds) {
                     None => None,
                     Some(Some(duration_s)) if duration_s > 0.0 => Some(duration_s),
-                    Some(_) => return refused(when, expected()),
+                    Some(_) => return rejected(when, expected()),
                 };
                 (start_s, duration_s)
             }

@@ -37,7 +37,7 @@ pub(super) struct Inertial<'a> {
 }
 
 impl<'a> Inertial<'a> {
-    /// `None` where the table has no axes.
+    /// The columns of the axes of `table`; `None` where it has none.
     pub fn of(table: &'a mut Table) -> Option<Self> {
         let time = table.column("t_s")?;
         let rates = table.columns(RATES);

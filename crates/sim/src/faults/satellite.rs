@@ -31,7 +31,7 @@ pub(super) struct Satellite<'a> {
 }
 
 impl<'a> Satellite<'a> {
-    /// `None` where the table has no positions.
+    /// The position columns of `table`; `None` where it has none.
     pub fn of(table: &'a mut Table) -> Option<Self> {
         let time = table.column("t_s")?;
         let position = table.columns(["lat_deg", "lon_deg", "height_m"])?;

@@ -261,8 +261,8 @@ impl FlightConfig {
     /// [`FlightError`] for an airframe that cannot fly, and for events that it does not describe.
     pub fn hovering(&self) -> Result<(Vehicle, Sticks), FlightError> {
         if let Some(model) = &self.model {
-            let refused = |source| FlightError::Airframe { model: model.name().into(), source };
-            let airframe = LinearAirframe::new(model).map_err(refused)?;
+            let rejected = |source| FlightError::Airframe { model: model.name().into(), source };
+            let airframe = LinearAirframe::new(model).map_err(rejected)?;
             let lacking = self.events.iter().find_map(|(time_s, event)| match event {
                 FlightEvent::PowerLoss => Some((*time_s, "a loss of power", "engine")),
                 FlightEvent::Mass(_) => Some((*time_s, "a change of mass", "mass")),

@@ -14,7 +14,7 @@ const FIRST_HZ: f64 = 0.1;
 const POINTS: usize = 300;
 /// Highest bandwidth, Hz: beyond it a vehicle does not respond as a rigid body.
 const MOST_HZ: f64 = 20.0;
-/// Samples of a period of the bandwidth, and longest sample period for identification, s.
+/// Least number of samples in a period of the bandwidth, and longest sample period for identification, s.
 const SAMPLES: f64 = 6.0;
 pub(super) const LONGEST_PERIOD_S: f64 = 0.045;
 /// Part of the largest span below which a signal is still.

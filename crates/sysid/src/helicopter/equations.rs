@@ -272,7 +272,7 @@ impl Kind {
 /// error. A smoother counts vibration as noise, but here vibration is notched out. With too large a σ the likelihood
 /// assigns the helicopter's motion to the measurement error.
 const DRIVEN: f64 = 0.5;
-/// White part of that error, in units of the slow error's change within a sample.
+/// σ of the white part of a smoothed velocity's error, in units of the slow error's change within a sample.
 const WHITE: f64 = 0.03;
 
 /// Parameters that are fixed at their initial values.

@@ -68,8 +68,8 @@ const LEAST_POINTS: usize = 8;
 /// Frequencies are not fitted where a stick has less than this part of the power at neighbouring frequencies.
 const GAP: f64 = 0.1;
 /// A parameter is not identifiable from the responses when its bound exceeds this part of its value; for a delay, s.
-const UNTOLD: f64 = 1.0;
-const UNTOLD_DELAY_S: f64 = 0.03;
+const UNIDENTIFIED: f64 = 1.0;
+const UNIDENTIFIED_DELAY_S: f64 = 0.03;
 /// Part of a prior's sigma above which a bound means that the responses add nothing to it.
 const PRIOR: f64 = 0.9;
 /// The search stops when the relative decrease of the cost falls below this.
@@ -335,10 +335,11 @@ fn least_determined(identified: &Identified, free: &[usize], fit: &ResponseFit) 
         let own = own.filter(|(one, _)| identified.structure.parameters[**one].prior.is_none());
         let checks = own.map(|(&parameter, (value, spread))| {
             let is_delay = identified.structure.delays.contains(&Some(parameter));
-            let doubt = spread / if is_delay { UNTOLD_DELAY_S } else { UNTOLD * value.abs() };
-            (parameter, if doubt.is_nan() { f64::INFINITY } else { doubt })
+            let relative_bound =
+                spread / if is_delay { UNIDENTIFIED_DELAY_S } else { UNIDENTIFIED * value.abs() };
+            (parameter, if relative_bound.is_nan() { f64::INFINITY } else { relative_bound })
         });
-        checks.filter(|(_, doubt)| *doubt > 1.0).collect()
+        checks.filter(|(_, relative_bound)| *relative_bound > 1.0).collect()
     };
     let unseen = checks(&fit.insensitivities);
     if !unseen.is_empty() {

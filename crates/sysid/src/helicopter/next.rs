@@ -15,21 +15,21 @@ pub(super) fn stick_of(name: &str) -> &'static str {
     by_end.or_else(|| by_start().map(|(_, stick)| stick)).unwrap_or("lateral and longitudinal")
 }
 
-/// Larger and more steps.
+/// Advice for more and larger steps of `stick`.
 pub(super) fn steps(stick: &str) -> String {
     format!(
         "Next: four doublets on {stick}, 1.5 times as large, each side held 1 to 1.5 s, in calm air"
     )
 }
 
-/// The same again.
+/// Advice for another flight with steps of `stick` of the same size.
 pub(super) fn again(stick: &str) -> String {
     format!("Next: at least two doublets on {stick}, each side held 1 to 1.5 s")
 }
 
-/// Repetitions that reduce a bound by `factor`.
+/// Advice for as many repetitions as reduce a bound by `factor`.
 pub(super) fn repetitions(stick: &str, factor: f64) -> String {
-    /// Beyond it larger steps are easier than more of them.
+    /// Largest factor on the number of steps; beyond it larger steps are easier than more steps.
     const MOST: f64 = 10.0;
     let times = (factor * factor).ceil();
     if times.is_nan() || times > MOST {
@@ -38,12 +38,12 @@ pub(super) fn repetitions(stick: &str, factor: f64) -> String {
     format!("Next: {times:.0} times as many doublets on {stick}, each side held 1 to 1.5 s")
 }
 
-/// A sweep over the band of the rigid body.
+/// Advice for a sweep over the band of the rigid body.
 pub(super) fn sweep(stick: &str) -> String {
     format!("Next: two sweeps of {stick} from 0.1 to 4 Hz in 60 s each, 10 % of full travel")
 }
 
-/// A slow sweep, in which the speed varies.
+/// Advice for a slow sweep, in which the speed varies.
 pub(super) fn slow(stick: &str) -> String {
     format!("Next: a sweep of {stick} from 0.05 to 0.5 Hz in 60 s, at speeds up to 2 m/s")
 }

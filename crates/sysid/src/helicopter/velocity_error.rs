@@ -79,7 +79,7 @@ impl VelocityError {
         }
     }
 
-    /// Without velocity fixes: the error of a typical receiver.
+    /// Error of a typical receiver, assumed without velocity fixes.
     const UNKNOWN: Self = Self {
         horizontal: SlowError { sigma: 0.05, time_s: 5.0 },
         vertical: SlowError { sigma: 0.08, time_s: 8.0 },

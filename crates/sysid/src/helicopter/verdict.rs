@@ -25,7 +25,7 @@ const DELAY_S: [f64; 2] = [-0.02, 0.15];
 /// Largest correlation of innovations that count as white.
 const WHITE: f64 = 0.3;
 /// A parameter is not identified where its bound exceeds this part of its prior sigma.
-const UNTOLD: f64 = 0.95;
+const UNIDENTIFIED: f64 = 0.95;
 /// Outputs that respond to a stick without an integration, and that stick.
 const DIRECT: [(&str, &str); 4] =
     [("p", "lateral"), ("q", "longitudinal"), ("w", "collective"), ("r", "pedal")];
@@ -266,7 +266,7 @@ impl Judge {
     /// Compares a damping derivative with its `expected` value and one sigma: did the flight add information?
     fn against_expected(&mut self, found: &Estimate, (expected, sigma): (f64, f64)) {
         let Estimate { name, value, bound, unit, .. } = found;
-        if is_damping(name) && found.is_estimated() && *bound > UNTOLD * sigma {
+        if is_damping(name) && found.is_estimated() && *bound > UNIDENTIFIED * sigma {
             self.say(Grade::Care, format!(
                 "{name} is not identified by this flight: {value:.3} ± {bound:.3} {unit}; {expected} ± {sigma} is typical. {}",
                 next::slow(next::stick_of(name))

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 /// Number of references, which come first, and of inputs, which follow them; the outputs come last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Counts {
-    /// 0 where every input is its own reference.
+    /// Number of references; 0 where every input is its own reference.
     pub references: usize,
     pub inputs: usize,
 }

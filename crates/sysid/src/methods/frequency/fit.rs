@@ -75,7 +75,7 @@ pub struct ResponseCosts {
     pub points: DMatrix<usize>,
 }
 
-/// 7.57° of phase weigh as much as 1 dB of magnitude.
+/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as one of 1 dB.
 pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
@@ -98,8 +98,8 @@ pub fn fit_response(
     model: impl Fn(&[f64], &[f64]) -> Option<Responses>,
 ) -> Result<ResponseFit, FrequencyError> {
     let misfit = Misfit::of(measured, settings, start.len(), model)?;
-    let refuse = || misfit.refusal();
-    let before = misfit.cost(start).ok_or_else(refuse)?;
+    let reject = || misfit.rejection();
+    let before = misfit.cost(start).ok_or_else(reject)?;
     let or = |bounds: &[f64], default: f64| {
         if bounds.is_empty() { vec![default; start.len()] } else { bounds.to_vec() }
     };
@@ -113,9 +113,9 @@ pub fn fit_response(
             least_decrease: settings.least_decrease * before,
         },
     )
-    .ok_or_else(refuse)?;
+    .ok_or_else(reject)?;
 
-    let residuals = misfit.residuals(&end.theta).ok_or_else(refuse)?;
+    let residuals = misfit.residuals(&end.theta).ok_or_else(reject)?;
     let freedom = residuals.len().saturating_sub(start.len()).max(1) as f64;
     let variance = residuals.norm_squared() / freedom;
     let doubled = |variances: Vec<f64>| -> Vec<f64> {
@@ -166,7 +166,7 @@ pub fn response_costs(
     model: impl Fn(&[f64], &[f64]) -> Option<Responses>,
 ) -> Result<ResponseCosts, FrequencyError> {
     let misfit = Misfit::of(measured, settings, 0, model)?;
-    let residuals = misfit.residuals(theta).ok_or_else(|| misfit.refusal())?;
+    let residuals = misfit.residuals(theta).ok_or_else(|| misfit.rejection())?;
     Ok(misfit.costs(&residuals))
 }
 
@@ -256,7 +256,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         Ok(Self { frequencies_radps, shape, points, sizes, known, model })
     }
 
-    fn refusal(&self) -> FrequencyError {
+    fn rejection(&self) -> FrequencyError {
         FrequencyError::Start { outputs: self.shape.0, inputs: self.shape.1 }
     }
 

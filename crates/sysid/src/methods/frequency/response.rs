@@ -271,19 +271,19 @@ pub fn joint_response(
 }
 
 fn check_alike(experiments: &[Experiment]) -> Result<&Experiment, FrequencyError> {
-    let refuse = |reason: String| FrequencyError::Experiments { reason };
+    let reject = |reason: String| FrequencyError::Experiments { reason };
     let Some(first) = experiments.first() else {
-        return Err(refuse("found no experiments".to_owned()));
+        return Err(reject("found no experiments".to_owned()));
     };
     if first.inputs.ncols() == 0 {
-        return Err(refuse(format!("`{}` has no inputs", first.name)));
+        return Err(reject(format!("`{}` has no inputs", first.name)));
     }
     for other in &experiments[1..] {
         let alike = other.input_names == first.input_names
             && other.output_names == first.output_names
             && (other.period_s - first.period_s).abs() < 1e-9 * first.period_s;
         if !alike {
-            return Err(refuse(format!("`{}` and `{}` differ", first.name, other.name)));
+            return Err(reject(format!("`{}` and `{}` differ", first.name, other.name)));
         }
     }
     Ok(first)

@@ -20,7 +20,7 @@ pub(super) struct OwnRows {
 }
 
 impl OwnRows {
-    /// For records of the given `lengths`, samples.
+    /// The sensitivities for records of the given `lengths`, samples.
     pub fn new(
         structure: &Structure,
         predictor: &Predictor,

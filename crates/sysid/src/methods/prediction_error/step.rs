@@ -22,7 +22,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// From the state `start`; the last `offsets` columns of Γ are those of constant offsets.
+    /// A predictor in the state `start`. The last `offsets` columns of its Γ belong to constant offsets.
     pub fn new(predictor: &Predictor, start: &[f64], offsets: usize) -> Self {
         let Predictor { phi, gamma, c, d, gain, whitener, .. } = predictor;
         let (inputs, first_offset) = (d.ncols(), gamma.ncols() - offsets);

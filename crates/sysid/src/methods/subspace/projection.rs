@@ -28,7 +28,7 @@ pub(super) struct Projection {
 /// error of the normal equations grows with the square of the condition number.
 const WELL_CONDITIONED: f64 = 1e-5;
 
-/// Directions of the inputs below this part of the largest are no excitation.
+/// Least size of a direction of the inputs, relative to the largest, that counts as excitation.
 const EXCITED: f64 = 1e-9;
 
 impl Projection {

@@ -13,7 +13,7 @@ pub(super) struct Scales {
 }
 
 impl Scales {
-    /// From a record in which every signal moves.
+    /// The scales of a record in which every signal moves.
     pub fn of(experiment: &Experiment) -> Result<Self, SubspaceError> {
         let samples = experiment.samples() as f64;
         let size = |signals: &DMatrix<f64>| -> Vec<f64> {

@@ -58,12 +58,12 @@ impl Inconsistent {
 }
 
 /// Spans in which the fixes are inconsistent with `solutions`, smoothed from the filter run `forward`. A receiver error
-/// rejects good spans too, which costs no more than the smoothing.
+/// also rejects spans with a correct path. There only the gain in accuracy by the smoothing is lost.
 ///
 /// # Source
 /// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
 /// Navigation*, section 8.6. Their variance is approximated by that of fix plus path, which is larger.
-pub(crate) fn denied(
+pub(crate) fn inconsistent_spans(
     dataset: &Dataset,
     forward: &Run,
     solutions: &[Solution],
