@@ -93,8 +93,7 @@ impl Usual {
         let share = weight * (interval_s / self.learned_s).min(1.0);
         let squares = [(square(north) + square(east)) / 2.0, square(down)];
         for ((mean, new), limit) in self.mean_squares.iter_mut().zip(squares).zip(limits) {
-            let most =
-                if is_usual { f64::INFINITY } else { UNUSUAL_MOST * square(limit / LEARNED) };
+            let most = square(MOST_LEARNED / LEARNED * limit);
             *mean += share * (new.min(most) as f32 - *mean);
         }
     }
@@ -142,10 +141,10 @@ const MEANWHILE: f64 = 0.5;
 /// Time constant of the usual changes, s, and the time after which they count.
 const USUAL_S: f32 = 30.0;
 const LEARNED_S: f32 = 10.0;
-/// Weight of an unusual change, and the most that it counts as, in mean squares for which its limit would be right:
-/// garbage of a minute must not become usual, but a receiver that stays worse for two must.
-const UNUSUAL: f32 = 0.5;
-const UNUSUAL_MOST: f64 = 2.0;
+/// Weight of an unusual change: garbage of a minute must not become usual, but a receiver that stays worse for two must.
+const UNUSUAL: f32 = 0.25;
+/// Largest change that is learned, in root mean squares for which its limit would be right.
+const MOST_LEARNED: f64 = 2.0;
 /// Number of root mean squares of the usual changes allowed.
 const LEARNED: f64 = 5.0;
 /// Number of one-sigmas allowed for the two fixes together.
@@ -271,6 +270,9 @@ impl<T: Scalar> SelfContradiction<T> {
             (self.contradictions + 1).min(MOST)
         } else if is_usual {
             self.contradictions.saturating_sub(1)
+        } else if self.proven {
+            // Only successive usual fixes withdraw a proof.
+            MOST
         } else {
             self.contradictions
         };
