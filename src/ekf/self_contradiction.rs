@@ -21,8 +21,6 @@ pub(super) struct SelfContradiction<T> {
     /// Whether samples since then are missing or were at full scale.
     in_part: bool,
     unexplained: Unexplained,
-    /// Whether the last change was unexplained, and does not continue an earlier one.
-    departs: bool,
     usual_mps: Usual,
     usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
@@ -167,7 +165,6 @@ impl<T: Scalar> SelfContradiction<T> {
         felt_mps: Vector::ZERO,
         in_part: false,
         unexplained: Unexplained::NONE,
-        departs: false,
         usual_mps: Usual::NONE,
         usual_m: Usual::NONE,
         agility_mps2: [0.0; 2],
@@ -191,12 +188,6 @@ impl<T: Scalar> SelfContradiction<T> {
     /// filter.
     pub fn is_suspected(&self) -> bool {
         self.contradictions > 0 || self.farthest_mps > 0.0
-    }
-
-    /// Whether the last change is a jump, a contradiction or the first sign of a step: the next fix tells which. Until
-    /// then it indicates no bias.
-    pub const fn may_be_a_jump(&self) -> bool {
-        self.departs
     }
 
     /// Whether the fixes contradicted each other repeatedly. Such fixes are rejected.
@@ -227,7 +218,6 @@ impl<T: Scalar> SelfContradiction<T> {
         self.begin(reading);
         if !(LEAST_S..=LONGEST_S).contains(&interval_s) {
             self.unexplained = Unexplained::NONE;
-            self.departs = false;
             return;
         }
         let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
@@ -263,9 +253,7 @@ impl<T: Scalar> SelfContradiction<T> {
             is_impossible_at_any_attitude(change, felt_mps, fallen_mps, expected)
         });
         self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
-        let opposes = unexplained.opposes(&self.unexplained);
-        self.departs = !is_usual && (opposes || self.unexplained == Unexplained::NONE);
-        self.contradictions = if opposes {
+        self.contradictions = if unexplained.opposes(&self.unexplained) {
             self.contradicted = reading.time;
             (self.contradictions + 1).min(MOST)
         } else if is_usual {

@@ -183,7 +183,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()
-            || self.samples.self_contradiction.may_be_a_jump()
             || (self.gates.were_reopened(fix.time) && !is_far);
         if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
             self.open_biases(stepped, trace);

@@ -104,13 +104,11 @@ fn a_barometer_holds_height_and_vertical_velocity_while_the_receiver_gives_garba
 }
 
 #[test]
-#[ignore = "three of eight flights: garbage of 15 m at 5 Hz is found too late"]
 fn velocity_stays_inside_three_sigma_while_the_receiver_gives_garbage() {
     assert_met(sample(), &[&INSIDE]);
 }
 
 #[test]
-#[ignore = "two of eight flights: garbage of 15 m at 5 Hz is found too late"]
 fn five_seconds_after_garbage_the_filter_is_as_good_as_without() {
     assert_met(sample(), &[&NORMAL]);
 }
