@@ -35,8 +35,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
-        // A filter that follows every velocity cannot contradict a position.
-        self.gates.note_position_divergence(fix.time);
+        if fix.horizontal_velocity_mps.is_none() {
+            // Without a heading and a velocity to follow, the filter cannot contradict a position.
+            self.gates.note_position_divergence(fix.time);
+        }
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
