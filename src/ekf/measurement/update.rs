@@ -87,10 +87,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         };
         // A receiver that contradicts itself is accepted if all axes of a fix agree with the filter within the noise of
-        // the fix.
+        // the fix, and horizontally if the horizontal axes do: its heights may be those of two levels.
         let near = T::of(square(self.config.gate.sigmas));
-        let is_near =
-            innovations.iter().zip(&noise).all(|(&off, &noise)| square(off) <= near * noise);
+        let are_near = |with_vertical: bool| {
+            let mut axes = innovations.iter().zip(&noise).enumerate();
+            axes.all(|(index, (&off, &noise))| {
+                is_vertical(index) && !with_vertical || square(off) <= near * noise
+            })
+        };
+        let [level_is_near, fix_is_near] = [false, true].map(are_near);
         let mut first = 0;
         // Turns: at most one an axis: `first` moves on by one or more.
         while first < axes.len() {
@@ -127,7 +132,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 && self.gates.is_biased(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !is_biased
-                && (is_near || !self.gates.is_contradicted(group));
+                && (fix_is_near
+                    || level_is_near && !is_vertical(at)
+                    || !self.gates.is_contradicted(group));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     self.judge_position(joint.variance(at).wide(), noise[at].wide());
@@ -264,6 +271,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
     }
+}
+
+/// Whether an axis of a fix is vertical, by its place among north, east and down of velocity and position.
+const fn is_vertical(index: usize) -> bool {
+    index % 3 == 2
 }
 
 /// Factor by which the one-sigma of a position exceeds that of the fix if the position was unknown before.
