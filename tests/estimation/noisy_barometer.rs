@@ -3,7 +3,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
-use hovernav::ekf::{Estimator, EstimatorConfig};
+use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::event::{BaroReading, Event};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
 use rand_chacha::ChaCha8Rng;
@@ -69,4 +69,43 @@ fn a_barometer_eight_times_as_noisy_as_stated_spoils_neither_height_nor_vertical
         assert!(down_mps < 0.7 * unlearned_mps, "{down_mps} {unlearned_mps}");
         assert!(unlearned_m > 1.15 * height_m, "{unlearned_m} {height_m}");
     }
+}
+
+/// From 40 s on, heights of a receiver alternate between two levels, which contradict each other and the barometer.
+#[test]
+fn horizontal_positions_survive_heights_of_two_levels() {
+    let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap();
+    let plan = FlightPlan::hover_at(start, 0.0).hold(10.0).test_points().hold(60.0);
+    let mut recording =
+        fly(&plan.build().unwrap(), &DmuConfig::default(), &GpsConfig::default(), 3).unwrap();
+    for fix in recording.fixes.iter_mut().skip(40).step_by(2) {
+        fix.position.height_m += 40.0;
+    }
+    let mut config = EstimatorConfig::default();
+    config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
+    config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
+    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let mut fixes = recording.fixes.iter().peekable();
+    let (mut contradictions, mut farthest_m) = (0, 0.0_f64);
+    for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |notice| {
+                contradictions += u32::from(
+                    matches!(notice, Notice::Updated(report) if report.contradicts_itself()),
+                );
+            });
+        }
+        estimator.push(&Event::Imu(*sample), |_| ());
+        estimator.push(
+            &Event::Baro(BaroReading::new(sample.time, truth.position.height_m + 20.0)),
+            |_| (),
+        );
+        if sample.time.seconds() > 10.0 {
+            let solution = estimator.solution().expect("it is aligned");
+            let off = solution.position.displacement_from(&truth.position);
+            farthest_m = farthest_m.max(off.x().hypot(off.y()));
+        }
+    }
+    assert!(contradictions > 20, "{contradictions}");
+    assert!(farthest_m < 8.0, "{farthest_m} m");
 }

@@ -103,3 +103,32 @@ fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
     assert!(farthest_m < 8.0, "{farthest_m} m");
     assert!(farthest_sigmas < 3.0, "{farthest_sigmas} sigma");
 }
+
+/// A position of the receiver jumps by 200 m for 15 s; its velocity stays right.
+#[test]
+fn a_position_that_jumps_alone_is_not_believed_while_the_heading_is_unknown() {
+    for seed in 0..3 {
+        let (recording, mut estimator) =
+            flown_unaided::<Full, 28>(&plan(true), &GpsConfig::default(), seed);
+        let mut fixes = recording.fixes.iter().peekable();
+        let mut farthest_m = 0.0_f64;
+        for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+            while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+                let mut fix = *fix;
+                if (30.0..45.0).contains(&fix.time.seconds()) {
+                    fix.position = fix.position.displaced(Vector::new(200.0, 0.0, 0.0));
+                }
+                estimator.push(&Event::Gps(fix), |_| ());
+            }
+            estimator.push(&Event::Imu(*sample), |_| ());
+            let second = sample.time.seconds();
+            assert!(second > 45.0 || estimator.filter().is_none(), "its heading is unknown");
+            if (20.0..60.0).contains(&second) {
+                let solution = estimator.solution().unwrap();
+                let off = solution.position.displacement_from(&truth.position);
+                farthest_m = farthest_m.max(off.x().hypot(off.y()));
+            }
+        }
+        assert!(farthest_m < 10.0, "{farthest_m} m, seed {seed}");
+    }
+}
