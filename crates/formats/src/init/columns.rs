@@ -6,13 +6,14 @@ use std::path::Path;
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
 use super::numbered;
+use super::place;
 use super::travel::StatedUnits;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, HeightAbove, MagneticUnit, RateUnit,
-    StickColumns, StickUnit, TableMapping, Triad,
+    AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, GpsColumns, HeightAbove,
+    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, Triad,
 };
 use hovernav_log::LogError;
 
@@ -72,7 +73,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             is_without_gravity: false,
         });
     }
-    let look = Look::at(path)?;
+    let mut look = Look::at(path)?;
     let below = |index: usize| {
         let below = look.layout.below_names.get(index).map_or("", String::as_str);
         if below.is_empty() { &look.cell_units[index] } else { below }
@@ -86,6 +87,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         false => unnamed::meanings(&look),
     };
     let known = Known { meanings };
+    let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),
         delimiter: look.layout.delimiter,
@@ -101,7 +103,13 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
     let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
-    table.gps = gps.map(|(columns, _)| columns);
+    if gps.is_some() && !unknown.is_empty() {
+        checks.push(format!(
+            "gps: rows with latitude and longitude of {unknown:?} are read as rows without a fix; \
+             for true positions remove `unknown` under [table.gps]"
+        ));
+    }
+    table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
     table.baro = reader.baro(table.gps.is_some(), &mut checks);
     table.controls = reader.controls();
     let has_motion = table.gyro.is_some() || table.accel.is_some();

@@ -257,6 +257,9 @@ impl Lines {
                 self.key(key, quoted(name));
             }
         }
+        if !gps.unknown.is_empty() {
+            self.key("unknown", floats(&gps.unknown));
+        }
         self.key("geoid_separation_m", float(&gps.geoid_separation_m));
         self.remarked("held", gps.held, "whether rows repeat the last fix");
     }

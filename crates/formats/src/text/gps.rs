@@ -72,7 +72,10 @@ impl GpsPlaces {
     pub fn fix(&self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         let mapping = &self.mapping;
         let [latitude, longitude, height] = self.place;
-        let Some(place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
+        let Some(mut place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
+        if place.iter().any(|angle| mapping.unknown.contains(angle)) {
+            place = [f64::NAN; 2];
+        }
         let Some([latitude, longitude]) = self.signed(fields, place)? else { return Ok(None) };
         let height = unknown_as_nan(fields.number(height)?);
         let horizontal =

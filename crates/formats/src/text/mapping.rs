@@ -218,6 +218,9 @@ pub struct GpsColumns {
     /// Column of the number of satellites used.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub satellites: String,
+    /// Numbers in place of a latitude or longitude that mean no fix.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<f64>,
     /// Whether rows repeat the last fix until there is a new one.
     pub held: bool,
 }

@@ -13,6 +13,7 @@ mod inputs;
 mod logs;
 mod mapped;
 mod mapping;
+mod mapping_cells;
 mod mapping_samples;
 mod mapping_times;
 mod mapping_units;
