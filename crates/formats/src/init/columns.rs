@@ -57,6 +57,22 @@ impl Known {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
+    /// Forgets columns of raw readings whose quantity another column has.
+    fn prefer_plain(&mut self, names: &[String]) {
+        let is_raw = |column: usize| {
+            let name = names[column].to_lowercase();
+            ["raw", "uncal", "uncomp"].iter().any(|part| name.contains(part))
+        };
+        for column in (0..self.meanings.len()).filter(|column| is_raw(*column)) {
+            let of = |meaning: Option<Meaning>| meaning.map(|meaning| meaning.quantity);
+            let quantity = of(self.meanings[column]);
+            let is_plain = |other: usize| of(self.meanings[other]) == quantity && !is_raw(other);
+            if (0..self.meanings.len()).any(is_plain) {
+                self.meanings[column] = None;
+            }
+        }
+    }
+
     fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
@@ -86,7 +102,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         true => (0..count).map(|i| meaning(&names[i], below(i))).collect(),
         false => unnamed::meanings(&look),
     };
-    let known = Known { meanings };
+    let mut known = Known { meanings };
+    known.prefer_plain(&names);
     let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),

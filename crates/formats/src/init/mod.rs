@@ -13,6 +13,7 @@ mod time;
 mod together;
 mod travel;
 mod turn;
+mod unit_names;
 mod unnamed;
 mod write;
 

@@ -1,6 +1,7 @@
 //! Quantity, unit and origin of a column, from its name.
 
 use super::sigma_names;
+use super::unit_names::unit;
 use crate::text::HeightAbove;
 
 /// The quantity in a column.
@@ -46,6 +47,38 @@ pub(crate) enum Quantity {
     /// Lateral, longitudinal, collective, pedal.
     Stick(usize),
 }
+
+impl Quantity {
+    /// Whether the quantity is a one-sigma of a position or velocity.
+    const fn is_sigma(self) -> bool {
+        matches!(
+            self,
+            Self::SigmaHorizontal
+                | Self::SigmaVertical
+                | Self::SigmaSpeed
+                | Self::SigmaVerticalSpeed
+                | Self::SigmaPosition(_)
+                | Self::SigmaVelocity(_)
+        )
+    }
+}
+
+/// Words for errors and their statistics, which are no readings.
+const OF_ERRORS: [&str; 13] = [
+    "std",
+    "stdev",
+    "stddev",
+    "sigma",
+    "var",
+    "variance",
+    "cov",
+    "covariance",
+    "bias",
+    "unc",
+    "uncertainty",
+    "err",
+    "error",
+];
 
 /// The meaning of a column's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,8 +145,13 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
     if is_part && joined.len() < 2 {
         return None;
     }
-    let quantity =
-        sigma_names::per_axis(&joined).or_else(|| scalar(&joined)).or_else(|| axis(&joined))?;
+    let of_errors =
+        is(&OF_ERRORS) || ["bias", "sigma", "covar"].iter().any(|part| joined.contains(part));
+    let reading = || {
+        Some(scalar(&joined).or_else(|| axis(&joined))?)
+            .filter(|found| !of_errors || found.is_sigma())
+    };
+    let quantity = sigma_names::per_axis(&joined).or_else(reading)?;
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
 }
 
@@ -159,55 +197,6 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
         }
     }
     None
-}
-
-/// The unit in `text`, in the spelling of mappings, lower case.
-pub(crate) fn unit(text: &str) -> Option<&'static str> {
-    let text: String = text
-        .to_lowercase()
-        .chars()
-        .filter(|letter| !matches!(letter, ' ' | '^' | '*' | '·' | '_' | '.' | '-'))
-        .collect();
-    Some(match text.as_str() {
-        "rad/s" | "radps" | "rads" | "rad/sec" => "rad/s",
-        "deg/s" | "dps" | "degps" | "degs" | "°/s" | "deg/sec" | "degree/s" | "degrees/s" => {
-            "deg/s"
-        }
-        "mrad/s" | "mradps" => "mrad/s",
-        "rad" | "radian" | "radians" => "rad",
-        "deg" | "degree" | "degrees" | "°" => "deg",
-        "m/s2" | "m/s/s" | "m/s²" | "mps2" | "mpss" | "ms2" | "m/sec2" => "m/s2",
-        "g" | "gee" | "gs" => "g",
-        "mg" | "millig" => "mg",
-        "m/s" | "mps" | "m/sec" => "m/s",
-        "cm/s" | "cmps" => "cm/s",
-        "mm/s" | "mmps" => "mm/s",
-        "km/h" | "kmh" | "kph" => "km/h",
-        "mph" | "mi/h" => "mph",
-        "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
-        "gauss" | "ga" => "gauss",
-        "mgauss" | "milligauss" => "mg",
-        "ut" | "µt" | "μt" | "utesla" | "microtesla" => "ut",
-        "nt" | "nanotesla" => "nt",
-        "tesla" | "t" => "t",
-        "s" | "sec" | "secs" | "seconds" | "second" => "s",
-        "ms" | "msec" | "millis" | "milliseconds" => "ms",
-        "us" | "usec" | "µs" | "μs" | "micros" | "microseconds" => "us",
-        "ns" | "nsec" | "nanos" | "nanoseconds" => "ns",
-        "m" | "meter" | "meters" | "metre" | "metres" => "m",
-        "cm" => "cm",
-        "mm" => "mm",
-        "ft" | "feet" => "ft",
-        "pa" | "pascal" => "pa",
-        "hpa" | "mbar" | "millibar" => "hpa",
-        "kpa" => "kpa",
-        "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
-        "cdeg" | "centideg" | "centidegrees" | "1e2deg" | "deg1e2" => "cdeg",
-        "1e5deg" | "deg1e5" | "dege5" => "deg1e5",
-        "ddmm" | "ddmmmm" | "ddmmmmmm" | "dddmmmmmm" => "ddmm",
-        "%" | "percent" | "pct" => "percent",
-        _ => return None,
-    })
 }
 
 /// The quantity of a name without an axis.
