@@ -140,11 +140,13 @@ fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
 
 /// A date and time, UTC where it names no zone, or a time of day alone.
 fn clock_time(field: &[u8]) -> Option<Time> {
+    const OFFSETS: [&str; 2] = ["%Y-%m-%dT%H:%M:%S%.f%#z", "%Y-%m-%d %H:%M:%S%.f%#z"];
     let text = std::str::from_utf8(field).ok()?.replace(',', ".");
-    if let Ok(at) = DateTime::parse_from_rfc3339(&text) {
+    if let Some(at) = OFFSETS.iter().find_map(|format| DateTime::parse_from_str(&text, format).ok())
+    {
         return at.timestamp_nanos_opt().map(Time::from_nanoseconds);
     }
-    let text = text.trim_end_matches('Z');
+    let text = text.trim_end_matches('Z').trim_end_matches("UTC").trim_end();
     // The day precedes the month only with points as separators; the month precedes the day only with a.m. or p.m.
     // Other orders are ambiguous.
     let formats = [
@@ -222,6 +224,9 @@ mod tests {
             ("1e-3", Seconds, false, 1_000_000),
             ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
             ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
+            ("1970-01-01T05:30:01+0530", Clock, false, 1_000_000_000),
+            ("1970-01-01 00:00:01.5-00:00", Clock, false, 1_500_000_000),
+            ("1970-01-01 00:00:02 UTC", Clock, false, 2_000_000_000),
             ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
             ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
