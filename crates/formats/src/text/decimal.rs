@@ -3,8 +3,8 @@
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
-/// The number in `field`, with a decimal comma if `comma`; a unit after it is ignored. NaN for an empty field or an
-/// unknown value, `None` for other text.
+/// The number in `field`, with a decimal comma if `comma`. A unit after it is ignored, but the letters S and W make it
+/// negative. NaN for an empty field or an unknown value, `None` for other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
     const UNKNOWN: [&[u8]; 6] = [b"null", b"none", b"na", b"n/a", b"#n/a", b"nil"];
     let field = field.trim_ascii();
@@ -13,21 +13,48 @@ pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
         return Some(f64::NAN);
     }
     let text = std::str::from_utf8(field).ok()?;
-    let text = with_unit(text).map_or(text, |(number, _)| number);
-    if !comma {
-        return text.parse().ok();
+    if let Some(degrees) = sexagesimal(text) {
+        return Some(degrees);
     }
-    if text.contains('.') || text.ends_with(',') {
-        return None;
-    }
-    text.replacen(',', ".", 1).parse().ok()
+    let (text, unit) = with_unit(text).unwrap_or((text, ""));
+    let value: f64 = match comma {
+        false => text.parse().ok()?,
+        true if text.contains('.') || text.ends_with(',') => return None,
+        true => text.replacen(',', ".", 1).parse().ok()?,
+    };
+    Some(if matches!(unit, "S" | "W") { -value } else { value })
 }
 
-/// A number and the unit after it: `374.812 m`.
+/// Degrees, minutes and seconds in degrees: `1°21'07.5"N`.
+fn sexagesimal(text: &str) -> Option<f64> {
+    let (degrees, rest) = text.split_once('°')?;
+    let (minutes, rest) = rest.split_once(['\'', '′', '’'])?;
+    let (seconds, side) = rest.split_once(['"', '″', '”']).unwrap_or(("0", rest));
+    let parse = |text: &str| text.trim().parse::<f64>().ok();
+    let part = |text: &str| parse(text).filter(|part| (0.0..=60.0).contains(part));
+    let size = parse(degrees)?.abs() + part(minutes)? / 60.0 + part(seconds)? / 3600.0;
+    let is_negative = degrees.trim().starts_with('-') || matches!(side.trim(), "S" | "W");
+    Some(if is_negative { -size } else { size })
+}
+
+/// A number and the unit after it: `374.812 m`, `49.73m`, `0121.1259N`.
 pub(crate) fn with_unit(text: &str) -> Option<(&str, &str)> {
-    let (number, unit) = text.trim().split_once(' ')?;
-    let is_unit = unit.chars().next().is_some_and(|first| first.is_alphabetic() || first == '°');
-    (is_unit && number.ends_with(|last: char| last.is_ascii_digit())).then_some((number, unit))
+    let is_part = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | ',' | '+' | '-');
+    let mut end = text.find(|letter| !is_part(letter))?;
+    if let Some(power) =
+        text[end..].strip_prefix(['e', 'E']).filter(|power| power.starts_with(is_part))
+    {
+        end = text.len() - power.len() + power.find(|letter| !is_part(letter))?;
+    }
+    let (number, unit) = text.split_at(end);
+    let is_unit =
+        |unit: &str| unit.starts_with(|first: char| first.is_alphabetic() || first == '°');
+    // Without a blank a digit in the first word is part of a number such as 0x1F, or of a time.
+    let word = unit.split(['/', '^']).next().unwrap_or_default();
+    let is_apart = unit.starts_with(' ') || !word.contains(|letter: char| letter.is_ascii_digit());
+    let unit = unit.trim();
+    (is_unit(unit) && is_apart && number.ends_with(|last: char| last.is_ascii_digit()))
+        .then_some((number, unit))
 }
 
 /// The unit of a column of times.
@@ -227,6 +254,7 @@ mod tests {
             ("1970-01-01T05:30:01+0530", Clock, false, 1_000_000_000),
             ("1970-01-01 00:00:01.5-00:00", Clock, false, 1_500_000_000),
             ("1970-01-01 00:00:02 UTC", Clock, false, 2_000_000_000),
+            ("30.3ms", Milliseconds, false, 30_300_000),
             ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
             ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
@@ -264,6 +292,29 @@ mod tests {
         assert_eq!(midnight(b""), Some(None));
         for text in ["320170", "021370", "1.5", "-20170", "today"] {
             assert_eq!(midnight(text.as_bytes()), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_and_hemispheres_follow_numbers_with_or_without_a_blank() {
+        for (text, value) in [
+            ("374.812 m", 374.812),
+            ("49.73m", 49.73),
+            ("-0.07g", -0.07),
+            ("1.352°", 1.352),
+            ("9.81m/s2", 9.81),
+            ("-9.81 m/s²", -9.81),
+            ("1e-3rad/s", 1e-3),
+            ("0121.1259N", 121.1259),
+            ("15112.5W", -15112.5),
+            ("33.8568 S", -33.8568),
+            ("33°51'24.5\"S", -(33.0 + 51.0 / 60.0 + 24.5 / 3600.0)),
+            ("1° 21.125' N", 1.0 + 21.125 / 60.0),
+        ] {
+            assert_eq!(number(text.as_bytes(), false), Some(value), "{text}");
+        }
+        for text in ["0x1F", "12:34:56", "2025-07-08T12:00:00Z", "5 / 20", "m", "1.2.3"] {
+            assert_eq!(number(text.as_bytes(), false), None, "{text}");
         }
     }
 

@@ -48,7 +48,8 @@ impl Delimiter {
         };
         let (mut start, mut quoted) = (0, false);
         for (at, &found) in line.iter().enumerate() {
-            quoted ^= found == b'"';
+            // A quote within a field is of seconds of arc.
+            quoted ^= found == b'"' && line[start..=at].trim_ascii_start().starts_with(b"\"");
             if found == byte && !quoted {
                 fields.push(unquoted(&line[start..at]));
                 start = at + 1;
