@@ -1,5 +1,6 @@
 //! The columns of a mapping in one file, and the values of a row in hovernav's units.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use super::decimal;
@@ -26,6 +27,8 @@ pub(crate) struct Fields<'a> {
     fields: Vec<&'a [u8]>,
     decimal_comma: bool,
     row: u64,
+    /// The first column with a word in place of a number.
+    word: Cell<Option<usize>>,
 }
 
 impl Source {
@@ -110,19 +113,31 @@ impl Source {
             fields,
             decimal_comma: self.table.decimal_comma,
             row: self.rows - 1,
+            word: Cell::new(None),
         }))
     }
 }
 
 impl Fields<'_> {
-    /// The number in `column`; NaN where the field is empty or missing.
+    /// The number in `column`; NaN where the field is empty, missing or a word.
     ///
     /// # Errors
-    /// [`LogError::Field`] for text that is not a number.
+    /// [`LogError::Field`] for other text that is not a number.
     pub fn number(&self, column: usize) -> Result<f64, LogError> {
         let Some(field) = self.fields.get(column) else { return Ok(f64::NAN) };
-        decimal::number(field, self.decimal_comma)
-            .ok_or_else(|| self.unexpected(column, "a number"))
+        match decimal::number(field, self.decimal_comma) {
+            Some(number) => Ok(number),
+            None if decimal::is_word(field) => {
+                self.word.set(self.word.get().or(Some(column)));
+                Ok(f64::NAN)
+            }
+            None => Err(self.unexpected(column, "a number")),
+        }
+    }
+
+    /// The first word that was read in place of a number, as an error.
+    pub fn word(&self) -> Option<LogError> {
+        self.word.get().map(|column| self.unexpected(column, "a number"))
     }
 
     /// The number in `column`, if it is finite.

@@ -7,9 +7,18 @@ use hovernav::time::Time;
 /// negative. NaN for an empty field or an unknown value, `None` for other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
     const UNKNOWN: [&[u8]; 6] = [b"null", b"none", b"na", b"n/a", b"#n/a", b"nil"];
+    // C libraries write values that are not finite as `-nan(ind)`, `1.#QNAN` and `-1.#IND`.
+    const NOT_FINITE: [&[u8]; 2] = [b"nan(", b"1.#"];
     let field = field.trim_ascii();
     let is_unknown = |word: &&[u8]| field.eq_ignore_ascii_case(word);
-    if field.iter().all(|byte| *byte == b'-') || UNKNOWN.iter().any(is_unknown) {
+    let unsigned = field.strip_prefix(b"-").unwrap_or(field);
+    let begins = |with: &&[u8]| {
+        unsigned.get(..with.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(with))
+    };
+    if field.iter().all(|byte| *byte == b'-')
+        || UNKNOWN.iter().any(is_unknown)
+        || NOT_FINITE.iter().any(begins)
+    {
         return Some(f64::NAN);
     }
     let text = std::str::from_utf8(field).ok()?;
@@ -55,6 +64,11 @@ pub(crate) fn with_unit(text: &str) -> Option<(&str, &str)> {
     let unit = unit.trim();
     (is_unit(unit) && is_apart && number.ends_with(|last: char| last.is_ascii_digit()))
         .then_some((number, unit))
+}
+
+/// Whether `field` is text without a digit, such as `No Fix` or `?`.
+pub(crate) fn is_word(field: &[u8]) -> bool {
+    !field.is_empty() && !field.iter().any(u8::is_ascii_digit)
 }
 
 /// The unit of a column of times.
@@ -316,6 +330,14 @@ mod tests {
         for text in ["0x1F", "12:34:56", "2025-07-08T12:00:00Z", "5 / 20", "m", "1.2.3"] {
             assert_eq!(number(text.as_bytes(), false), None, "{text}");
         }
+    }
+
+    #[test]
+    fn values_that_are_not_finite_are_unknown() {
+        for text in ["1.#QNAN", "-1.#IND", "-nan(ind)", "1.#INF", "NaN", "NULL", "--"] {
+            assert!(number(text.as_bytes(), false).unwrap().is_nan(), "{text}");
+        }
+        assert!(number(b"?", false).is_none() && is_word(b"?"));
     }
 
     #[test]

@@ -71,3 +71,44 @@ fn minutes_and_scaled_degrees_are_found_among_numbers_for_unknown_ones() {
         assert!((dataset.fixes[3].position.height_m - 49.7).abs() < 1e-3, "{report}");
     }
 }
+
+#[test]
+fn words_in_place_of_numbers_are_missing_values() {
+    for word in ["?", "*", "invalid", "x", "No Fix", "1.#QNAN", "-1.#IND", "-nan(ind)", "1.#INF"] {
+        let names = "lat,lon,alt,comment";
+        let text = flight(names, |k| {
+            let blank = [word; 4].join(",");
+            each_second(k, |cells| cells.join(",") + ",ok", &blank)
+        });
+        // The gyro also has such cells.
+        let text = text.replacen("0.00020,", &format!("{word},"), 30);
+        let (report, _, dataset) = mapped(&[("flight.csv", text)]);
+        assert_eq!((dataset.imu.len(), dataset.fixes.len()), (970, 40), "{word}: {report}");
+        let is_counted = dataset.warnings.iter().any(|w| w.contains("text in place of a number"));
+        let is_word = !word.contains(['1', '(']);
+        assert_eq!(is_counted, is_word, "{word}: {:?}", dataset.warnings);
+    }
+}
+
+#[test]
+fn units_and_hemispheres_in_cells_are_read() {
+    let text = flight("lat,lon,alt", |k| {
+        each_second(k, |[lat, lon, alt]| format!("{}S,{lon}E,{alt}m", &lat[1..]), ",,")
+    });
+    let arc = flight("lat,lon,alt", |k| {
+        let seconds = 24.5 - f64::from(k) / 775.0;
+        each_second(k, |_| format!("33°51'{seconds:.4}\"S,151°12'55.0708\"E,49.7 m"), ",,")
+    });
+    let minutes = flight("lat,lon,alt", |k| {
+        each_second(k, |_| format!("3351.40{:02}S,15112.91784E,49.7m", 99 - k / 25), ",,")
+    });
+    for text in [text, arc, minutes] {
+        let text = text.replace("-9.81,", "-1.0g,");
+        let (report, mapping, dataset) = mapped(&[("flight.csv", text)]);
+        assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}");
+        let position = dataset.fixes[3].position;
+        assert!((position.latitude_deg() + 33.8568).abs() < 1e-3, "{report}");
+        assert!((position.longitude_deg() - 151.215297).abs() < 1e-5, "{report}");
+        assert!(mapping.contains("unit = \"g\""), "{mapping}");
+    }
+}
