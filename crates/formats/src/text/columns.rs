@@ -140,6 +140,12 @@ impl Fields<'_> {
         self.word.get().map(|column| self.unexpected(column, "a number"))
     }
 
+    /// See [`decimal::fix_type`].
+    pub fn fix_type(&self, column: Option<usize>) -> f64 {
+        let field = column.and_then(|column| self.fields.get(column));
+        field.map_or(f64::NAN, |field| decimal::fix_type(field))
+    }
+
     /// The number in `column`, if it is finite.
     pub fn known(&self, column: Option<usize>) -> Result<Option<f64>, LogError> {
         let Some(column) = column else { return Ok(None) };

@@ -71,6 +71,18 @@ pub(crate) fn is_word(field: &[u8]) -> bool {
     !field.is_empty() && !field.iter().any(u8::is_ascii_digit)
 }
 
+/// The type of a fix in `field`: a number, also as `3D`, or words: 0 for no fix, 3 for others. NaN for other text.
+pub(crate) fn fix_type(field: &[u8]) -> f64 {
+    const NO_FIX: [&str; 8] = ["no", "none", "invalid", "void", "false", "lost", "v", "search"];
+    let words = String::from_utf8_lossy(field).to_lowercase();
+    let is_no = |word: &str| NO_FIX.contains(&word) || word.starts_with("search");
+    match is_word(field) && field.iter().any(u8::is_ascii_alphabetic) {
+        true if words.split(|letter: char| !letter.is_alphanumeric()).any(is_no) => 0.0,
+        true if number(field, false).is_none() => 3.0,
+        _ => number(field, false).unwrap_or(f64::NAN),
+    }
+}
+
 /// The unit of a column of times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
 pub enum TimeUnit {
@@ -338,6 +350,16 @@ mod tests {
             assert!(number(text.as_bytes(), false).unwrap().is_nan(), "{text}");
         }
         assert!(number(b"?", false).is_none() && is_word(b"?"));
+    }
+
+    #[test]
+    fn words_state_whether_there_is_a_fix() {
+        for (text, expected) in
+            [("3D", 3.0), ("2", 2.0), ("none", 0.0), ("NO FIX", 0.0), ("SPS", 3.0), ("V", 0.0)]
+        {
+            assert_eq!(fix_type(text.as_bytes()), expected, "{text}");
+        }
+        assert!(["", "?", "11(11)", "nan"].iter().all(|text| fix_type(text.as_bytes()).is_nan()));
     }
 
     #[test]
