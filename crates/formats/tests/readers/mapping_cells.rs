@@ -112,3 +112,10 @@ fn units_and_hemispheres_in_cells_are_read() {
         assert!(mapping.contains("unit = \"g\""), "{mapping}");
     }
 }
+
+#[test]
+fn rows_may_end_with_a_comma_that_the_names_lack() {
+    let text = flight("lat,lon,alt", |k| each_second(k, |cells| cells.join(",") + ",", ",,,"));
+    let (report, _, dataset) = mapped(&[("flight.csv", text)]);
+    assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}");
+}
