@@ -1,5 +1,6 @@
 //! Quantity, unit and origin of a column, from its name.
 
+use super::axis_names::axis;
 use super::sigma_names;
 use super::unit_names::unit;
 use crate::text::HeightAbove;
@@ -215,10 +216,6 @@ fn scalar(name: &str) -> Option<Quantity> {
         "roll" | "phi" | "rollangle" => Q::Attitude(0),
         "pitch" | "theta" | "pitchangle" => Q::Attitude(1),
         "yaw" | "psi" | "heading" | "hdg" | "yawangle" => Q::Attitude(2),
-        "q0" | "qw" | "quat0" | "quatw" | "quaternionw" | "orientationw" => Q::Quaternion(0),
-        "q1" | "qx" | "quat1" | "quatx" | "quaternionx" | "orientationx" => Q::Quaternion(1),
-        "q2" | "qy" | "quat2" | "quaty" | "quaterniony" | "orientationy" => Q::Quaternion(2),
-        "q3" | "qz" | "quat3" | "quatz" | "quaternionz" | "orientationz" => Q::Quaternion(3),
         "lateral" => Q::Stick(0),
         "longitudinal" => Q::Stick(1),
         "collective" => Q::Stick(2),
@@ -244,8 +241,11 @@ fn scalar(name: &str) -> Option<Quantity> {
         "sigmavv" => Q::SigmaVerticalSpeed,
         "fix" | "fixtype" | "fixstatus" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
+        _ if let Some(part) = quaternion(name) => Q::Quaternion(part),
         _ if has(&["accuracy"]) => return None,
-        _ if name.starts_with("time") || name.ends_with("time") || name.ends_with("timestamp") => {
+        _ if name.starts_with("time")
+            || ["time", "timestamp", "timefine"].iter().any(|end| name.ends_with(end)) =>
+        {
             Q::Time
         }
         _ if name.ends_with("date") => Q::Date,
@@ -266,49 +266,20 @@ fn scalar(name: &str) -> Option<Quantity> {
     })
 }
 
-/// The quantity of a name with an axis: x, y or z at its end or its beginning.
-fn axis(name: &str) -> Option<Quantity> {
-    /// Splits a name into the letter at one end and the rest.
-    type End = fn(&str) -> Option<(char, &str)>;
-    let ends: [End; 2] = [
-        |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
-        |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
-    ];
-    // Accuracies are of a heading, a height or a speed; they have no axis.
-    if name.contains("accuracy") {
-        return None;
-    }
-    ends.into_iter().find_map(|end| {
-        let (letter, stem) = end(name)?;
-        let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
-        let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
-        Some(
-            if has(&["dtheta", "deltatheta", "deltaangle"])
-                || ["delang", "dang"].iter().any(|part| stem.starts_with(part))
-                || stem == "dth"
-            {
-                Quantity::AngleIncrement(axis)
-            } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
-                Quantity::VelocityIncrement(axis)
-            } else if has(&[
-                "gyr",
-                "angvel",
-                "angularvel",
-                "angularrate",
-                "angrate",
-                "rotationrate",
-                "omega",
-            ]) || ["g", "w", "rate"].contains(&stem)
-            {
-                Quantity::Gyro(axis)
-            } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
-                Quantity::Mag(axis)
-            } else if has(&["acc", "specificforce"]) || ["a", "f"].contains(&stem) {
-                Quantity::Accel(axis)
-            } else {
-                return None;
-            },
-        )
+/// The part of a quaternion, scalar first: `q0`, `qw`, `quat_x`, `Quat_q3`, `orientation.w`.
+fn quaternion(name: &str) -> Option<usize> {
+    const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
+    let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));
+    let part = match named {
+        Some(rest) => rest.strip_prefix('q').unwrap_or(rest),
+        None => name.strip_prefix('q')?,
+    };
+    Some(match part {
+        "0" | "w" => 0,
+        "1" | "x" => 1,
+        "2" | "y" => 2,
+        "3" | "z" => 3,
+        _ => return None,
     })
 }
 

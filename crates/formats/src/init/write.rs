@@ -143,7 +143,7 @@ impl Lines {
         self.remarked(
             "unit",
             unit,
-            "s, ms, us, ns, clock, or hhmmss for a time of day as one number",
+            "s, ms, us, ns, 0.1ms, filetime, ticks, clock, or hhmmss for a time of day as one number",
         );
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));

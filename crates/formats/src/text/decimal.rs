@@ -99,6 +99,15 @@ pub enum TimeUnit {
     /// Nanoseconds.
     #[serde(rename = "ns")]
     Nanoseconds,
+    /// Ticks of 10 kHz.
+    #[serde(rename = "0.1ms")]
+    TenthMilliseconds,
+    /// Ticks of 100 ns since 1601, as `FILETIME` of Windows, converted to UTC since 1970.
+    #[serde(rename = "filetime")]
+    FileTime,
+    /// Ticks of 100 ns since the year 1, as `DateTime` of .NET, converted to UTC since 1970.
+    #[serde(rename = "ticks")]
+    Ticks,
     /// Dates and times of day, such as `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
     #[serde(rename = "clock")]
     Clock,
@@ -112,7 +121,9 @@ impl TimeUnit {
     const fn nanoseconds(self) -> i64 {
         match self {
             Self::Nanoseconds => 1,
+            Self::FileTime | Self::Ticks => 100,
             Self::Microseconds => 1_000,
+            Self::TenthMilliseconds => 100_000,
             Self::Milliseconds => 1_000_000,
             Self::Seconds | Self::Clock | Self::HoursMinutesSeconds => 1_000_000_000,
         }
@@ -123,9 +134,21 @@ impl TimeUnit {
         self.nanoseconds() as f64 * 1e-9
     }
 
+    /// Seconds from zero of this unit to 1970; 0 for times on the logger's own clock.
+    const fn before_1970_s(self) -> i64 {
+        match self {
+            Self::FileTime => 11_644_473_600,
+            Self::Ticks => 62_135_596_800,
+            _ => 0,
+        }
+    }
+
     /// The name in a mapping.
     pub(crate) const fn name(self) -> &'static str {
         match self {
+            Self::TenthMilliseconds => "0.1ms",
+            Self::FileTime => "filetime",
+            Self::Ticks => "ticks",
             Self::Nanoseconds => "ns",
             Self::Microseconds => "us",
             Self::Milliseconds => "ms",
@@ -148,7 +171,7 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     if unit == TimeUnit::Clock {
         return if field.is_empty() { Some(None) } else { clock_time(field).map(Some) };
     }
-    if let Some(nanoseconds) = scaled_nanoseconds(field, unit.nanoseconds(), comma) {
+    if let Some(nanoseconds) = scaled_nanoseconds(field, unit, comma) {
         return match unit {
             TimeUnit::HoursMinutesSeconds => time_of_day(nanoseconds).map(Some),
             _ => Some(Some(Time::from_nanoseconds(nanoseconds))),
@@ -157,11 +180,12 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     if unit == TimeUnit::HoursMinutesSeconds {
         return number(field, comma).filter(|value| value.is_nan()).map(|_| None);
     }
-    number(field, comma).map(|value| Time::try_from_seconds(value * unit.seconds()))
+    let seconds = |value: f64| value * unit.seconds() - unit.before_1970_s() as f64;
+    number(field, comma).map(|value| Time::try_from_seconds(seconds(value)))
 }
 
-/// A decimal number times `per_unit`, rounded to the nearest nanosecond, without floating-point error.
-fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
+/// A decimal number in `unit`, rounded to the nearest nanosecond, without floating-point error.
+fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> {
     let (negative, digits) = match field {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),
@@ -187,8 +211,9 @@ fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
     if digits.len() == usize::from(decimals) {
         return None;
     }
-    let scaled = (sum * i128::from(per_unit) + divisor / 2) / divisor;
-    i64::try_from(if negative { -scaled } else { scaled }).ok()
+    let scaled = (sum * i128::from(unit.nanoseconds()) + divisor / 2) / divisor;
+    let scaled = if negative { -scaled } else { scaled };
+    i64::try_from(scaled - i128::from(unit.before_1970_s()) * 1_000_000_000).ok()
 }
 
 /// A date and time, UTC where it names no zone, or a time of day alone.
@@ -266,7 +291,8 @@ mod tests {
     #[test]
     fn times_are_exact_in_every_unit() {
         use TimeUnit::{
-            Clock, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
+            Clock, FileTime, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
+            TenthMilliseconds, Ticks,
         };
         for (text, unit, comma, expected) in [
             ("1752000000.123456789", Seconds, false, 1_752_000_000_123_456_789),
@@ -274,14 +300,17 @@ mod tests {
             ("80,3", Milliseconds, true, 80_300_000),
             ("-5", Microseconds, false, -5_000),
             ("1752000000123456789", Nanoseconds, false, 1_752_000_000_123_456_789),
+            ("303", TenthMilliseconds, false, 30_300_000),
+            ("116444736015000000", FileTime, false, 1_500_000_000),
+            ("621355968015000001", Ticks, false, 1_500_000_100),
             ("1e-3", Seconds, false, 1_000_000),
             ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
             ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
             ("1970-01-01T05:30:01+0530", Clock, false, 1_000_000_000),
             ("1970-01-01 00:00:01.5-00:00", Clock, false, 1_500_000_000),
             ("1970-01-01 00:00:02 UTC", Clock, false, 2_000_000_000),
-            ("30.3ms", Milliseconds, false, 30_300_000),
             ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
+            ("30.3ms", Milliseconds, false, 30_300_000),
             ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
             ("00:01:00.25", Clock, false, 60_250_000_000),

@@ -72,7 +72,7 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
     /// Column of the date of the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]

@@ -15,6 +15,7 @@ mod mapped;
 mod mapping;
 mod mapping_cells;
 mod mapping_samples;
+mod mapping_sensors;
 mod mapping_times;
 mod mapping_units;
 mod mavlink;
