@@ -73,6 +73,17 @@ impl Known {
         }
     }
 
+    /// Reads `VZ` next to `GCrs`, the course of ArduPilot's `GPS` message, as the velocity down.
+    fn add_down_of_ardupilot(&mut self, names: &[String]) {
+        let find = |wanted: &str| {
+            names.iter().position(|name| name.rsplit(['.', ' ']).next() == Some(wanted))
+        };
+        if let (Some(_), Some(down)) = (find("GCrs"), find("VZ")) {
+            let quantity = Quantity::Velocity(2);
+            self.meanings[down] = Some(Meaning { quantity, unit: Some("m/s"), estimated: false });
+        }
+    }
+
     fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
@@ -104,6 +115,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     };
     let mut known = Known { meanings };
     known.prefer_plain(&names);
+    known.add_down_of_ardupilot(&names);
     let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),

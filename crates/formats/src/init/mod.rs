@@ -16,6 +16,7 @@ mod travel;
 mod turn;
 mod unit_names;
 mod unnamed;
+mod words;
 mod write;
 
 use std::path::{Path, PathBuf};

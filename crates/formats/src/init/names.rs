@@ -3,6 +3,7 @@
 use super::axis_names::axis;
 use super::sigma_names;
 use super::unit_names::unit;
+use super::words::{bracketed, words};
 use crate::text::HeightAbove;
 
 /// The quantity in a column.
@@ -115,11 +116,9 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         return None;
     }
     let estimated = is(&["est", "estimated", "ekf", "ekf2", "filter", "filtered", "fused", "kf"]);
-    const NOISE: [&str; 23] = [
+    const NOISE: [&str; 21] = [
         "field",
         "imu",
-        "imu0",
-        "imu1",
         "gps",
         "gnss",
         "sensor",
@@ -140,9 +139,23 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         "filtered",
         "fused",
     ];
-    let kept: Vec<&str> =
-        words.iter().map(String::as_str).filter(|word| !NOISE.contains(word)).collect();
-    let joined = if kept.is_empty() { words.concat() } else { kept.concat() };
+    let is_kept = |(index, word): &(usize, &str)| {
+        // Sensors of several may be numbered, `gps1_lat` and `gps_1_lat`; a last number is of an axis.
+        let plain = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
+        !NOISE.contains(&plain) && (!plain.is_empty() || index + 1 == words.len())
+    };
+    let kept = words.iter().map(String::as_str).enumerate().filter(is_kept);
+    let kept: Vec<&str> = kept.map(|(_, word)| word).collect();
+    let joined = match kept[..] {
+        [] => words.concat(),
+        // EuRoC names frames between a quantity and its axis: `w_RS_S_x`.
+        [first, ref frames @ .., axis @ ("x" | "y" | "z")]
+            if first.len() == 1 && frames.iter().all(|frame| frame.len() < 3) =>
+        {
+            format!("{first}{axis}")
+        }
+        _ => kept.concat(),
+    };
     if is_part && joined.len() < 2 {
         return None;
     }
@@ -154,35 +167,6 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
     };
     let quantity = sigma_names::per_axis(&joined).or_else(reading)?;
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
-}
-
-/// The name without its bracketed part, and the text in the brackets.
-fn bracketed(name: &str) -> (&str, String) {
-    // The text in brackets is a unit.
-    let Some(open) = name.find(['[', '(', '{']) else { return (name, String::new()) };
-    let inside = name[open..].trim_matches(['[', ']', '(', ')', '{', '}', ' ']);
-    (&name[..open], inside.to_owned())
-}
-
-/// The words of a name, in lower case: split at punctuation and before each capital that follows a small
-/// letter.
-fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut before = ' ';
-    for letter in name.chars() {
-        let starts = letter.is_uppercase() && before.is_lowercase();
-        if !letter.is_alphanumeric() || starts {
-            words.push(String::new());
-        }
-        if letter.is_alphanumeric()
-            && let Some(word) = words.last_mut()
-        {
-            word.extend(letter.to_lowercase());
-        }
-        before = letter;
-    }
-    words.retain(|word| !word.is_empty());
-    words
 }
 
 /// Removes the unit from the end of a name's words and returns it.
@@ -203,6 +187,9 @@ fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
 /// The quantity of a name without an axis.
 fn scalar(name: &str) -> Option<Quantity> {
     use Quantity as Q;
+    if let Some(found) = coordinate(name).or_else(|| quaternion(name).map(Q::Quaternion)) {
+        return Some(found);
+    }
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
     Some(match name {
         "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
@@ -220,8 +207,6 @@ fn scalar(name: &str) -> Option<Quantity> {
         "longitudinal" => Q::Stick(1),
         "collective" => Q::Stick(2),
         "pedal" => Q::Stick(3),
-        "lat" | "latitude" => Q::Latitude,
-        "lon" | "lng" | "long" | "longitude" => Q::Longitude,
         "vn" | "veln" | "velnedn" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth"
         | "velocityn" => Q::Velocity(0),
         "ve" | "vele" | "velnede" | "veast" | "veleast" | "eastvelocity" | "velocityeast"
@@ -233,7 +218,7 @@ fn scalar(name: &str) -> Option<Quantity> {
         "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
             Q::Speed
         }
-        "course" | "cog" | "track" | "trk" | "direction" | "crs" | "headmot"
+        "course" | "cog" | "track" | "trk" | "direction" | "crs" | "gcrs" | "headmot"
         | "courseoverground" | "bearing" => Q::Course,
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
@@ -241,7 +226,6 @@ fn scalar(name: &str) -> Option<Quantity> {
         "sigmavv" => Q::SigmaVerticalSpeed,
         "fix" | "fixtype" | "fixstatus" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
-        _ if let Some(part) = quaternion(name) => Q::Quaternion(part),
         _ if has(&["accuracy"]) => return None,
         _ if name.starts_with("time")
             || ["time", "timestamp", "timefine"].iter().any(|end| name.ends_with(end)) =>
@@ -264,6 +248,17 @@ fn scalar(name: &str) -> Option<Quantity> {
         }
         _ => return None,
     })
+}
+
+/// Latitude or longitude: `lat`, `lat1`, `lat_wgs84`, `locationLatitude`.
+fn coordinate(name: &str) -> Option<Quantity> {
+    const OF_PLACES: [&str; 6] = ["location", "position", "coordinate", "pos", "loc", "coord"];
+    let name = OF_PLACES.iter().find_map(|begin| name.strip_prefix(begin)).unwrap_or(name);
+    match name.trim_end_matches("wgs84").trim_end_matches(|letter: char| letter.is_ascii_digit()) {
+        "lat" | "latitude" => Some(Quantity::Latitude),
+        "lon" | "lng" | "long" | "longitude" => Some(Quantity::Longitude),
+        _ => None,
+    }
 }
 
 /// The part of a quaternion, scalar first: `q0`, `qw`, `quat_x`, `Quat_q3`, `orientation.w`.
@@ -371,6 +366,20 @@ mod tests {
             ("local_time", Q::Time),
             ("Lcl Date", Q::Date),
             ("GndSpd", Q::Speed),
+            ("GCrs", Q::Course),
+            ("gFx", Q::Accel(0)),
+            ("PosLla y", Q::Longitude),
+            ("VelNed z", Q::Velocity(2)),
+            ("locationLatitude(WGS84)", Q::Latitude),
+            ("LOCATION Latitude : ", Q::Latitude),
+            ("gps_position_longitude", Q::Longitude),
+            ("Position_Latitude", Q::Latitude),
+            ("lat_wgs84", Q::Latitude),
+            ("gps1_lat", Q::Latitude),
+            ("gps_1_lon", Q::Longitude),
+            ("lon2", Q::Longitude),
+            ("Quat_q3", Q::Quaternion(3)),
+            ("SampleTimeFine", Q::Time),
         ] {
             assert_eq!(meaning(name, "").map(|found| found.quantity), Some(quantity), "{name}");
         }
@@ -384,9 +393,22 @@ mod tests {
             "hdop",
             "lateral_error",
             "bearingAccuracy",
+            "gyro_std_x",
+            "accel_bias_y",
+            "gyroBiasZ",
+            "alt_err",
+            "lat_var",
+            "PacketCounter",
             "altitudeAccuracy",
         ] {
             assert_eq!(meaning(name, ""), None, "{name}");
+        }
+        for (name, quantity, unit) in [
+            ("w_RS_S_x [rad s^-1]", Q::Gyro(0), "rad/s"),
+            ("a_RS_S_z [m s^-2]", Q::Accel(2), "m/s2"),
+        ] {
+            let found = meaning(name, "").unwrap();
+            assert_eq!((found.quantity, found.unit), (quantity, Some(unit)), "{name}");
         }
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));
         assert!(meaning("ekf_roll", "").unwrap().estimated);

@@ -8,17 +8,16 @@ pub(super) fn unit(text: &str) -> Option<&'static str> {
         .filter(|letter| !matches!(letter, ' ' | '^' | '*' | '·' | '_' | '.' | '-'))
         .collect();
     Some(match text.as_str() {
-        "rad/s" | "radps" | "rads" | "rad/sec" => "rad/s",
-        "deg/s" | "dps" | "degps" | "degs" | "°/s" | "deg/sec" | "degree/s" | "degrees/s" => {
-            "deg/s"
-        }
+        "rad/s" | "radps" | "rads" | "rads1" | "rad/sec" => "rad/s",
+        "deg/s" | "dps" | "degps" | "degs" | "degs1" | "°/s" | "deg/sec" | "degree/s"
+        | "degrees/s" => "deg/s",
         "mrad/s" | "mradps" => "mrad/s",
         "rad" | "radian" | "radians" => "rad",
         "deg" | "degree" | "degrees" | "°" => "deg",
         "m/s2" | "m/s/s" | "m/s²" | "mps2" | "mpss" | "ms2" | "m/sec2" => "m/s2",
         "g" | "gee" | "gs" => "g",
         "mg" | "millig" => "mg",
-        "m/s" | "mps" | "m/sec" => "m/s",
+        "m/s" | "mps" | "ms1" | "m/sec" => "m/s",
         "cm/s" | "cmps" => "cm/s",
         "mm/s" | "mmps" => "mm/s",
         "km/h" | "kmh" | "kph" => "km/h",

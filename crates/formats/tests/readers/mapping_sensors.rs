@@ -28,3 +28,41 @@ fn ticks_of_100_ns_are_converted_to_utc() {
         assert_eq!(dataset.imu[25].time.seconds(), 1_714_903_201.0, "{report}");
     }
 }
+
+#[test]
+fn names_of_loggers_are_read() {
+    let row = |k: u32| {
+        let time = f64::from(k) * 0.04;
+        let fix = match k % 25 {
+            24 => format!("-33.85{:04},151.2152974,49.7,1.0,0.0,0.1", k / 25),
+            _ => ",,,,,".to_owned(),
+        };
+        format!("{time:.2},1e-4,2e-4,{}e-4,0.01,0.02,-9.81,{fix}\n", k % 7)
+    };
+    let rows: String = (0..1000).map(row).collect();
+    for names in [
+        "gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,PosLla[0],PosLla[1],PosLla[2],VelNed[0],VelNed[1],VelNed[2]",
+        "GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GPS[0].Lat,GPS[0].Lng,GPS[0].Alt,GPS[0].Spd,GPS[0].GCrs,GPS[0].VZ",
+    ] {
+        let (report, mapping, dataset) = mapped(&[("log.csv", format!("time,{names}\n{rows}"))]);
+        assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}\n{mapping}");
+        let fix = &dataset.fixes[5];
+        let moving = fix.horizontal_velocity_mps.map(|[north, _]| north).zip(fix.down_velocity_mps);
+        assert_eq!(moving, Some((1.0, 0.1)), "{report}");
+    }
+    let extra = "gyro_std_x,gyro_std_y,gyro_std_z,accel_bias_x,accel_bias_y,accel_bias_z,gyro_raw_x,gyro_raw_y,\
+                 gyro_raw_z,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
+    let row = |k: u32| {
+        let time = f64::from(k) * 0.04;
+        format!(
+            "{time:.2},7,7,7,1,1,1,700,700,{},1e-4,2e-4,{}e-4,0.01,0.02,-9.81\n",
+            700 + k % 5,
+            k % 7
+        )
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let (report, mapping, dataset) = mapped(&[("log.csv", format!("time,{extra}\n{rows}"))]);
+    assert_eq!(dataset.imu.len(), 1000, "{report}");
+    assert!(mapping.contains("\"gyro_x\", \"gyro_y\", \"gyro_z\""), "{mapping}");
+    assert!(mapping.contains("\"accel_x\", \"accel_y\", \"accel_z\""), "{mapping}");
+}
