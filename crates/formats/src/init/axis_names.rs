@@ -52,3 +52,20 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
         })
     })
 }
+
+/// The part of a quaternion, scalar first: `q0`, `qw`, `quat_x`, `Quat_q3`, `orientation.w`.
+pub(super) fn quaternion(name: &str) -> Option<usize> {
+    const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
+    let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));
+    let part = match named {
+        Some(rest) => rest.strip_prefix('q').unwrap_or(rest),
+        None => name.strip_prefix('q')?,
+    };
+    Some(match part {
+        "0" | "w" => 0,
+        "1" | "x" => 1,
+        "2" | "y" => 2,
+        "3" | "z" => 3,
+        _ => return None,
+    })
+}

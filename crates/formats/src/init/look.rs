@@ -25,6 +25,8 @@ pub(crate) struct Look {
     pub are_dates: Vec<bool>,
     /// The unit after the first number of each column; empty for numbers without a unit.
     pub cell_units: Vec<String>,
+    /// Whether a column contains types of fixes, as numbers or words.
+    pub are_fix_types: Vec<bool>,
     /// Whether a column contains numbers with a superfluous leading zero, such as 0807.038.
     pub are_padded: Vec<bool>,
 }
@@ -39,6 +41,7 @@ impl Look {
             are_clock: vec![false; count],
             letters: vec![Vec::new(); count],
             are_dates: vec![true; count],
+            are_fix_types: vec![false; count],
             are_padded: vec![false; count],
             cell_units: vec![String::new(); count],
             layout,
@@ -78,6 +81,7 @@ impl Look {
                 self.cell_units[index] = unit.to_owned();
             }
             self.are_dates[index] &= decimal::midnight(field).is_some();
+            self.are_fix_types[index] |= decimal::fix_type(field).is_finite();
             self.are_padded[index] |= matches!(field, [b'0', b'0'..=b'9', ..]);
             if let [letter] = field
                 && letter.is_ascii_alphabetic()

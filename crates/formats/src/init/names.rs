@@ -1,8 +1,8 @@
 //! Quantity, unit and origin of a column, from its name.
 
-use super::axis_names::axis;
+use super::axis_names::{axis, quaternion};
 use super::sigma_names;
-use super::unit_names::unit;
+use super::unit_names::{trailing_unit, unit};
 use super::words::{bracketed, words};
 use crate::text::HeightAbove;
 
@@ -166,22 +166,10 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
             .filter(|found| !of_errors || found.is_sigma())
     };
     let quantity = sigma_names::per_axis(&joined).or_else(reading)?;
-    Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
-}
-
-/// Removes the unit from the end of a name's words and returns it.
-fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
-    for count in [3, 2, 1] {
-        if words.len() > count {
-            let from = words.len() - count;
-            let parts = &words[from..];
-            if let Some(found) = unit(&parts.join("/")).or_else(|| unit(&parts.concat())) {
-                words.truncate(from);
-                return Some(found);
-            }
-        }
+    if quantity == Quantity::FixType && is(&["imu", "ins"]) {
+        return None;
     }
-    None
+    Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
 }
 
 /// The quantity of a name without an axis.
@@ -224,7 +212,7 @@ fn scalar(name: &str) -> Option<Quantity> {
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
-        "fix" | "fixtype" | "fixstatus" => Q::FixType,
+        "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
         _ if has(&["accuracy"]) => return None,
         _ if name.starts_with("time")
@@ -259,23 +247,6 @@ fn coordinate(name: &str) -> Option<Quantity> {
         "lon" | "lng" | "long" | "longitude" => Some(Quantity::Longitude),
         _ => None,
     }
-}
-
-/// The part of a quaternion, scalar first: `q0`, `qw`, `quat_x`, `Quat_q3`, `orientation.w`.
-fn quaternion(name: &str) -> Option<usize> {
-    const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
-    let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));
-    let part = match named {
-        Some(rest) => rest.strip_prefix('q').unwrap_or(rest),
-        None => name.strip_prefix('q')?,
-    };
-    Some(match part {
-        "0" | "w" => 0,
-        "1" | "x" => 1,
-        "2" | "y" => 2,
-        "3" | "z" => 3,
-        _ => return None,
-    })
 }
 
 #[cfg(test)]
@@ -331,6 +302,8 @@ mod tests {
             ("lat_std [m]", Q::SigmaPosition(0), Some("m")),
             ("sigma_vd_mps", Q::SigmaVelocity(2), Some("m/s")),
             ("numSV", Q::Satellites, None),
+            ("VALID", Q::FixType, None),
+            ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),
             ("pedal", Q::Stick(3), None),
@@ -399,6 +372,7 @@ mod tests {
             "alt_err",
             "lat_var",
             "PacketCounter",
+            "imu_valid",
             "altitudeAccuracy",
         ] {
             assert_eq!(meaning(name, ""), None, "{name}");

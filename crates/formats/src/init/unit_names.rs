@@ -47,3 +47,18 @@ pub(super) fn unit(text: &str) -> Option<&'static str> {
         _ => return None,
     })
 }
+
+/// Removes the unit from the end of a name's words and returns it.
+pub(super) fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
+    for count in [3, 2, 1] {
+        if words.len() > count {
+            let from = words.len() - count;
+            let parts = &words[from..];
+            if let Some(found) = unit(&parts.join("/")).or_else(|| unit(&parts.concat())) {
+                words.truncate(from);
+                return Some(found);
+            }
+        }
+    }
+    None
+}

@@ -212,10 +212,10 @@ pub struct GpsColumns {
     /// Unit of the one-sigmas of velocity, if it differs from `speed_unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_speed_unit: Option<SpeedUnit>,
-    /// Column of the fix type; 0 means no fix.
+    /// Column of the fix type: 0 or words such as `NO FIX` mean no fix, other words a three-dimensional one.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fix_type: String,
-    /// Column of the number of satellites used.
+    /// Column of the number of satellites used; 0 means no fix.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub satellites: String,
     /// Numbers in place of a latitude or longitude that mean no fix.

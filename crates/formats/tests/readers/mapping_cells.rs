@@ -119,3 +119,24 @@ fn rows_may_end_with_a_comma_that_the_names_lack() {
     let (report, _, dataset) = mapped(&[("flight.csv", text)]);
     assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}");
 }
+
+#[test]
+fn marks_of_validity_reject_fixes() {
+    for (name, good, bad) in [
+        ("VALID", "SPS", "NO FIX"),
+        ("gps_valid", "1", "0"),
+        ("fix", "3D", "none"),
+        ("fix", "2D", "no fix"),
+        ("numSV", "12", "0"),
+        ("fix_type", "3", "0"),
+    ] {
+        let text = flight(&format!("lat,lon,alt,{name}"), |k| {
+            let mark = if (250..500).contains(&k) { bad } else { good };
+            each_second(k, |cells| format!("{},{mark}", cells.join(",")), ",,,")
+        });
+        let (report, _, dataset) = mapped(&[("flight.csv", text)]);
+        assert_eq!(dataset.fixes.len(), 30, "{name} {bad}: {report}");
+        let warnings = &dataset.warnings;
+        assert!(warnings.iter().any(|w| w.contains("skipped: no fix")), "{warnings:?}");
+    }
+}
