@@ -57,17 +57,18 @@ impl Known {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
-    /// Forgets columns of raw readings whose quantity another column has.
-    fn prefer_plain(&mut self, names: &[String]) {
-        let is_raw = |column: usize| {
-            let name = names[column].to_lowercase();
+    /// Forgets columns of raw readings, and of zeros only, whose quantity another column has.
+    fn prefer_measured(&mut self, look: &Look, names: &[String]) {
+        let is_poor = |column: usize| {
+            let name = names.get(column).map_or(String::new(), |name| name.to_lowercase());
             ["raw", "uncal", "uncomp"].iter().any(|part| name.contains(part))
+                || look.largest(column) == 0.0
         };
-        for column in (0..self.meanings.len()).filter(|column| is_raw(*column)) {
-            let of = |meaning: Option<Meaning>| meaning.map(|meaning| meaning.quantity);
-            let quantity = of(self.meanings[column]);
-            let is_plain = |other: usize| of(self.meanings[other]) == quantity && !is_raw(other);
-            if (0..self.meanings.len()).any(is_plain) {
+        let quantity = |meaning: &Option<Meaning>| meaning.map(|meaning| meaning.quantity);
+        let quantities: Vec<Option<Quantity>> = self.meanings.iter().map(quantity).collect();
+        for (column, quantity) in quantities.iter().enumerate().filter(|(at, _)| is_poor(*at)) {
+            let mut others = quantities.iter().enumerate();
+            if others.any(|(other, of)| of == quantity && !is_poor(other)) {
                 self.meanings[column] = None;
             }
         }
@@ -114,7 +115,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         false => unnamed::meanings(&look),
     };
     let mut known = Known { meanings };
-    known.prefer_plain(&names);
+    known.prefer_measured(&look, &names);
     known.add_down_of_ardupilot(&names);
     let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {

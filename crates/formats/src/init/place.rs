@@ -82,7 +82,8 @@ impl Reader<'_> {
         }
         let is_beyond_degrees = lat_most > 360.0 || lon_most > 360.0;
         let is_padded = self.look.are_padded[lat] || self.look.are_padded[lon];
-        let is_lettered = letters != [None; 2];
+        let has_letter_in_cells = matches!(&*self.look.cell_units[lat], "N" | "S");
+        let is_lettered = letters != [None; 2] || has_letter_in_cells;
         let unit = match self.known.unit(lat) {
             Some("ddmm") => PlaceUnit::DegreesMinutes,
             Some("deg1e7") => PlaceUnit::ScaledDegrees,

@@ -140,3 +140,12 @@ fn marks_of_validity_reject_fixes() {
         assert!(warnings.iter().any(|w| w.contains("skipped: no fix")), "{warnings:?}");
     }
 }
+
+#[test]
+fn a_sensor_of_zeros_is_replaced_by_another_of_the_file() {
+    let text = flight("gps1_lat,gps1_lon,gps1_alt,gps2_lat,gps2_lon,gps2_alt", |k| {
+        each_second(k, |cells| format!("0,0,0,{}", cells.join(",")), "0,0,0,,,")
+    });
+    let (report, _, dataset) = mapped(&[("flight.csv", text)]);
+    assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}");
+}
