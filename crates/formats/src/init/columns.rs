@@ -12,8 +12,8 @@ use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, GpsColumns, HeightAbove,
-    MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping, Triad,
+    Axes, ForceUnit, GpsColumns, HeightAbove, MagneticUnit, RateUnit, StickColumns, StickUnit,
+    TableMapping, Triad,
 };
 use hovernav_log::LogError;
 
@@ -85,7 +85,7 @@ impl Known {
         }
     }
 
-    fn is_estimated(&self, column: usize) -> bool {
+    pub fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
 }
@@ -290,43 +290,6 @@ impl Reader<'_> {
             return None;
         }
         Some(self.triad(columns, unit, true))
-    }
-
-    /// Whether columns have the same values on every row, as drivers write that measure nothing.
-    fn are_constant(&self, columns: &[usize]) -> bool {
-        let is_constant = |&column: &usize| {
-            let mut values = self.look.known(column);
-            values.next().is_none_or(|first| values.all(|value| value == first))
-        };
-        columns.iter().all(is_constant)
-    }
-
-    fn attitude(&mut self, checks: &mut Vec<String>) -> Option<AttitudeColumns> {
-        let role = |column: usize| match self.known.is_estimated(column) {
-            true => AttitudeRole::Onboard,
-            false => AttitudeRole::Unit,
-        };
-        if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Attitude)) {
-            let largest = columns.map(|column| self.look.largest(column)).into_iter();
-            let unit = match self.known.unit(columns[0]) {
-                Some("deg") => AngleUnit::Degrees,
-                Some("rad") => AngleUnit::Radians,
-                _ if largest.fold(0.0, f64::max) > 6.3 => AngleUnit::Degrees,
-                _ => AngleUnit::Radians,
-            };
-            let role = role(columns[0]);
-            let columns = columns.map(|column| self.name(column)).to_vec();
-            let signs = [1.0; 3];
-            return Some(AttitudeColumns { columns, unit, signs, role, ..Default::default() });
-        }
-        let columns = self.known.all([0, 1, 2, 3].map(Quantity::Quaternion))?;
-        if self.are_constant(&columns) {
-            checks.push(format!("attitude of {}: the same on every row: ignored", self.file));
-            return None;
-        }
-        let role = role(columns[0]);
-        let quaternion = columns.map(|column| self.name(column)).to_vec();
-        Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

@@ -1,5 +1,6 @@
 //! Proposes a mapping for foreign text files from their column names and values.
 
+mod attitude;
 mod axis_names;
 mod baro;
 mod columns;

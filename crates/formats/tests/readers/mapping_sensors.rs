@@ -1,6 +1,35 @@
 //! Foreign text with several sensors of one kind, or one sensor in several files.
 
+use hovernav_log::Dataset;
+
 use crate::mapped::mapped;
+
+/// Forty seconds level at 25 Hz, heading from 60° to 100°, with the quaternion in the order of `order`, scalar 0.
+fn turning(names: &str, order: [usize; 4]) -> (String, String, Dataset) {
+    let row = |k: u32| {
+        let (time, yaw) = (f64::from(k) * 0.04, (60.0 + f64::from(k) * 0.04).to_radians());
+        let quaternion = [(0.5 * yaw).cos(), 0.0, 0.0, (0.5 * yaw).sin()];
+        let cells = order.map(|part| format!("{:.6}", quaternion[part])).join(",");
+        format!("{time:.2},0.0001,0.0002,0.0174533,0.01,0.02,-9.81,{cells}\n")
+    };
+    let names = format!("time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,{names}");
+    mapped(&[("flight.csv", format!("{names}\n{}", (0..1000).map(row).collect::<String>()))])
+}
+
+#[test]
+fn gravity_shows_the_scalar_of_a_numbered_quaternion() {
+    for (names, order) in [
+        ("q0,q1,q2,q3", [0, 1, 2, 3]),
+        ("q0,q1,q2,q3", [1, 2, 3, 0]),
+        ("Quat_q0,Quat_q1,Quat_q2,Quat_q3", [0, 1, 2, 3]),
+        ("q[0],q[1],q[2],q[3]", [1, 2, 3, 0]),
+        ("qx,qy,qz,qw", [1, 2, 3, 0]),
+    ] {
+        let (report, mapping, dataset) = turning(names, order);
+        let yaw = dataset.imu[0].attitude.unwrap().yaw_rad.to_degrees();
+        assert!((yaw - 60.0).abs() < 0.01, "{names} {order:?}: {yaw} {report}\n{mapping}");
+    }
+}
 
 #[test]
 fn a_counter_is_no_time_where_another_column_is() {
