@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::instance;
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
 use super::numbered;
@@ -117,15 +118,29 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let mut known = Known { meanings };
     known.prefer_measured(&look, &names);
     known.add_down_of_ardupilot(&names);
+    let instance = instance::found(&look, &known);
+    if let Some((column, number)) = instance {
+        look.keep_rows_of(column, f64::from(number));
+    }
     let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),
         delimiter: look.layout.delimiter,
         decimal_comma: look.layout.decimal_comma,
         header_line: look.layout.header_line,
+        instance_column: instance
+            .map_or_else(String::new, |(column, _)| look.layout.names[column].clone()),
+        instance: instance.map(|(_, number)| number),
         ..TableMapping::default()
     };
     let mut checks = repeated(&look.layout.names);
+    if let Some(number) = table.instance {
+        checks.push(format!(
+            "{name} has rows of several sensors: those with {} = {number} are read; for others \
+             set `instance`",
+            table.instance_column
+        ));
+    }
     let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);

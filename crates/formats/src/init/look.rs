@@ -92,6 +92,15 @@ impl Look {
         }
     }
 
+    /// Keeps the rows with `value` in `column`.
+    pub fn keep_rows_of(&mut self, column: usize, value: f64) {
+        let is_kept: Vec<bool> = self.columns[column].iter().map(|found| *found == value).collect();
+        for column in &mut self.columns {
+            let mut kept = is_kept.iter();
+            column.retain(|_| kept.next().is_some_and(|kept| *kept));
+        }
+    }
+
     /// Whether a column contains only letters of `known`.
     pub fn has_only_letters(&self, column: usize, known: &[u8]) -> bool {
         let letters = self.letters.get(column).map_or(&[][..], Vec::as_slice);

@@ -5,6 +5,7 @@ mod axis_names;
 mod baro;
 mod columns;
 mod gps;
+mod instance;
 mod look;
 mod names;
 mod numbered;

@@ -137,6 +137,10 @@ impl Lines {
             "line number of the names; 0: no names, columns \
                                                    by number",
         );
+        if let Some(instance) = table.instance {
+            self.key("instance_column", quoted(&table.instance_column));
+            self.remarked("instance", instance, "rows of other sensors are ignored");
+        }
         self.part("time");
         self.key("column", quoted(&table.time.column));
         let unit = quoted(table.time.unit.name());

@@ -121,6 +121,10 @@ fn read_table(
         let reason = "found no rows, expected rows below the names".into();
         return Err(LogError::Unusable { path, reason });
     }
+    if let (others @ 1.., Some(instance)) = (source.others(), table.instance) {
+        let column = &table.instance_column;
+        remarks.say(format!("{others} rows of other sensors than {column} = {instance}: ignored"));
+    }
     if let Some((line, bytes)) = source.unwritten() {
         remarks.say(format!(
             "line {line}: {bytes} zero bytes, from storage that was not written: the lines with them are skipped"

@@ -17,6 +17,10 @@ pub(crate) struct Source {
     names: Vec<String>,
     /// Number of rows read, for files without a time column.
     rows: u64,
+    /// Column and number of the sensor whose rows are read.
+    instance: Option<(usize, f64)>,
+    /// Number of rows of other sensors.
+    others: u64,
 }
 
 /// The fields of one row.
@@ -53,11 +57,20 @@ impl Source {
                 names = super::layout::header_names(line, table.delimiter);
             }
         }
-        Ok(Self { lines, table: table.clone(), names, rows: 0 })
+        let table = table.clone();
+        let mut source = Self { lines, table, names, rows: 0, instance: None, others: 0 };
+        let column = source.find_optional(&source.table.instance_column)?;
+        source.instance = column.zip(source.table.instance.map(f64::from));
+        Ok(source)
     }
 
     pub fn path(&self) -> &Path {
         self.lines.path()
+    }
+
+    /// Number of rows so far of other sensors than the one that is read.
+    pub const fn others(&self) -> u64 {
+        self.others
     }
 
     /// See [`Lines::unwritten`].
@@ -99,9 +112,18 @@ impl Source {
         // The line is split after the loop because its borrow cannot cross an iteration.
         loop {
             let Some(line) = self.lines.next()? else { return Ok(None) };
-            if !super::layout::is_comment(line) && !line.trim_ascii().is_empty() {
+            if super::layout::is_comment(line) || line.trim_ascii().is_empty() {
+                continue;
+            }
+            let Some((column, wanted)) = self.instance else { break };
+            let mut fields = Vec::new();
+            self.table.delimiter.split(line, &mut fields);
+            let field = fields.get(column).copied().unwrap_or_default();
+            let found = decimal::number(field, self.table.decimal_comma);
+            if found.is_none_or(|found| found == wanted) {
                 break;
             }
+            self.others += 1;
         }
         self.rows += 1;
         let mut fields = Vec::with_capacity(self.names.len().max(8));

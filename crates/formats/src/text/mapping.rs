@@ -41,6 +41,12 @@ pub struct TableMapping {
     pub decimal_comma: bool,
     /// Line number of the names, from 1. 0 for a file without names, whose columns are numbered from 1.
     pub header_line: u64,
+    /// Column of the number of the sensor, in a file with rows of several.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub instance_column: String,
+    /// Number of the sensor whose rows are read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instance: Option<u32>,
     /// Time of each row.
     pub time: TimeColumn,
     /// Angular rates, or increments of angle since the row before.

@@ -32,6 +32,30 @@ fn gravity_shows_the_scalar_of_a_numbered_quaternion() {
 }
 
 #[test]
+fn rows_of_another_sensor_are_not_merged() {
+    for (zero, one, chosen) in [("-9.81", "-9.7", 0), ("0", "-9.7", 1)] {
+        let row = |k: u32| {
+            let (time, noise) = (f64::from(k / 2) * 0.04, f64::from(k % 7));
+            match (k % 2, zero) {
+                (0, "0") => format!("{time:.2},0,0,0,0,0,0,0\n"),
+                (0, _) => format!("{time:.2},0,1e-4,2e-4,{noise}e-4,0.01,0.02,{zero}\n"),
+                _ => format!("{time:.2},1,1e-4,2e-4,{noise}e-4,0.01,0.02,{one}\n"),
+            }
+        };
+        let rows: String = (0..2000).map(row).collect();
+        let text = format!("timestamp,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n{rows}");
+        let (report, mapping, dataset) = mapped(&[("IMU.csv", text)]);
+        assert!(mapping.contains(&format!("instance = {chosen}")), "{report}\n{mapping}");
+        assert_eq!(dataset.imu.len(), 1000, "{report}");
+        let down = dataset.imu[9].motion.mean_rates(0.04).specific_force_mps2.to_array()[2];
+        let expected: f64 = if chosen == 0 { zero.parse().unwrap() } else { one.parse().unwrap() };
+        assert!((down - expected).abs() < 1e-6, "{down} {report}");
+        let told = format!("1000 rows of other sensors than I = {chosen}");
+        assert!(dataset.warnings.iter().any(|w| w.contains(&told)), "{:?}", dataset.warnings);
+    }
+}
+
+#[test]
 fn a_counter_is_no_time_where_another_column_is() {
     let row = |k: u32| format!("{k},{},0.01,0.02,-9.81,1e-4,2e-4,{}e-4\n", k * 100, k % 7);
     let rows: String = (0..1000).map(row).collect();
