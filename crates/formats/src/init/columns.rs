@@ -173,7 +173,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
-fn is_capture(path: &Path) -> bool {
+pub(super) fn is_capture(path: &Path) -> bool {
     path.is_file() && head_of(path).is_ok_and(|head| format_of(&head) == Some(Format::Raw))
 }
 

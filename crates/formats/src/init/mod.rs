@@ -138,7 +138,7 @@ impl std::fmt::Display for Proposal {
     }
 }
 
-/// `files`, with the text files in each directory instead of the directory.
+/// `files`, with the text files and captures in each directory instead of the directory.
 fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
     const ENDINGS: [&str; 5] = ["csv", "txt", "tsv", "dat", "pos"];
     let mut expanded = Vec::new();
@@ -150,7 +150,8 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
         let entries = std::fs::read_dir(path).map_err(LogError::io(path))?;
         let is_text = |file: &PathBuf| {
             let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
-            file.is_file() && ENDINGS.iter().any(|known| ending == *known)
+            let is_named = ENDINGS.iter().any(|known| ending == *known);
+            file.is_file() && (is_named || columns::is_capture(file))
         };
         let mut found: Vec<PathBuf> =
             entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_text).collect();

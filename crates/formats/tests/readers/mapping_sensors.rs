@@ -1,5 +1,6 @@
 //! Foreign text with several sensors of one kind, or one sensor in several files.
 
+use hovernav_formats::{Options, Proposal, open};
 use hovernav_log::Dataset;
 
 use crate::mapped::mapped;
@@ -118,4 +119,32 @@ fn names_of_loggers_are_read() {
     assert_eq!(dataset.imu.len(), 1000, "{report}");
     assert!(mapping.contains("\"gyro_x\", \"gyro_y\", \"gyro_z\""), "{mapping}");
     assert!(mapping.contains("\"accel_x\", \"accel_y\", \"accel_z\""), "{mapping}");
+}
+
+#[test]
+fn a_directory_may_contain_a_capture() {
+    let place = tempfile::tempdir().unwrap();
+    let row = |k: u32| {
+        let time = 1_714_903_200.0 + f64::from(k) * 0.04;
+        format!("{time:.2},1e-4,2e-4,{}e-4,0.01,0.02,-9.81\n", k % 7)
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let text = format!("time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z\n{rows}");
+    std::fs::write(place.path().join("imu.csv"), text).unwrap();
+    let sentence = |body: String| {
+        let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+        format!("${body}*{sum:02X}\r\n")
+    };
+    let capture = (0..40).map(|second| {
+        let time = format!("1000{second:02}.00");
+        let place = format!("3351.{:04},S,15112.9178,E", 4081 + second);
+        sentence(format!("GNGGA,{time},{place},1,12,0.8,49.7,M,0.0,M,,"))
+            + &sentence(format!("GNRMC,{time},A,{place},0.3,16.0,050524,,,A"))
+    });
+    std::fs::write(place.path().join("gps.nmea"), capture.collect::<String>()).unwrap();
+    let proposal = Proposal::of(&[place.path().to_path_buf()]).unwrap();
+    let out = place.path().join("mapped");
+    proposal.write(&out, false).unwrap();
+    let dataset = open(&out, &Options::default()).unwrap().dataset;
+    assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{proposal}");
 }
