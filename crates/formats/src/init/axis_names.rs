@@ -45,6 +45,8 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
             Quantity::Gyro(axis)
         } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
             Quantity::Mag(axis)
+        } else if stem == "gravity" {
+            Quantity::Gravity(axis)
         } else if has(&["acc", "specificforce"]) || ["a", "f", "gf"].contains(&stem) {
             Quantity::Accel(axis)
         } else {

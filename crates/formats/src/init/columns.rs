@@ -144,6 +144,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);
+    table.gravity = reader.gravity();
     table.mag = reader.mag(&mut checks);
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
@@ -157,7 +158,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
     table.baro = reader.baro(table.gps.is_some(), &mut checks);
     table.controls = reader.controls();
-    let has_motion = table.gyro.is_some() || table.accel.is_some();
+    let has_motion =
+        [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
         reason: format!(
@@ -168,7 +170,13 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    let is_without_gravity = checks.iter().any(|check| check.starts_with("accel: found a median"));
+    let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
+        /// Least ratio of the mean vector to the root mean square, with gravity.
+        const STEADY: f64 = 0.5;
+        look.steadiness(accel) < STEADY
+    });
+    let is_without_gravity =
+        is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
     Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity })
 }
 
@@ -266,6 +274,16 @@ impl Reader<'_> {
         }
         let columns = self.known.all([0, 1, 2].map(Quantity::VelocityIncrement))?;
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
+    }
+
+    /// Gravity alone, as phones compute it; m/s² unless its size is that of g.
+    fn gravity(&mut self) -> Option<Triad<ForceUnit>> {
+        let columns = self.known.all([0, 1, 2].map(Quantity::Gravity))?;
+        let unit = match self.look.median_norm(columns) {
+            norm if norm < 2.0 => ForceUnit::Gravity,
+            _ => ForceUnit::MetresPerSecondSquared,
+        };
+        Some(self.triad(columns, unit, false))
     }
 
     fn mag(&mut self, checks: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {

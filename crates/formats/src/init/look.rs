@@ -131,6 +131,16 @@ impl Look {
         median(norms.filter(|norm| norm.is_finite()).collect())
     }
 
+    /// The norm of the mean vector of three columns, relative to the root mean square of its norm.
+    pub fn steadiness(&self, columns: [usize; 3]) -> f64 {
+        let mean = |column: usize, power: i32| {
+            let sum: f64 = self.known(column).map(|value| value.powi(power)).sum();
+            sum / self.known(column).count() as f64
+        };
+        let mean_squared: f64 = columns.iter().map(|&column| mean(column, 1).powi(2)).sum();
+        (mean_squared / columns.iter().map(|&column| mean(column, 2)).sum::<f64>()).sqrt()
+    }
+
     /// The 99th percentile of the norm of three columns.
     pub fn high_norm(&self, columns: [usize; 3]) -> f64 {
         let [x, y, z] = columns.map(|column| &self.columns[column]);

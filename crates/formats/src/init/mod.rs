@@ -61,6 +61,7 @@ impl Proposal {
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
+        add_gravity(&mut understood);
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
@@ -223,6 +224,24 @@ fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
     }
 }
 
+/// Keeps gravity alone only if the accelerometer is in another file and does not measure it. Then both have one unit.
+fn add_gravity(understood: &mut [Understood]) {
+    let linear = understood.iter().position(|one| one.mapping.accel.is_some());
+    let linear = linear.filter(|at| understood[*at].is_without_gravity);
+    let gravity = understood.iter().position(|one| one.mapping.gravity.is_some());
+    for (at, one) in understood.iter_mut().enumerate() {
+        let is_needed = Some(at) == gravity && linear.is_some_and(|linear| linear != at);
+        one.mapping.gravity = one.mapping.gravity.take().filter(|_| is_needed);
+    }
+    let unit = gravity.and_then(|at| Some(understood[at].mapping.gravity.as_ref()?.unit));
+    if let (Some(unit), Some(one)) = (unit, linear.and_then(|at| understood.get_mut(at))) {
+        one.checks.retain(|check| !check.starts_with("accel: found a median"));
+        if let Some(accel) = &mut one.mapping.accel {
+            accel.unit = unit;
+        }
+    }
+}
+
 /// Changes the gyro's unit if only then its angles agree with those of the attitude. Returns whether the
 /// attitude determines the unit.
 fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
@@ -296,6 +315,9 @@ fn turn_axes(mapping: &mut Mapping, turn: &Turn) {
         }
         if let Some(accel) = &mut table.accel {
             accel.axes = turn.accel;
+        }
+        if let Some(gravity) = &mut table.gravity {
+            gravity.axes = turn.accel;
         }
         if let Some(mag) = &mut table.mag {
             mag.axes = turn.mag;

@@ -17,6 +17,8 @@ pub(crate) enum Quantity {
     Gyro(usize),
     /// Specific force along an axis.
     Accel(usize),
+    /// Gravity alone along an axis.
+    Gravity(usize),
     /// Increment of angle about an axis.
     AngleIncrement(usize),
     /// Increment of velocity along an axis.

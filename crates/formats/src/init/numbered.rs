@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
 const OF_FILES: [(&str, Option<&str>); 7] = [
-    // Without gravity, or gravity alone: no specific force.
+    // Without gravity: no specific force.
     ("linear", None),
-    ("gravity", None),
+    ("gravity", Some("gravity")),
     ("gyro", Some("gyro")),
     ("magnet", Some("mag")),
     ("accel", Some("accel")),

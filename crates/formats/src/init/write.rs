@@ -173,6 +173,9 @@ impl Lines {
             let units = "m/s2, g, mg; m/s for increments";
             self.triad("accel", accel, accel.unit.name(), units);
         }
+        if let Some(gravity) = &table.gravity {
+            self.triad("gravity", gravity, gravity.unit.name(), "m/s2, g, mg");
+        }
         if let Some(mag) = &table.mag {
             self.triad("mag", mag, mag.unit.name(), "gauss, mG, uT, nT, T");
         }

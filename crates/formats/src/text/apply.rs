@@ -203,6 +203,9 @@ fn read_row(
             }
         }
     }
+    if let Some(gravity) = columns.gravity(fields)? {
+        gathered.gravity.push(line, (time, gravity));
+    }
     if let Some(field) = magnetic.apart {
         gathered.magnetometer.push(line, (time, field));
     }

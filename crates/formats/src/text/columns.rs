@@ -68,7 +68,7 @@ impl Source {
         self.lines.path()
     }
 
-    /// Number of rows so far of other sensors than the one that is read.
+    /// Number of skipped rows of other sensors than the one that is read.
     pub const fn others(&self) -> u64 {
         self.others
     }

@@ -55,6 +55,9 @@ pub struct TableMapping {
     /// Specific force, or increments of velocity since the row before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accel: Option<Triad<ForceUnit>>,
+    /// Gravity as specific force, added to the linear acceleration of another file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Triad<ForceUnit>>,
     /// Magnetic field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mag: Option<Triad<MagneticUnit>>,

@@ -148,3 +148,20 @@ fn a_directory_may_contain_a_capture() {
     let dataset = open(&out, &Options::default()).unwrap().dataset;
     assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{proposal}");
 }
+
+#[test]
+fn linear_acceleration_and_gravity_of_a_phone_are_added() {
+    let file = |row: &dyn Fn(f64) -> String| {
+        let rows = (0..4000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(f64::from(k))));
+        format!("seconds_elapsed,z,y,x\n{}", rows.collect::<String>())
+    };
+    let linear = file(&|k| format!("{:.4},0.02,{:.4}", 1.5 * k.sin(), 0.5 * k.cos()));
+    let (report, mapping, dataset) = mapped(&[
+        ("Accelerometer.csv", linear),
+        ("Gravity.csv", file(&|_| "9.8,0.1,0.1".to_owned())),
+        ("Gyroscope.csv", file(&|k| format!("{:.5},0,0.001", 1e-3 * k.sin()))),
+    ]);
+    assert_eq!(dataset.imu.len(), 4000, "{report}\n{mapping}");
+    let force = dataset.imu[100].motion.mean_rates(0.01).specific_force_mps2.to_array();
+    assert!((force[2] + 9.8 + 1.5 * 100f64.sin()).abs() < 1e-3, "{force:?} {report}\n{mapping}");
+}
