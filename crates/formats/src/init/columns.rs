@@ -3,16 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::instance;
 use super::look::Look;
 use super::names::{Meaning, Quantity, meaning};
 use super::numbered;
+use super::place;
 use super::travel::StatedUnits;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    AngleUnit, AttitudeColumns, AttitudeRole, Axes, ForceUnit, HeightAbove, MagneticUnit, RateUnit,
-    StickColumns, StickUnit, TableMapping, Triad,
+    Axes, ForceUnit, GpsColumns, HeightAbove, MagneticUnit, RateUnit, StickColumns, StickUnit,
+    TableMapping, Triad,
 };
 use hovernav_log::LogError;
 
@@ -56,7 +58,35 @@ impl Known {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
-    fn is_estimated(&self, column: usize) -> bool {
+    /// Forgets columns of raw readings, and of zeros only, whose quantity another column has.
+    fn prefer_measured(&mut self, look: &Look, names: &[String]) {
+        let is_poor = |column: usize| {
+            let name = names.get(column).map_or(String::new(), |name| name.to_lowercase());
+            ["raw", "uncal", "uncomp"].iter().any(|part| name.contains(part))
+                || look.largest(column) == 0.0
+        };
+        let quantity = |meaning: &Option<Meaning>| meaning.map(|meaning| meaning.quantity);
+        let quantities: Vec<Option<Quantity>> = self.meanings.iter().map(quantity).collect();
+        for (column, quantity) in quantities.iter().enumerate().filter(|(at, _)| is_poor(*at)) {
+            let mut others = quantities.iter().enumerate();
+            if others.any(|(other, of)| of == quantity && !is_poor(other)) {
+                self.meanings[column] = None;
+            }
+        }
+    }
+
+    /// Reads `VZ` next to `GCrs`, the course of ArduPilot's `GPS` message, as the velocity down.
+    fn add_down_of_ardupilot(&mut self, names: &[String]) {
+        let find = |wanted: &str| {
+            names.iter().position(|name| name.rsplit(['.', ' ']).next() == Some(wanted))
+        };
+        if let (Some(_), Some(down)) = (find("GCrs"), find("VZ")) {
+            let quantity = Quantity::Velocity(2);
+            self.meanings[down] = Some(Meaning { quantity, unit: Some("m/s"), estimated: false });
+        }
+    }
+
+    pub fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
 }
@@ -72,7 +102,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             is_without_gravity: false,
         });
     }
-    let look = Look::at(path)?;
+    let mut look = Look::at(path)?;
     let below = |index: usize| {
         let below = look.layout.below_names.get(index).map_or("", String::as_str);
         if below.is_empty() { &look.cell_units[index] } else { below }
@@ -85,26 +115,51 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         true => (0..count).map(|i| meaning(&names[i], below(i))).collect(),
         false => unnamed::meanings(&look),
     };
-    let known = Known { meanings };
+    let mut known = Known { meanings };
+    known.prefer_measured(&look, &names);
+    known.add_down_of_ardupilot(&names);
+    let instance = instance::found(&look, &known);
+    if let Some((column, number)) = instance {
+        look.keep_rows_of(column, f64::from(number));
+    }
+    let unknown = place::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),
         delimiter: look.layout.delimiter,
         decimal_comma: look.layout.decimal_comma,
         header_line: look.layout.header_line,
+        instance_column: instance
+            .map_or_else(String::new, |(column, _)| look.layout.names[column].clone()),
+        instance: instance.map(|(_, number)| number),
         ..TableMapping::default()
     };
     let mut checks = repeated(&look.layout.names);
+    if let Some(number) = table.instance {
+        checks.push(format!(
+            "{name} has rows of several sensors: those with {} = {number} are read; for others \
+             set `instance`",
+            table.instance_column
+        ));
+    }
     let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);
+    table.gravity = reader.gravity();
     table.mag = reader.mag(&mut checks);
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
     let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
-    table.gps = gps.map(|(columns, _)| columns);
+    if gps.is_some() && !unknown.is_empty() {
+        checks.push(format!(
+            "gps: rows with latitude and longitude of {unknown:?} are read as rows without a fix; \
+             for true positions remove `unknown` under [table.gps]"
+        ));
+    }
+    table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
     table.baro = reader.baro(table.gps.is_some(), &mut checks);
     table.controls = reader.controls();
-    let has_motion = table.gyro.is_some() || table.accel.is_some();
+    let has_motion =
+        [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
         reason: format!(
@@ -115,12 +170,18 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     })?;
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
-    let is_without_gravity = checks.iter().any(|check| check.starts_with("accel: found a median"));
+    let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
+        /// Least ratio of the mean vector to the root mean square, with gravity.
+        const STEADY: f64 = 0.5;
+        look.steadiness(accel) < STEADY
+    });
+    let is_without_gravity =
+        is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
     Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
-fn is_capture(path: &Path) -> bool {
+pub(super) fn is_capture(path: &Path) -> bool {
     path.is_file() && head_of(path).is_ok_and(|head| format_of(&head) == Some(Format::Raw))
 }
 
@@ -215,6 +276,16 @@ impl Reader<'_> {
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
     }
 
+    /// Gravity alone, as phones compute it; m/s² unless its size is that of g.
+    fn gravity(&mut self) -> Option<Triad<ForceUnit>> {
+        let columns = self.known.all([0, 1, 2].map(Quantity::Gravity))?;
+        let unit = match self.look.median_norm(columns) {
+            norm if norm < 2.0 => ForceUnit::Gravity,
+            _ => ForceUnit::MetresPerSecondSquared,
+        };
+        Some(self.triad(columns, unit, false))
+    }
+
     fn mag(&mut self, checks: &mut Vec<String>) -> Option<Triad<MagneticUnit>> {
         let columns = self.known.all([0, 1, 2].map(Quantity::Mag))?;
         let norm = self.look.median_norm(columns);
@@ -252,43 +323,6 @@ impl Reader<'_> {
             return None;
         }
         Some(self.triad(columns, unit, true))
-    }
-
-    /// Whether columns have the same values on every row, as drivers write that measure nothing.
-    fn are_constant(&self, columns: &[usize]) -> bool {
-        let is_constant = |&column: &usize| {
-            let mut values = self.look.known(column);
-            values.next().is_none_or(|first| values.all(|value| value == first))
-        };
-        columns.iter().all(is_constant)
-    }
-
-    fn attitude(&mut self, checks: &mut Vec<String>) -> Option<AttitudeColumns> {
-        let role = |column: usize| match self.known.is_estimated(column) {
-            true => AttitudeRole::Onboard,
-            false => AttitudeRole::Unit,
-        };
-        if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Attitude)) {
-            let largest = columns.map(|column| self.look.largest(column)).into_iter();
-            let unit = match self.known.unit(columns[0]) {
-                Some("deg") => AngleUnit::Degrees,
-                Some("rad") => AngleUnit::Radians,
-                _ if largest.fold(0.0, f64::max) > 6.3 => AngleUnit::Degrees,
-                _ => AngleUnit::Radians,
-            };
-            let role = role(columns[0]);
-            let columns = columns.map(|column| self.name(column)).to_vec();
-            let signs = [1.0; 3];
-            return Some(AttitudeColumns { columns, unit, signs, role, ..Default::default() });
-        }
-        let columns = self.known.all([0, 1, 2, 3].map(Quantity::Quaternion))?;
-        if self.are_constant(&columns) {
-            checks.push(format!("attitude of {}: the same on every row: ignored", self.file));
-            return None;
-        }
-        let role = role(columns[0]);
-        let quaternion = columns.map(|column| self.name(column)).to_vec();
-        Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

@@ -57,11 +57,13 @@ impl Reader<'_> {
         for (name, quantity) in
             [(&mut gps.fix_type, Quantity::FixType), (&mut gps.satellites, Quantity::Satellites)]
         {
-            // Some receivers write `11(11)` or `3D`.
-            let column = self.known.column(quantity);
-            *name = column
-                .filter(|&column| self.look.known(column).next().is_some())
-                .map_or_else(String::new, |column| self.name(column));
+            // Some receivers write `11(11)`, and some loggers 0 satellites throughout.
+            let is_stated = |column: &usize| match quantity {
+                Quantity::FixType => self.look.are_fix_types[*column],
+                _ => self.look.largest(*column) > 0.0,
+            };
+            let column = self.known.column(quantity).filter(is_stated);
+            *name = column.map_or_else(String::new, |column| self.name(column));
         }
         Some((gps, stated))
     }

@@ -25,6 +25,8 @@ pub(crate) struct Look {
     pub are_dates: Vec<bool>,
     /// The unit after the first number of each column; empty for numbers without a unit.
     pub cell_units: Vec<String>,
+    /// Whether a column contains types of fixes, as numbers or words.
+    pub are_fix_types: Vec<bool>,
     /// Whether a column contains numbers with a superfluous leading zero, such as 0807.038.
     pub are_padded: Vec<bool>,
 }
@@ -39,6 +41,7 @@ impl Look {
             are_clock: vec![false; count],
             letters: vec![Vec::new(); count],
             are_dates: vec![true; count],
+            are_fix_types: vec![false; count],
             are_padded: vec![false; count],
             cell_units: vec![String::new(); count],
             layout,
@@ -78,6 +81,7 @@ impl Look {
                 self.cell_units[index] = unit.to_owned();
             }
             self.are_dates[index] &= decimal::midnight(field).is_some();
+            self.are_fix_types[index] |= decimal::fix_type(field).is_finite();
             self.are_padded[index] |= matches!(field, [b'0', b'0'..=b'9', ..]);
             if let [letter] = field
                 && letter.is_ascii_alphabetic()
@@ -85,6 +89,15 @@ impl Look {
             {
                 self.letters[index].push(letter.to_ascii_uppercase());
             }
+        }
+    }
+
+    /// Keeps the rows with `value` in `column`.
+    pub fn keep_rows_of(&mut self, column: usize, value: f64) {
+        let is_kept: Vec<bool> = self.columns[column].iter().map(|found| *found == value).collect();
+        for column in &mut self.columns {
+            let mut kept = is_kept.iter();
+            column.retain(|_| kept.next().is_some_and(|kept| *kept));
         }
     }
 
@@ -116,6 +129,16 @@ impl Look {
         let [x, y, z] = columns.map(|column| &self.columns[column]);
         let norms = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt());
         median(norms.filter(|norm| norm.is_finite()).collect())
+    }
+
+    /// The norm of the mean vector of three columns, relative to the root mean square of its norm.
+    pub fn steadiness(&self, columns: [usize; 3]) -> f64 {
+        let mean = |column: usize, power: i32| {
+            let sum: f64 = self.known(column).map(|value| value.powi(power)).sum();
+            sum / self.known(column).count() as f64
+        };
+        let mean_squared: f64 = columns.iter().map(|&column| mean(column, 1).powi(2)).sum();
+        (mean_squared / columns.iter().map(|&column| mean(column, 2)).sum::<f64>()).sqrt()
     }
 
     /// The 99th percentile of the norm of three columns.

@@ -1,8 +1,11 @@
 //! Proposes a mapping for foreign text files from their column names and values.
 
+mod attitude;
+mod axis_names;
 mod baro;
 mod columns;
 mod gps;
+mod instance;
 mod look;
 mod names;
 mod numbered;
@@ -13,7 +16,9 @@ mod time;
 mod together;
 mod travel;
 mod turn;
+mod unit_names;
 mod unnamed;
+mod words;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -56,6 +61,7 @@ impl Proposal {
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
+        add_gravity(&mut understood);
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
@@ -133,7 +139,7 @@ impl std::fmt::Display for Proposal {
     }
 }
 
-/// `files`, with the text files in each directory instead of the directory.
+/// `files`, with the text files and captures in each directory instead of the directory.
 fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
     const ENDINGS: [&str; 5] = ["csv", "txt", "tsv", "dat", "pos"];
     let mut expanded = Vec::new();
@@ -145,7 +151,8 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
         let entries = std::fs::read_dir(path).map_err(LogError::io(path))?;
         let is_text = |file: &PathBuf| {
             let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
-            file.is_file() && ENDINGS.iter().any(|known| ending == *known)
+            let is_named = ENDINGS.iter().any(|known| ending == *known);
+            file.is_file() && (is_named || columns::is_capture(file))
         };
         let mut found: Vec<PathBuf> =
             entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_text).collect();
@@ -214,6 +221,24 @@ fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
         table.attitude = table.attitude.take().filter(|_| once(3, "attitude", true));
         table.gps = table.gps.take().filter(|_| once(4, "gps", true));
         table.baro = table.baro.take().filter(|_| once(5, "baro", true));
+    }
+}
+
+/// Keeps gravity alone only if the accelerometer is in another file and does not measure it. Then both have one unit.
+fn add_gravity(understood: &mut [Understood]) {
+    let linear = understood.iter().position(|one| one.mapping.accel.is_some());
+    let linear = linear.filter(|at| understood[*at].is_without_gravity);
+    let gravity = understood.iter().position(|one| one.mapping.gravity.is_some());
+    for (at, one) in understood.iter_mut().enumerate() {
+        let is_needed = Some(at) == gravity && linear.is_some_and(|linear| linear != at);
+        one.mapping.gravity = one.mapping.gravity.take().filter(|_| is_needed);
+    }
+    let unit = gravity.and_then(|at| Some(understood[at].mapping.gravity.as_ref()?.unit));
+    if let (Some(unit), Some(one)) = (unit, linear.and_then(|at| understood.get_mut(at))) {
+        one.checks.retain(|check| !check.starts_with("accel: found a median"));
+        if let Some(accel) = &mut one.mapping.accel {
+            accel.unit = unit;
+        }
     }
 }
 
@@ -290,6 +315,9 @@ fn turn_axes(mapping: &mut Mapping, turn: &Turn) {
         }
         if let Some(accel) = &mut table.accel {
             accel.axes = turn.accel;
+        }
+        if let Some(gravity) = &mut table.gravity {
+            gravity.axes = turn.accel;
         }
         if let Some(mag) = &mut table.mag {
             mag.axes = turn.mag;

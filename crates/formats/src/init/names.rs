@@ -1,6 +1,9 @@
 //! Quantity, unit and origin of a column, from its name.
 
+use super::axis_names::{axis, quaternion};
 use super::sigma_names;
+use super::unit_names::{trailing_unit, unit};
+use super::words::{bracketed, words};
 use crate::text::HeightAbove;
 
 /// The quantity in a column.
@@ -14,6 +17,8 @@ pub(crate) enum Quantity {
     Gyro(usize),
     /// Specific force along an axis.
     Accel(usize),
+    /// Gravity alone along an axis.
+    Gravity(usize),
     /// Increment of angle about an axis.
     AngleIncrement(usize),
     /// Increment of velocity along an axis.
@@ -46,6 +51,38 @@ pub(crate) enum Quantity {
     /// Lateral, longitudinal, collective, pedal.
     Stick(usize),
 }
+
+impl Quantity {
+    /// Whether the quantity is a one-sigma of a position or velocity.
+    const fn is_sigma(self) -> bool {
+        matches!(
+            self,
+            Self::SigmaHorizontal
+                | Self::SigmaVertical
+                | Self::SigmaSpeed
+                | Self::SigmaVerticalSpeed
+                | Self::SigmaPosition(_)
+                | Self::SigmaVelocity(_)
+        )
+    }
+}
+
+/// Words for errors and their statistics, which are no readings.
+const OF_ERRORS: [&str; 13] = [
+    "std",
+    "stdev",
+    "stddev",
+    "sigma",
+    "var",
+    "variance",
+    "cov",
+    "covariance",
+    "bias",
+    "unc",
+    "uncertainty",
+    "err",
+    "error",
+];
 
 /// The meaning of a column's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,11 +118,9 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         return None;
     }
     let estimated = is(&["est", "estimated", "ekf", "ekf2", "filter", "filtered", "fused", "kf"]);
-    const NOISE: [&str; 23] = [
+    const NOISE: [&str; 21] = [
         "field",
         "imu",
-        "imu0",
-        "imu1",
         "gps",
         "gnss",
         "sensor",
@@ -106,113 +141,45 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         "filtered",
         "fused",
     ];
-    let kept: Vec<&str> =
-        words.iter().map(String::as_str).filter(|word| !NOISE.contains(word)).collect();
-    let joined = if kept.is_empty() { words.concat() } else { kept.concat() };
+    let is_kept = |(index, word): &(usize, &str)| {
+        // Sensors of several may be numbered, `gps1_lat` and `gps_1_lat`; a last number is of an axis.
+        let plain = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
+        !NOISE.contains(&plain) && (!plain.is_empty() || index + 1 == words.len())
+    };
+    let kept = words.iter().map(String::as_str).enumerate().filter(is_kept);
+    let kept: Vec<&str> = kept.map(|(_, word)| word).collect();
+    let joined = match kept[..] {
+        [] => words.concat(),
+        // EuRoC names frames between a quantity and its axis: `w_RS_S_x`.
+        [first, ref frames @ .., axis @ ("x" | "y" | "z")]
+            if first.len() == 1 && frames.iter().all(|frame| frame.len() < 3) =>
+        {
+            format!("{first}{axis}")
+        }
+        _ => kept.concat(),
+    };
     if is_part && joined.len() < 2 {
         return None;
     }
-    let quantity =
-        sigma_names::per_axis(&joined).or_else(|| scalar(&joined)).or_else(|| axis(&joined))?;
+    let of_errors =
+        is(&OF_ERRORS) || ["bias", "sigma", "covar"].iter().any(|part| joined.contains(part));
+    let reading = || {
+        Some(scalar(&joined).or_else(|| axis(&joined))?)
+            .filter(|found| !of_errors || found.is_sigma())
+    };
+    let quantity = sigma_names::per_axis(&joined).or_else(reading)?;
+    if quantity == Quantity::FixType && is(&["imu", "ins"]) {
+        return None;
+    }
     Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
-}
-
-/// The name without its bracketed part, and the text in the brackets.
-fn bracketed(name: &str) -> (&str, String) {
-    // The text in brackets is a unit.
-    let Some(open) = name.find(['[', '(', '{']) else { return (name, String::new()) };
-    let inside = name[open..].trim_matches(['[', ']', '(', ')', '{', '}', ' ']);
-    (&name[..open], inside.to_owned())
-}
-
-/// The words of a name, in lower case: split at punctuation and before each capital that follows a small
-/// letter.
-fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut before = ' ';
-    for letter in name.chars() {
-        let starts = letter.is_uppercase() && before.is_lowercase();
-        if !letter.is_alphanumeric() || starts {
-            words.push(String::new());
-        }
-        if letter.is_alphanumeric()
-            && let Some(word) = words.last_mut()
-        {
-            word.extend(letter.to_lowercase());
-        }
-        before = letter;
-    }
-    words.retain(|word| !word.is_empty());
-    words
-}
-
-/// Removes the unit from the end of a name's words and returns it.
-fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
-    for count in [3, 2, 1] {
-        if words.len() > count {
-            let from = words.len() - count;
-            let parts = &words[from..];
-            if let Some(found) = unit(&parts.join("/")).or_else(|| unit(&parts.concat())) {
-                words.truncate(from);
-                return Some(found);
-            }
-        }
-    }
-    None
-}
-
-/// The unit in `text`, in the spelling of mappings, lower case.
-pub(crate) fn unit(text: &str) -> Option<&'static str> {
-    let text: String = text
-        .to_lowercase()
-        .chars()
-        .filter(|letter| !matches!(letter, ' ' | '^' | '*' | '·' | '_' | '.' | '-'))
-        .collect();
-    Some(match text.as_str() {
-        "rad/s" | "radps" | "rads" | "rad/sec" => "rad/s",
-        "deg/s" | "dps" | "degps" | "degs" | "°/s" | "deg/sec" | "degree/s" | "degrees/s" => {
-            "deg/s"
-        }
-        "mrad/s" | "mradps" => "mrad/s",
-        "rad" | "radian" | "radians" => "rad",
-        "deg" | "degree" | "degrees" | "°" => "deg",
-        "m/s2" | "m/s/s" | "m/s²" | "mps2" | "mpss" | "ms2" | "m/sec2" => "m/s2",
-        "g" | "gee" | "gs" => "g",
-        "mg" | "millig" => "mg",
-        "m/s" | "mps" | "m/sec" => "m/s",
-        "cm/s" | "cmps" => "cm/s",
-        "mm/s" | "mmps" => "mm/s",
-        "km/h" | "kmh" | "kph" => "km/h",
-        "mph" | "mi/h" => "mph",
-        "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
-        "gauss" | "ga" => "gauss",
-        "mgauss" | "milligauss" => "mg",
-        "ut" | "µt" | "μt" | "utesla" | "microtesla" => "ut",
-        "nt" | "nanotesla" => "nt",
-        "tesla" | "t" => "t",
-        "s" | "sec" | "secs" | "seconds" | "second" => "s",
-        "ms" | "msec" | "millis" | "milliseconds" => "ms",
-        "us" | "usec" | "µs" | "μs" | "micros" | "microseconds" => "us",
-        "ns" | "nsec" | "nanos" | "nanoseconds" => "ns",
-        "m" | "meter" | "meters" | "metre" | "metres" => "m",
-        "cm" => "cm",
-        "mm" => "mm",
-        "ft" | "feet" => "ft",
-        "pa" | "pascal" => "pa",
-        "hpa" | "mbar" | "millibar" => "hpa",
-        "kpa" => "kpa",
-        "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
-        "cdeg" | "centideg" | "centidegrees" | "1e2deg" | "deg1e2" => "cdeg",
-        "1e5deg" | "deg1e5" | "dege5" => "deg1e5",
-        "ddmm" | "ddmmmm" | "ddmmmmmm" | "dddmmmmmm" => "ddmm",
-        "%" | "percent" | "pct" => "percent",
-        _ => return None,
-    })
 }
 
 /// The quantity of a name without an axis.
 fn scalar(name: &str) -> Option<Quantity> {
     use Quantity as Q;
+    if let Some(found) = coordinate(name).or_else(|| quaternion(name).map(Q::Quaternion)) {
+        return Some(found);
+    }
     let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
     Some(match name {
         "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
@@ -220,22 +187,16 @@ fn scalar(name: &str) -> Option<Quantity> {
         | "utctime" | "hms" | "hhmmss" | "clock" => Q::Time,
         "date" | "utcdate" | "ddmmyy" => Q::Date,
         "week" | "wk" | "wn" | "gwk" | "weekno" | "weeknumber" => Q::Week,
-        "p" | "rollrate" => Q::Gyro(0),
-        "q" | "pitchrate" => Q::Gyro(1),
-        "r" | "yawrate" => Q::Gyro(2),
+        "p" | "rollrate" | "rollspeed" => Q::Gyro(0),
+        "q" | "pitchrate" | "pitchspeed" => Q::Gyro(1),
+        "r" | "yawrate" | "yawspeed" => Q::Gyro(2),
         "roll" | "phi" | "rollangle" => Q::Attitude(0),
         "pitch" | "theta" | "pitchangle" => Q::Attitude(1),
         "yaw" | "psi" | "heading" | "hdg" | "yawangle" => Q::Attitude(2),
-        "q0" | "qw" | "quat0" | "quatw" | "quaternionw" | "orientationw" => Q::Quaternion(0),
-        "q1" | "qx" | "quat1" | "quatx" | "quaternionx" | "orientationx" => Q::Quaternion(1),
-        "q2" | "qy" | "quat2" | "quaty" | "quaterniony" | "orientationy" => Q::Quaternion(2),
-        "q3" | "qz" | "quat3" | "quatz" | "quaternionz" | "orientationz" => Q::Quaternion(3),
         "lateral" => Q::Stick(0),
         "longitudinal" => Q::Stick(1),
         "collective" => Q::Stick(2),
         "pedal" => Q::Stick(3),
-        "lat" | "latitude" => Q::Latitude,
-        "lon" | "lng" | "long" | "longitude" => Q::Longitude,
         "vn" | "veln" | "velnedn" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth"
         | "velocityn" => Q::Velocity(0),
         "ve" | "vele" | "velnede" | "veast" | "veleast" | "eastvelocity" | "velocityeast"
@@ -247,16 +208,18 @@ fn scalar(name: &str) -> Option<Quantity> {
         "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
             Q::Speed
         }
-        "course" | "cog" | "track" | "trk" | "direction" | "crs" | "headmot"
+        "course" | "cog" | "track" | "trk" | "direction" | "crs" | "gcrs" | "headmot"
         | "courseoverground" | "bearing" => Q::Course,
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
-        "fix" | "fixtype" | "fixstatus" => Q::FixType,
+        "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
         _ if has(&["accuracy"]) => return None,
-        _ if name.starts_with("time") || name.ends_with("time") || name.ends_with("timestamp") => {
+        _ if name.starts_with("time")
+            || ["time", "timestamp", "timefine"].iter().any(|end| name.ends_with(end)) =>
+        {
             Q::Time
         }
         _ if name.ends_with("date") => Q::Date,
@@ -277,50 +240,15 @@ fn scalar(name: &str) -> Option<Quantity> {
     })
 }
 
-/// The quantity of a name with an axis: x, y or z at its end or its beginning.
-fn axis(name: &str) -> Option<Quantity> {
-    /// Splits a name into the letter at one end and the rest.
-    type End = fn(&str) -> Option<(char, &str)>;
-    let ends: [End; 2] = [
-        |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
-        |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
-    ];
-    // Accuracies are of a heading, a height or a speed; they have no axis.
-    if name.contains("accuracy") {
-        return None;
+/// Latitude or longitude: `lat`, `lat1`, `lat_wgs84`, `locationLatitude`.
+fn coordinate(name: &str) -> Option<Quantity> {
+    const OF_PLACES: [&str; 6] = ["location", "position", "coordinate", "pos", "loc", "coord"];
+    let name = OF_PLACES.iter().find_map(|begin| name.strip_prefix(begin)).unwrap_or(name);
+    match name.trim_end_matches("wgs84").trim_end_matches(|letter: char| letter.is_ascii_digit()) {
+        "lat" | "latitude" => Some(Quantity::Latitude),
+        "lon" | "lng" | "long" | "longitude" => Some(Quantity::Longitude),
+        _ => None,
     }
-    ends.into_iter().find_map(|end| {
-        let (letter, stem) = end(name)?;
-        let axis = ['x', 'y', 'z'].iter().position(|axis| *axis == letter)?;
-        let has = |parts: &[&str]| parts.iter().any(|part| stem.contains(part));
-        Some(
-            if has(&["dtheta", "deltatheta", "deltaangle"])
-                || ["delang", "dang"].iter().any(|part| stem.starts_with(part))
-                || stem == "dth"
-            {
-                Quantity::AngleIncrement(axis)
-            } else if has(&["dvel", "deltavel", "delvel", "deltav"]) || stem == "dv" {
-                Quantity::VelocityIncrement(axis)
-            } else if has(&[
-                "gyr",
-                "angvel",
-                "angularvel",
-                "angularrate",
-                "angrate",
-                "rotationrate",
-                "omega",
-            ]) || ["g", "w", "rate"].contains(&stem)
-            {
-                Quantity::Gyro(axis)
-            } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
-                Quantity::Mag(axis)
-            } else if has(&["acc", "specificforce"]) || ["a", "f"].contains(&stem) {
-                Quantity::Accel(axis)
-            } else {
-                return None;
-            },
-        )
-    })
 }
 
 #[cfg(test)]
@@ -376,6 +304,8 @@ mod tests {
             ("lat_std [m]", Q::SigmaPosition(0), Some("m")),
             ("sigma_vd_mps", Q::SigmaVelocity(2), Some("m/s")),
             ("numSV", Q::Satellites, None),
+            ("VALID", Q::FixType, None),
+            ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),
             ("pedal", Q::Stick(3), None),
@@ -411,6 +341,20 @@ mod tests {
             ("local_time", Q::Time),
             ("Lcl Date", Q::Date),
             ("GndSpd", Q::Speed),
+            ("GCrs", Q::Course),
+            ("gFx", Q::Accel(0)),
+            ("PosLla y", Q::Longitude),
+            ("VelNed z", Q::Velocity(2)),
+            ("locationLatitude(WGS84)", Q::Latitude),
+            ("LOCATION Latitude : ", Q::Latitude),
+            ("gps_position_longitude", Q::Longitude),
+            ("Position_Latitude", Q::Latitude),
+            ("lat_wgs84", Q::Latitude),
+            ("gps1_lat", Q::Latitude),
+            ("gps_1_lon", Q::Longitude),
+            ("lon2", Q::Longitude),
+            ("Quat_q3", Q::Quaternion(3)),
+            ("SampleTimeFine", Q::Time),
         ] {
             assert_eq!(meaning(name, "").map(|found| found.quantity), Some(quantity), "{name}");
         }
@@ -424,9 +368,23 @@ mod tests {
             "hdop",
             "lateral_error",
             "bearingAccuracy",
+            "gyro_std_x",
+            "accel_bias_y",
+            "gyroBiasZ",
+            "alt_err",
+            "lat_var",
+            "PacketCounter",
+            "imu_valid",
             "altitudeAccuracy",
         ] {
             assert_eq!(meaning(name, ""), None, "{name}");
+        }
+        for (name, quantity, unit) in [
+            ("w_RS_S_x [rad s^-1]", Q::Gyro(0), "rad/s"),
+            ("a_RS_S_z [m s^-2]", Q::Accel(2), "m/s2"),
+        ] {
+            let found = meaning(name, "").unwrap();
+            assert_eq!((found.quantity, found.unit), (quantity, Some(unit)), "{name}");
         }
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));
         assert!(meaning("ekf_roll", "").unwrap().estimated);

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
 const OF_FILES: [(&str, Option<&str>); 7] = [
-    // Without gravity, or gravity alone: no specific force.
+    // Without gravity: no specific force.
     ("linear", None),
-    ("gravity", None),
+    ("gravity", Some("gravity")),
     ("gyro", Some("gyro")),
     ("magnet", Some("mag")),
     ("accel", Some("accel")),
@@ -65,10 +65,10 @@ fn indexed(name: &str) -> Option<(String, usize)> {
     (!stem.is_empty()).then(|| (stem.to_owned(), index))
 }
 
-/// A name without numbers in brackets, of which each sensor has one: `IMU_ATTI(0):accel:X`.
+/// A name without numbers in brackets, of which each sensor has one: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
 fn without_numbers(name: &str) -> String {
-    let Some((before, rest)) = name.split_once('(') else { return name.to_owned() };
-    match rest.split_once(')') {
+    let Some((before, rest)) = name.split_once(['(', '[']) else { return name.to_owned() };
+    match rest.split_once([')', ']']) {
         Some((inside, after)) if !after.is_empty() && inside.parse::<u8>().is_ok() => {
             format!("{before}{after}")
         }
@@ -93,9 +93,9 @@ mod tests {
             (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),
             (["x", "y", "z"], "Linear Accelerometer.csv", ["x", "y", "z"]),
             (
-                ["IMU_ATTI(0):accel:X", "time(s)", "a"],
+                ["IMU_ATTI(0):accel:X", "time(s)", "GPS[0].Lat"],
                 "log.csv",
-                ["IMU_ATTI:accel:X", "time(s)", "a"],
+                ["IMU_ATTI:accel:X", "time(s)", "GPS.Lat"],
             ),
         ] {
             let names = names.map(str::to_owned);

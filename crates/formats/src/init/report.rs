@@ -35,6 +35,10 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         let rest = format!("{}, {}{}", accel.unit.name(), name(accel.axes), held(accel.held));
         line("accel", &accel.columns.join(" "), rest);
     }
+    if let Some(gravity) = &table.gravity {
+        let rest = format!("{}, {}", gravity.unit.name(), name(gravity.axes));
+        line("gravity", &gravity.columns.join(" "), rest);
+    }
     if let Some(mag) = &table.mag {
         let rest = format!("{}, {}{}", mag.unit.name(), name(mag.axes), held(mag.held));
         line("mag", &mag.columns.join(" "), rest);

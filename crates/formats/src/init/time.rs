@@ -5,6 +5,11 @@ use super::names::Quantity;
 use crate::text::{TimeColumn, TimeScale, TimeUnit};
 use crate::utc::WEEK_S;
 
+/// Ticks of 100 ns from 1980 to 2110, counted from 1601. As nanoseconds since 1970 they would be before 1976.
+const FILE_TIMES: std::ops::Range<f64> = 1.19e17..1.61e17;
+/// Ticks of 100 ns from 1980 to 2110, counted from the year 1. As nanoseconds since 1970 they would be before 1992.
+const TICKS: std::ops::Range<f64> = 6.24e17..6.66e17;
+
 impl Reader<'_> {
     /// The time column; `None` where no column increases like a time.
     pub(super) fn time(
@@ -18,6 +23,11 @@ impl Reader<'_> {
         let unit = match self.known.unit(column) {
             _ if self.look.are_clock[column] => TimeUnit::Clock,
             _ if self.is_hhmmss(column) => TimeUnit::HoursMinutesSeconds,
+            _ if self.is_between(column, FILE_TIMES) => TimeUnit::FileTime,
+            _ if self.is_between(column, TICKS) => TimeUnit::Ticks,
+            _ if self.look.layout.names[column].to_lowercase().contains("timefine") => {
+                TimeUnit::TenthMilliseconds
+            }
             Some("s") => TimeUnit::Seconds,
             Some("ms") => TimeUnit::Milliseconds,
             Some("us") => TimeUnit::Microseconds,
@@ -71,6 +81,10 @@ impl Reader<'_> {
         };
         let bare = || self.look.rises(0).then_some(0).filter(|_| self.known.meanings[0].is_none());
         of(Quantity::Time).or_else(|| of(Quantity::Date)).or_else(bare)
+    }
+
+    fn is_between(&self, column: usize, range: std::ops::Range<f64>) -> bool {
+        self.look.known(column).all(|value| range.contains(&value))
     }
 
     fn is(&self, column: usize, quantity: Quantity) -> bool {

@@ -137,13 +137,17 @@ impl Lines {
             "line number of the names; 0: no names, columns \
                                                    by number",
         );
+        if let Some(instance) = table.instance {
+            self.key("instance_column", quoted(&table.instance_column));
+            self.remarked("instance", instance, "rows of other sensors are ignored");
+        }
         self.part("time");
         self.key("column", quoted(&table.time.column));
         let unit = quoted(table.time.unit.name());
         self.remarked(
             "unit",
             unit,
-            "s, ms, us, ns, clock, or hhmmss for a time of day as one number",
+            "s, ms, us, ns, 0.1ms, filetime, ticks, clock, or hhmmss for a time of day as one number",
         );
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));
@@ -168,6 +172,9 @@ impl Lines {
         if let Some(accel) = &table.accel {
             let units = "m/s2, g, mg; m/s for increments";
             self.triad("accel", accel, accel.unit.name(), units);
+        }
+        if let Some(gravity) = &table.gravity {
+            self.triad("gravity", gravity, gravity.unit.name(), "m/s2, g, mg");
         }
         if let Some(mag) = &table.mag {
             self.triad("mag", mag, mag.unit.name(), "gauss, mG, uT, nT, T");
@@ -256,6 +263,9 @@ impl Lines {
             if !name.is_empty() {
                 self.key(key, quoted(name));
             }
+        }
+        if !gps.unknown.is_empty() {
+            self.key("unknown", floats(&gps.unknown));
         }
         self.key("geoid_separation_m", float(&gps.geoid_separation_m));
         self.remarked("held", gps.held, "whether rows repeat the last fix");

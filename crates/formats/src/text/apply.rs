@@ -90,8 +90,8 @@ fn read_table(
     let mut columns = TableColumns::of(&source, table, manifest.gps.latency_s)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut remarks = Remarks::new(name);
-    let (mut rows, mut unreadable) = (0u64, 0u64);
-    let mut first_fault = None;
+    let (mut rows, mut unreadable, mut worded) = (0u64, 0u64, 0u64);
+    let (mut first_fault, mut first_word) = (None, None);
     while let Some(fields) = source.next()? {
         rows += 1;
         if rows > MOST_ROWS {
@@ -103,7 +103,15 @@ fn read_table(
             remarks.count("skipped: a field does not fit its column", fields.line);
             unreadable += 1;
             first_fault.get_or_insert(fault);
+        } else if let Some(word) = fields.word() {
+            remarks.count("with text in place of a number: read as missing", fields.line);
+            worded += 1;
+            first_word.get_or_insert(word);
         }
+    }
+    // Columns without any number are wrong columns.
+    if let Some(fault) = first_word.filter(|_| worded + unreadable == rows) {
+        return Err(fault);
     }
     // A few damaged rows, or a row of units, are tolerated; more mean a wrong format.
     if let Some(fault) = first_fault.filter(|_| unreadable > 10 && 100 * unreadable > rows) {
@@ -112,6 +120,10 @@ fn read_table(
     if rows == 0 {
         let reason = "found no rows, expected rows below the names".into();
         return Err(LogError::Unusable { path, reason });
+    }
+    if let (others @ 1.., Some(instance)) = (source.others(), table.instance) {
+        let column = &table.instance_column;
+        remarks.say(format!("{others} rows of other sensors than {column} = {instance}: ignored"));
     }
     if let Some((line, bytes)) = source.unwritten() {
         remarks.say(format!(
@@ -190,6 +202,9 @@ fn read_row(
                 gathered.attitudes.push(line, (time, attitude.euler()));
             }
         }
+    }
+    if let Some(gravity) = columns.gravity(fields)? {
+        gathered.gravity.push(line, (time, gravity));
     }
     if let Some(field) = magnetic.apart {
         gathered.magnetometer.push(line, (time, field));

@@ -1,5 +1,6 @@
 //! The columns of a mapping in one file, and the values of a row in hovernav's units.
 
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
 use super::decimal;
@@ -16,6 +17,10 @@ pub(crate) struct Source {
     names: Vec<String>,
     /// Number of rows read, for files without a time column.
     rows: u64,
+    /// Column and number of the sensor whose rows are read.
+    instance: Option<(usize, f64)>,
+    /// Number of rows of other sensors.
+    others: u64,
 }
 
 /// The fields of one row.
@@ -26,6 +31,8 @@ pub(crate) struct Fields<'a> {
     fields: Vec<&'a [u8]>,
     decimal_comma: bool,
     row: u64,
+    /// The first column with a word in place of a number.
+    word: Cell<Option<usize>>,
 }
 
 impl Source {
@@ -50,11 +57,20 @@ impl Source {
                 names = super::layout::header_names(line, table.delimiter);
             }
         }
-        Ok(Self { lines, table: table.clone(), names, rows: 0 })
+        let table = table.clone();
+        let mut source = Self { lines, table, names, rows: 0, instance: None, others: 0 };
+        let column = source.find_optional(&source.table.instance_column)?;
+        source.instance = column.zip(source.table.instance.map(f64::from));
+        Ok(source)
     }
 
     pub fn path(&self) -> &Path {
         self.lines.path()
+    }
+
+    /// Number of skipped rows of other sensors than the one that is read.
+    pub const fn others(&self) -> u64 {
+        self.others
     }
 
     /// See [`Lines::unwritten`].
@@ -96,9 +112,18 @@ impl Source {
         // The line is split after the loop because its borrow cannot cross an iteration.
         loop {
             let Some(line) = self.lines.next()? else { return Ok(None) };
-            if !super::layout::is_comment(line) && !line.trim_ascii().is_empty() {
+            if super::layout::is_comment(line) || line.trim_ascii().is_empty() {
+                continue;
+            }
+            let Some((column, wanted)) = self.instance else { break };
+            let mut fields = Vec::new();
+            self.table.delimiter.split(line, &mut fields);
+            let field = fields.get(column).copied().unwrap_or_default();
+            let found = decimal::number(field, self.table.decimal_comma);
+            if found.is_none_or(|found| found == wanted) {
                 break;
             }
+            self.others += 1;
         }
         self.rows += 1;
         let mut fields = Vec::with_capacity(self.names.len().max(8));
@@ -110,19 +135,37 @@ impl Source {
             fields,
             decimal_comma: self.table.decimal_comma,
             row: self.rows - 1,
+            word: Cell::new(None),
         }))
     }
 }
 
 impl Fields<'_> {
-    /// The number in `column`; NaN where the field is empty or missing.
+    /// The number in `column`; NaN where the field is empty, missing or a word.
     ///
     /// # Errors
-    /// [`LogError::Field`] for text that is not a number.
+    /// [`LogError::Field`] for other text that is not a number.
     pub fn number(&self, column: usize) -> Result<f64, LogError> {
         let Some(field) = self.fields.get(column) else { return Ok(f64::NAN) };
-        decimal::number(field, self.decimal_comma)
-            .ok_or_else(|| self.unexpected(column, "a number"))
+        match decimal::number(field, self.decimal_comma) {
+            Some(number) => Ok(number),
+            None if decimal::is_word(field) => {
+                self.word.set(self.word.get().or(Some(column)));
+                Ok(f64::NAN)
+            }
+            None => Err(self.unexpected(column, "a number")),
+        }
+    }
+
+    /// The first word that was read in place of a number, as an error.
+    pub fn word(&self) -> Option<LogError> {
+        self.word.get().map(|column| self.unexpected(column, "a number"))
+    }
+
+    /// See [`decimal::fix_type`].
+    pub fn fix_type(&self, column: Option<usize>) -> f64 {
+        let field = column.and_then(|column| self.fields.get(column));
+        field.map_or(f64::NAN, |field| decimal::fix_type(field))
     }
 
     /// The number in `column`, if it is finite.

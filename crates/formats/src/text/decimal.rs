@@ -3,31 +3,83 @@
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
-/// The number in `field`, with a decimal comma if `comma`; a unit after it is ignored. NaN for an empty field or an
-/// unknown value, `None` for other text.
+/// The number in `field`, with a decimal comma if `comma`. A unit after it is ignored, but the letters S and W make it
+/// negative. NaN for an empty field or an unknown value, `None` for other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
     const UNKNOWN: [&[u8]; 6] = [b"null", b"none", b"na", b"n/a", b"#n/a", b"nil"];
+    // C libraries write values that are not finite as `-nan(ind)`, `1.#QNAN` and `-1.#IND`.
+    const NOT_FINITE: [&[u8]; 2] = [b"nan(", b"1.#"];
     let field = field.trim_ascii();
     let is_unknown = |word: &&[u8]| field.eq_ignore_ascii_case(word);
-    if field.iter().all(|byte| *byte == b'-') || UNKNOWN.iter().any(is_unknown) {
+    let unsigned = field.strip_prefix(b"-").unwrap_or(field);
+    let begins = |with: &&[u8]| {
+        unsigned.get(..with.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(with))
+    };
+    if field.iter().all(|byte| *byte == b'-')
+        || UNKNOWN.iter().any(is_unknown)
+        || NOT_FINITE.iter().any(begins)
+    {
         return Some(f64::NAN);
     }
     let text = std::str::from_utf8(field).ok()?;
-    let text = with_unit(text).map_or(text, |(number, _)| number);
-    if !comma {
-        return text.parse().ok();
-    }
-    if text.contains('.') || text.ends_with(',') {
-        return None;
-    }
-    text.replacen(',', ".", 1).parse().ok()
+    let (text, unit) = match sexagesimal(text) {
+        Some(degrees) => return Some(degrees),
+        None => with_unit(text).unwrap_or((text, "")),
+    };
+    let value: f64 = match comma {
+        false => text.parse().ok()?,
+        true if text.contains('.') || text.ends_with(',') => return None,
+        true => text.replacen(',', ".", 1).parse().ok()?,
+    };
+    Some(if matches!(unit, "S" | "W") { -value } else { value })
 }
 
-/// A number and the unit after it: `374.812 m`.
+/// Degrees, minutes and seconds in degrees: `1°21'07.5"N`.
+fn sexagesimal(text: &str) -> Option<f64> {
+    let (degrees, rest) = text.split_once('°')?;
+    let (minutes, rest) = rest.split_once(['\'', '′', '’'])?;
+    let (seconds, side) = rest.split_once(['"', '″', '”']).unwrap_or(("0", rest));
+    let parse = |text: &str| text.trim().parse::<f64>().ok();
+    let part = |text: &str| parse(text).filter(|part| (0.0..=60.0).contains(part));
+    let size = parse(degrees)?.abs() + part(minutes)? / 60.0 + part(seconds)? / 3600.0;
+    let is_negative = degrees.trim().starts_with('-') || matches!(side.trim(), "S" | "W");
+    Some(if is_negative { -size } else { size })
+}
+
+/// A number and the unit after it: `374.812 m`, `49.73m`, `0121.1259N`.
 pub(crate) fn with_unit(text: &str) -> Option<(&str, &str)> {
-    let (number, unit) = text.trim().split_once(' ')?;
-    let is_unit = unit.chars().next().is_some_and(|first| first.is_alphabetic() || first == '°');
-    (is_unit && number.ends_with(|last: char| last.is_ascii_digit())).then_some((number, unit))
+    let is_part = |letter: char| letter.is_ascii_digit() || matches!(letter, '.' | ',' | '+' | '-');
+    let mut end = text.find(|letter| !is_part(letter))?;
+    if let Some(power) =
+        text[end..].strip_prefix(['e', 'E']).filter(|power| power.starts_with(is_part))
+    {
+        end = text.len() - power.len() + power.find(|letter| !is_part(letter))?;
+    }
+    let (number, unit) = text.split_at(end);
+    // Without a blank a digit in the first word is part of a number such as 0x1F, or of a time.
+    let word = unit.split(['/', '^']).next().unwrap_or_default();
+    let is_apart = unit.starts_with(' ') || !word.contains(|letter: char| letter.is_ascii_digit());
+    let unit = unit.trim();
+    let is_unit = unit.starts_with(|first: char| first.is_alphabetic() || first == '°');
+    let is_number = number.ends_with(|last: char| last.is_ascii_digit());
+    (is_unit && is_apart && is_number).then_some((number, unit))
+}
+
+/// Whether `field` is text without a digit, such as `No Fix` or `?`.
+pub(crate) fn is_word(field: &[u8]) -> bool {
+    !field.is_empty() && !field.iter().any(u8::is_ascii_digit)
+}
+
+/// The type of a fix in `field`: a number, also as `3D`, or words: 0 for no fix, 3 for others. NaN for other text.
+pub(crate) fn fix_type(field: &[u8]) -> f64 {
+    const NO_FIX: [&str; 7] = ["no", "none", "invalid", "void", "false", "lost", "v"];
+    let words = String::from_utf8_lossy(field).to_lowercase();
+    let is_no = |word: &str| NO_FIX.contains(&word) || word.starts_with("search");
+    match is_word(field) && field.iter().any(u8::is_ascii_alphabetic) {
+        true if words.split(|letter: char| !letter.is_alphanumeric()).any(is_no) => 0.0,
+        true if number(field, false).is_none() => 3.0,
+        _ => number(field, false).unwrap_or(f64::NAN),
+    }
 }
 
 /// The unit of a column of times.
@@ -46,6 +98,15 @@ pub enum TimeUnit {
     /// Nanoseconds.
     #[serde(rename = "ns")]
     Nanoseconds,
+    /// Ticks of 10 kHz.
+    #[serde(rename = "0.1ms")]
+    TenthMilliseconds,
+    /// Ticks of 100 ns since 1601, as `FILETIME` of Windows, converted to UTC since 1970.
+    #[serde(rename = "filetime")]
+    FileTime,
+    /// Ticks of 100 ns since the year 1, as `DateTime` of .NET, converted to UTC since 1970.
+    #[serde(rename = "ticks")]
+    Ticks,
     /// Dates and times of day, such as `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
     #[serde(rename = "clock")]
     Clock,
@@ -59,7 +120,9 @@ impl TimeUnit {
     const fn nanoseconds(self) -> i64 {
         match self {
             Self::Nanoseconds => 1,
+            Self::FileTime | Self::Ticks => 100,
             Self::Microseconds => 1_000,
+            Self::TenthMilliseconds => 100_000,
             Self::Milliseconds => 1_000_000,
             Self::Seconds | Self::Clock | Self::HoursMinutesSeconds => 1_000_000_000,
         }
@@ -70,9 +133,21 @@ impl TimeUnit {
         self.nanoseconds() as f64 * 1e-9
     }
 
+    /// Seconds from zero of this unit to 1970; 0 for times on the logger's own clock.
+    const fn before_1970_s(self) -> i64 {
+        match self {
+            Self::FileTime => 11_644_473_600,
+            Self::Ticks => 62_135_596_800,
+            _ => 0,
+        }
+    }
+
     /// The name in a mapping.
     pub(crate) const fn name(self) -> &'static str {
         match self {
+            Self::TenthMilliseconds => "0.1ms",
+            Self::FileTime => "filetime",
+            Self::Ticks => "ticks",
             Self::Nanoseconds => "ns",
             Self::Microseconds => "us",
             Self::Milliseconds => "ms",
@@ -95,7 +170,7 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     if unit == TimeUnit::Clock {
         return if field.is_empty() { Some(None) } else { clock_time(field).map(Some) };
     }
-    if let Some(nanoseconds) = scaled_nanoseconds(field, unit.nanoseconds(), comma) {
+    if let Some(nanoseconds) = scaled_nanoseconds(field, unit, comma) {
         return match unit {
             TimeUnit::HoursMinutesSeconds => time_of_day(nanoseconds).map(Some),
             _ => Some(Some(Time::from_nanoseconds(nanoseconds))),
@@ -104,11 +179,12 @@ pub(crate) fn time(field: &[u8], unit: TimeUnit, comma: bool) -> Option<Option<T
     if unit == TimeUnit::HoursMinutesSeconds {
         return number(field, comma).filter(|value| value.is_nan()).map(|_| None);
     }
-    number(field, comma).map(|value| Time::try_from_seconds(value * unit.seconds()))
+    let seconds = |value: f64| value * unit.seconds() - unit.before_1970_s() as f64;
+    number(field, comma).map(|value| Time::try_from_seconds(seconds(value)))
 }
 
-/// A decimal number times `per_unit`, rounded to the nearest nanosecond, without floating-point error.
-fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
+/// A decimal number in `unit`, rounded to the nearest nanosecond, without floating-point error.
+fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> {
     let (negative, digits) = match field {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] => (false, rest),
@@ -134,17 +210,20 @@ fn scaled_nanoseconds(field: &[u8], per_unit: i64, comma: bool) -> Option<i64> {
     if digits.len() == usize::from(decimals) {
         return None;
     }
-    let scaled = (sum * i128::from(per_unit) + divisor / 2) / divisor;
-    i64::try_from(if negative { -scaled } else { scaled }).ok()
+    let scaled = (sum * i128::from(unit.nanoseconds()) + divisor / 2) / divisor;
+    let scaled = if negative { -scaled } else { scaled };
+    i64::try_from(scaled - i128::from(unit.before_1970_s()) * 1_000_000_000).ok()
 }
 
 /// A date and time, UTC where it names no zone, or a time of day alone.
 fn clock_time(field: &[u8]) -> Option<Time> {
+    const OFFSETS: [&str; 2] = ["%Y-%m-%dT%H:%M:%S%.f%#z", "%Y-%m-%d %H:%M:%S%.f%#z"];
     let text = std::str::from_utf8(field).ok()?.replace(',', ".");
-    if let Ok(at) = DateTime::parse_from_rfc3339(&text) {
+    if let Some(at) = OFFSETS.iter().find_map(|format| DateTime::parse_from_str(&text, format).ok())
+    {
         return at.timestamp_nanos_opt().map(Time::from_nanoseconds);
     }
-    let text = text.trim_end_matches('Z');
+    let text = text.trim_end_matches('Z').trim_end_matches("UTC").trim_end();
     // The day precedes the month only with points as separators; the month precedes the day only with a.m. or p.m.
     // Other orders are ambiguous.
     let formats = [
@@ -211,7 +290,8 @@ mod tests {
     #[test]
     fn times_are_exact_in_every_unit() {
         use TimeUnit::{
-            Clock, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
+            Clock, FileTime, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
+            TenthMilliseconds, Ticks,
         };
         for (text, unit, comma, expected) in [
             ("1752000000.123456789", Seconds, false, 1_752_000_000_123_456_789),
@@ -219,10 +299,16 @@ mod tests {
             ("80,3", Milliseconds, true, 80_300_000),
             ("-5", Microseconds, false, -5_000),
             ("1752000000123456789", Nanoseconds, false, 1_752_000_000_123_456_789),
+            ("303", TenthMilliseconds, false, 30_300_000),
+            ("116444736015000000", FileTime, false, 1_500_000_000),
+            ("621355968015000001", Ticks, false, 1_500_000_100),
             ("1e-3", Seconds, false, 1_000_000),
             ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
             ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
+            ("1970-01-01T05:30:01+0530", Clock, false, 1_000_000_000),
+            ("1970-01-01 00:00:02 UTC", Clock, false, 2_000_000_000),
             ("1970-01-01 00:00:02", Clock, false, 2_000_000_000),
+            ("30.3ms", Milliseconds, false, 30_300_000),
             ("02.01.1970 00:00:02,5", Clock, true, 86_402_500_000_000),
             ("1/2/1970 1:00:02 PM", Clock, false, 133_202_000_000_000),
             ("00:01:00.25", Clock, false, 60_250_000_000),
@@ -260,6 +346,47 @@ mod tests {
         for text in ["320170", "021370", "1.5", "-20170", "today"] {
             assert_eq!(midnight(text.as_bytes()), None, "{text}");
         }
+    }
+
+    #[test]
+    fn units_and_hemispheres_follow_numbers_with_or_without_a_blank() {
+        for (text, value) in [
+            ("374.812 m", 374.812),
+            ("49.73m", 49.73),
+            ("-0.07g", -0.07),
+            ("1.352°", 1.352),
+            ("9.81m/s2", 9.81),
+            ("-9.81 m/s²", -9.81),
+            ("1e-3rad/s", 1e-3),
+            ("0121.1259N", 121.1259),
+            ("15112.5W", -15112.5),
+            ("33.8568 S", -33.8568),
+            ("33°51'24.5\"S", -(33.0 + 51.0 / 60.0 + 24.5 / 3600.0)),
+            ("1° 21.125' N", 1.0 + 21.125 / 60.0),
+        ] {
+            assert_eq!(number(text.as_bytes(), false), Some(value), "{text}");
+        }
+        for text in ["0x1F", "12:34:56", "2025-07-08T12:00:00Z", "5 / 20", "m", "1.2.3"] {
+            assert_eq!(number(text.as_bytes(), false), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn values_that_are_not_finite_are_unknown() {
+        for text in ["1.#QNAN", "-1.#IND", "-nan(ind)", "1.#INF", "NaN", "NULL", "--"] {
+            assert!(number(text.as_bytes(), false).unwrap().is_nan(), "{text}");
+        }
+        assert!(number(b"?", false).is_none() && is_word(b"?"));
+    }
+
+    #[test]
+    fn words_state_whether_there_is_a_fix() {
+        for (text, expected) in
+            [("3D", 3.0), ("2", 2.0), ("none", 0.0), ("NO FIX", 0.0), ("SPS", 3.0), ("V", 0.0)]
+        {
+            assert_eq!(fix_type(text.as_bytes()), expected, "{text}");
+        }
+        assert!(["", "?", "11(11)", "nan"].iter().all(|text| fix_type(text.as_bytes()).is_nan()));
     }
 
     #[test]

@@ -72,7 +72,10 @@ impl GpsPlaces {
     pub fn fix(&self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         let mapping = &self.mapping;
         let [latitude, longitude, height] = self.place;
-        let Some(place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
+        let Some(mut place) = fields.known_all([latitude, longitude])? else { return Ok(None) };
+        if place.iter().any(|angle| mapping.unknown.contains(angle)) {
+            place = [f64::NAN; 2];
+        }
         let Some([latitude, longitude]) = self.signed(fields, place)? else { return Ok(None) };
         let height = unknown_as_nan(fields.number(height)?);
         let horizontal =
@@ -91,13 +94,18 @@ impl GpsPlaces {
         let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
         let [first, second] = horizontal.map(unknown_as_nan);
         let [position_sigma_m, velocity_sigma_mps] = self.sigmas(fields)?;
-        let fix_type = fields.known(self.fix_type)?;
+        let fix_type = fields.fix_type(self.fix_type);
+        let satellites = fields.known(self.satellites)?.unwrap_or(f64::NAN);
         let stated = StatedFix {
-            dimensions: fix_type.map_or(Dimensions::Three, Dimensions::Type),
+            dimensions: match fix_type {
+                _ if satellites == 0.0 => Dimensions::None,
+                fix_type if fix_type.is_nan() => Dimensions::Three,
+                fix_type => Dimensions::Type(fix_type),
+            },
             position_sigma_m,
             velocity_mps: [first * to_mps, second * to_mps, vertical * down],
             velocity_sigma_mps,
-            satellites: fields.known(self.satellites)?.unwrap_or(f64::NAN),
+            satellites,
             ..StatedFix::at(
                 Some(time.offset_by(-self.latency_s)),
                 [latitude_deg, longitude_deg, height_m],

@@ -48,7 +48,8 @@ impl Delimiter {
         };
         let (mut start, mut quoted) = (0, false);
         for (at, &found) in line.iter().enumerate() {
-            quoted ^= found == b'"';
+            // A quote within a field is of seconds of arc.
+            quoted ^= found == b'"' && line[start..=at].trim_ascii_start().starts_with(b"\"");
             if found == byte && !quoted {
                 fields.push(unquoted(&line[start..at]));
                 start = at + 1;
@@ -149,8 +150,8 @@ impl Layout {
     /// The layout with `delimiter`, and the number of fields that it explains.
     fn tried(head: &[Vec<u8>], delimiter: Delimiter, comma: bool) -> Option<(usize, Self)> {
         let mut fields = Vec::new();
-        // Index and number of fields of each row of values.
-        let mut rows: Vec<(usize, usize)> = Vec::new();
+        // Index and number of fields of each row of values, and whether its last field is empty.
+        let mut rows: Vec<(usize, usize, bool)> = Vec::new();
         for (index, line) in head.iter().enumerate() {
             delimiter.split(line, &mut fields);
             let filled = fields.iter().filter(|field| !field.is_empty()).count();
@@ -162,11 +163,11 @@ impl Layout {
                 && 2 * values >= fields.len()
                 && 10 * (values + letters) >= 7 * fields.len();
             if is_row {
-                rows.push((index, fields.len()));
+                rows.push((index, fields.len(), fields.last().is_some_and(|last| last.is_empty())));
             }
         }
-        let width = most_common(rows.iter().map(|(_, width)| *width))?;
-        rows.retain(|(_, found)| *found == width);
+        let width = most_common(rows.iter().map(|(_, width, _)| *width))?;
+        rows.retain(|(_, found, _)| *found == width);
         let first = rows.first()?.0;
         let mut layout = Self {
             delimiter,
@@ -175,7 +176,8 @@ impl Layout {
             names: (1..=width).map(|number| number.to_string()).collect(),
             below_names: Vec::new(),
         };
-        layout.find_names(&head[..first], width);
+        let is_open = rows.iter().all(|(.., is_open)| *is_open);
+        layout.find_names(&head[..first], width, is_open);
         let commas = head.iter().flatten().filter(|byte| **byte == b',').count();
         let score = rows.len() * width;
         // A decimal comma without a comma in the file explains nothing.
@@ -183,14 +185,16 @@ impl Layout {
     }
 
     /// Looks for names above the rows: the first line with the same number of fields that is not a row. It may be a
-    /// comment if no other line has names.
-    fn find_names(&mut self, above: &[Vec<u8>], width: usize) {
+    /// comment if no other line has names. `is_open` where every row ends with a delimiter, which the names may lack.
+    fn find_names(&mut self, above: &[Vec<u8>], width: usize, is_open: bool) {
         let mut found: Vec<(u64, bool, Vec<String>)> = Vec::new();
         for (number, line) in (1..).zip(above) {
             let mut names = header_names(line, self.delimiter);
             // A trailing delimiter adds an empty name.
             if names.len() == width + 1 && names.last().is_some_and(String::is_empty) {
                 names.pop();
+            } else if names.len() + 1 == width && is_open {
+                names.push(String::new());
             }
             let is_row = names.iter().all(|name| is_value(name.as_bytes(), false));
             if names.len() == width && !is_row {
@@ -253,6 +257,7 @@ mod tests {
                 ["t", "x"],
             ),
             ("t,x\n[s],[g]\n0.1,2\n0.2,3\n", Delimiter::Comma, false, 1, ["t", "x"]),
+            ("t,x,\n0.1,2\n0.2,3\n", Delimiter::Comma, false, 1, ["t", "x"]),
         ] {
             let found = layout(text);
             assert_eq!((found.delimiter, found.decimal_comma), (delimiter, comma), "{text}");
@@ -260,5 +265,8 @@ mod tests {
             assert_eq!(found.names, names, "{text}");
         }
         assert_eq!(layout("t,x\n[s],[g]\n0.1,2\n").below_names, ["[s]", "[g]"]);
+        let only_rows_end_with_a_comma = layout("t,x\n0.1,2,\n0.2,3,\n");
+        assert_eq!(only_rows_end_with_a_comma.header_line, 1);
+        assert_eq!(only_rows_end_with_a_comma.names, ["t", "x", ""]);
     }
 }

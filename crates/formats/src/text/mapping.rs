@@ -41,6 +41,12 @@ pub struct TableMapping {
     pub decimal_comma: bool,
     /// Line number of the names, from 1. 0 for a file without names, whose columns are numbered from 1.
     pub header_line: u64,
+    /// Column of the number of the sensor, in a file with rows of several.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub instance_column: String,
+    /// Number of the sensor whose rows are read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub instance: Option<u32>,
     /// Time of each row.
     pub time: TimeColumn,
     /// Angular rates, or increments of angle since the row before.
@@ -49,6 +55,9 @@ pub struct TableMapping {
     /// Specific force, or increments of velocity since the row before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accel: Option<Triad<ForceUnit>>,
+    /// Gravity as specific force, added to the linear acceleration of another file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Triad<ForceUnit>>,
     /// Magnetic field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mag: Option<Triad<MagneticUnit>>,
@@ -72,7 +81,7 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
     /// Column of the date of the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -212,12 +221,15 @@ pub struct GpsColumns {
     /// Unit of the one-sigmas of velocity, if it differs from `speed_unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma_speed_unit: Option<SpeedUnit>,
-    /// Column of the fix type; 0 means no fix.
+    /// Column of the fix type: 0 or words such as `NO FIX` mean no fix, other words a three-dimensional one.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub fix_type: String,
-    /// Column of the number of satellites used.
+    /// Column of the number of satellites used; 0 means no fix.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub satellites: String,
+    /// Numbers in place of a latitude or longitude that mean no fix.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unknown: Vec<f64>,
     /// Whether rows repeat the last fix until there is a new one.
     pub held: bool,
 }

@@ -24,6 +24,7 @@ pub(crate) struct TableColumns {
     week: Option<usize>,
     gyro: Option<[usize; 3]>,
     accel: Option<[usize; 3]>,
+    gravity: Option<[usize; 3]>,
     mag: Option<[usize; 3]>,
     attitude: Option<Vec<usize>>,
     gps: Option<GpsPlaces>,
@@ -72,6 +73,7 @@ impl TableColumns {
             week: source.find_optional(&table.time.week)?,
             gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
             accel: table.accel.as_ref().map(|t| source.find_triad(t)).transpose()?,
+            gravity: table.gravity.as_ref().map(|t| source.find_triad(t)).transpose()?,
             mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
             attitude: attitude.transpose()?,
             gps: table.gps.as_ref().map(|g| GpsPlaces::of(source, g, latency_s)).transpose()?,
@@ -156,6 +158,11 @@ impl TableColumns {
             (None, Some(forces)) if self.gyro.is_none() => Motions::Forces(forces),
             _ => Motions::Neither,
         })
+    }
+
+    /// Gravity in a row, m/s².
+    pub fn gravity(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
+        triad(fields, self.gravity, self.mapping.gravity.as_ref(), ForceUnit::factor)
     }
 
     pub fn magnetic(

@@ -19,6 +19,8 @@ pub(crate) struct Gathered {
     pub rates: Rows<(Time, [f64; 3])>,
     /// Specific force, m/s², from a file without angular rates.
     pub forces: Rows<(Time, [f64; 3])>,
+    /// Gravity, m/s², which belongs to specific force without it.
+    pub gravity: Rows<(Time, [f64; 3])>,
     /// The IMU's attitude from a file without angular rates.
     pub attitudes: Rows<(Time, EulerAngles)>,
     pub fixes: FixGate,
@@ -49,7 +51,16 @@ pub(crate) fn dataset(
     let mut imu = imu.joined(gathered.imu, steps, &mut warnings)?;
     let rates = of("gyro", gyro).joined(gathered.rates, steps, &mut warnings)?;
     let accel = of("accel", |table| table.accel.is_some());
-    let forces = accel.joined(gathered.forces, steps, &mut warnings)?;
+    let mut forces = accel.joined(gathered.forces, steps, &mut warnings)?;
+    let gravity = of("gravity", |table| table.gravity.is_some());
+    let gravity = gravity.joined(gathered.gravity, steps, &mut warnings)?;
+    if !gravity.is_empty() {
+        forces.retain_mut(|(time, force)| {
+            let gravity = interpolated(&gravity, *time);
+            *force = std::array::from_fn(|axis| force[axis] + gravity.map_or(0.0, |g| g[axis]));
+            gravity.is_some()
+        });
+    }
     let attitude = |table: &TableMapping| table.attitude.is_some();
     let attitudes = of("attitude", attitude);
     let attitudes =
@@ -121,26 +132,31 @@ impl Ordering {
     }
 }
 
+/// The vector of `rows` at `time`, interpolated between its neighbours; `None` in a gap.
+fn interpolated(rows: &[(Time, [f64; 3])], time: Time) -> Option<[f64; 3]> {
+    /// Longest interval over which a vector is interpolated, s.
+    const LONGEST_S: f64 = 0.2;
+    let after = rows.partition_point(|row| row.0 < time);
+    match (after.checked_sub(1).and_then(|before| rows.get(before)), rows.get(after)) {
+        (_, Some((at, vector))) if *at == time => Some(*vector),
+        (Some((t0, v0)), Some((t1, v1))) if *t1 - *t0 <= LONGEST_S => {
+            let share = (time - *t0) / (*t1 - *t0);
+            Some(std::array::from_fn(|axis| v0[axis] + share * (v1[axis] - v0[axis])))
+        }
+        _ => None,
+    }
+}
+
 /// Inertial samples at the times of `rates`; the specific force is interpolated between its neighbours.
 fn joined(
     rates: &[(Time, [f64; 3])],
     forces: &[(Time, [f64; 3])],
     warnings: &mut Vec<String>,
 ) -> Vec<ImuSample> {
-    /// Longest interval over which specific force is interpolated, s.
-    const LONGEST_S: f64 = 0.2;
     let mut samples = Vec::with_capacity(rates.len());
     let mut without = 0usize;
     for &(time, rate) in rates {
-        let after = forces.partition_point(|force| force.0 < time);
-        let force = match (after.checked_sub(1).and_then(|i| forces.get(i)), forces.get(after)) {
-            (_, Some((at, force))) if *at == time => Some(*force),
-            (Some((t0, f0)), Some((t1, f1))) if *t1 - *t0 <= LONGEST_S => {
-                let share = (time - *t0) / (*t1 - *t0);
-                Some(std::array::from_fn(|axis| f0[axis] + share * (f1[axis] - f0[axis])))
-            }
-            _ => None,
-        };
+        let force = interpolated(forces, time);
         let sample = force.map(|force| {
             let motion = Motion::Rates {
                 angular_rate_radps: Vector::from(rate),

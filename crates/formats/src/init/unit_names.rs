@@ -1,0 +1,64 @@
+//! Names of units.
+
+/// The unit in `text`, in the spelling of mappings, lower case.
+pub(super) fn unit(text: &str) -> Option<&'static str> {
+    let text: String = text
+        .to_lowercase()
+        .chars()
+        .filter(|letter| !matches!(letter, ' ' | '^' | '*' | '·' | '_' | '.' | '-'))
+        .collect();
+    Some(match text.as_str() {
+        "rad/s" | "radps" | "rads" | "rads1" | "rad/sec" => "rad/s",
+        "deg/s" | "dps" | "degps" | "degs" | "degs1" | "°/s" | "deg/sec" | "degree/s"
+        | "degrees/s" => "deg/s",
+        "mrad/s" | "mradps" => "mrad/s",
+        "rad" | "radian" | "radians" => "rad",
+        "deg" | "degree" | "degrees" | "°" => "deg",
+        "m/s2" | "m/s/s" | "m/s²" | "mps2" | "mpss" | "ms2" | "m/sec2" => "m/s2",
+        "g" | "gee" | "gs" => "g",
+        "mg" | "millig" => "mg",
+        "m/s" | "mps" | "ms1" | "m/sec" => "m/s",
+        "cm/s" | "cmps" => "cm/s",
+        "mm/s" | "mmps" => "mm/s",
+        "km/h" | "kmh" | "kph" => "km/h",
+        "mph" | "mi/h" => "mph",
+        "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
+        "gauss" | "ga" => "gauss",
+        "mgauss" | "milligauss" => "mg",
+        "ut" | "µt" | "μt" | "utesla" | "microtesla" => "ut",
+        "nt" | "nanotesla" => "nt",
+        "tesla" | "t" => "t",
+        "s" | "sec" | "secs" | "seconds" | "second" => "s",
+        "ms" | "msec" | "millis" | "milliseconds" => "ms",
+        "us" | "usec" | "µs" | "μs" | "micros" | "microseconds" => "us",
+        "ns" | "nsec" | "nanos" | "nanoseconds" => "ns",
+        "m" | "meter" | "meters" | "metre" | "metres" => "m",
+        "cm" => "cm",
+        "mm" => "mm",
+        "ft" | "feet" => "ft",
+        "pa" | "pascal" => "pa",
+        "hpa" | "mbar" | "millibar" => "hpa",
+        "kpa" => "kpa",
+        "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
+        "cdeg" | "centideg" | "centidegrees" | "1e2deg" | "deg1e2" => "cdeg",
+        "1e5deg" | "deg1e5" | "dege5" => "deg1e5",
+        "ddmm" | "ddmmmm" | "ddmmmmmm" | "dddmmmmmm" => "ddmm",
+        "%" | "percent" | "pct" => "percent",
+        _ => return None,
+    })
+}
+
+/// Removes the unit from the end of a name's words and returns it.
+pub(super) fn trailing_unit(words: &mut Vec<String>) -> Option<&'static str> {
+    for count in [3, 2, 1] {
+        if words.len() > count {
+            let from = words.len() - count;
+            let parts = &words[from..];
+            if let Some(found) = unit(&parts.join("/")).or_else(|| unit(&parts.concat())) {
+                words.truncate(from);
+                return Some(found);
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,167 @@
+//! Foreign text with several sensors of one kind, or one sensor in several files.
+
+use hovernav_formats::{Options, Proposal, open};
+use hovernav_log::Dataset;
+
+use crate::mapped::mapped;
+
+/// Forty seconds level at 25 Hz, heading from 60° to 100°, with the quaternion in the order of `order`, scalar 0.
+fn turning(names: &str, order: [usize; 4]) -> (String, String, Dataset) {
+    let row = |k: u32| {
+        let (time, yaw) = (f64::from(k) * 0.04, (60.0 + f64::from(k) * 0.04).to_radians());
+        let quaternion = [(0.5 * yaw).cos(), 0.0, 0.0, (0.5 * yaw).sin()];
+        let cells = order.map(|part| format!("{:.6}", quaternion[part])).join(",");
+        format!("{time:.2},0.0001,0.0002,0.0174533,0.01,0.02,-9.81,{cells}\n")
+    };
+    let names = format!("time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z,{names}");
+    mapped(&[("flight.csv", format!("{names}\n{}", (0..1000).map(row).collect::<String>()))])
+}
+
+#[test]
+fn gravity_shows_the_scalar_of_a_numbered_quaternion() {
+    for (names, order) in [
+        ("q0,q1,q2,q3", [0, 1, 2, 3]),
+        ("q0,q1,q2,q3", [1, 2, 3, 0]),
+        ("Quat_q0,Quat_q1,Quat_q2,Quat_q3", [0, 1, 2, 3]),
+        ("q[0],q[1],q[2],q[3]", [1, 2, 3, 0]),
+        ("qx,qy,qz,qw", [1, 2, 3, 0]),
+    ] {
+        let (report, mapping, dataset) = turning(names, order);
+        let yaw = dataset.imu[0].attitude.unwrap().yaw_rad.to_degrees();
+        assert!((yaw - 60.0).abs() < 0.01, "{names} {order:?}: {yaw} {report}\n{mapping}");
+    }
+}
+
+#[test]
+fn rows_of_another_sensor_are_not_merged() {
+    for (zero, one, chosen) in [("-9.81", "-9.7", 0), ("0", "-9.7", 1)] {
+        let row = |k: u32| {
+            let (time, noise) = (f64::from(k / 2) * 0.04, f64::from(k % 7));
+            match (k % 2, zero) {
+                (0, "0") => format!("{time:.2},0,0,0,0,0,0,0\n"),
+                (0, _) => format!("{time:.2},0,1e-4,2e-4,{noise}e-4,0.01,0.02,{zero}\n"),
+                _ => format!("{time:.2},1,1e-4,2e-4,{noise}e-4,0.01,0.02,{one}\n"),
+            }
+        };
+        let rows: String = (0..2000).map(row).collect();
+        let text = format!("timestamp,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n{rows}");
+        let (report, mapping, dataset) = mapped(&[("IMU.csv", text)]);
+        assert!(mapping.contains(&format!("instance = {chosen}")), "{report}\n{mapping}");
+        assert_eq!(dataset.imu.len(), 1000, "{report}");
+        let down = dataset.imu[9].motion.mean_rates(0.04).specific_force_mps2.to_array()[2];
+        let expected: f64 = if chosen == 0 { zero.parse().unwrap() } else { one.parse().unwrap() };
+        assert!((down - expected).abs() < 1e-6, "{down} {report}");
+        let told = format!("1000 rows of other sensors than I = {chosen}");
+        assert!(dataset.warnings.iter().any(|w| w.contains(&told)), "{:?}", dataset.warnings);
+    }
+}
+
+#[test]
+fn a_counter_is_no_time_where_another_column_is() {
+    let row = |k: u32| format!("{k},{},0.01,0.02,-9.81,1e-4,2e-4,{}e-4\n", k * 100, k % 7);
+    let rows: String = (0..1000).map(row).collect();
+    let names = "PacketCounter,SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z";
+    let (report, mapping, dataset) = mapped(&[("mt.txt", format!("{names}\n{rows}"))]);
+    let length_s = dataset.imu[999].time - dataset.imu[0].time;
+    assert!((length_s - 9.99).abs() < 1e-9, "{length_s} {report}\n{mapping}");
+}
+
+#[test]
+fn ticks_of_100_ns_are_converted_to_utc() {
+    for (epoch, unit) in
+        [(116_444_736_000_000_000_u64, "filetime"), (621_355_968_000_000_000, "ticks")]
+    {
+        let row = |k: u64| {
+            let ticks = epoch + 17_149_032_000_000_000 + k * 400_000;
+            format!("{ticks},0.01,0.02,-9.81,1e-4,2e-4,{}e-4\n", k % 7)
+        };
+        let rows: String = (0..1000).map(row).collect();
+        let text = format!("time,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n{rows}");
+        let (report, mapping, dataset) = mapped(&[("imu.csv", text)]);
+        assert!(mapping.contains(&format!("unit = \"{unit}\"")), "{report}");
+        assert_eq!(dataset.imu[25].time.seconds(), 1_714_903_201.0, "{report}");
+    }
+}
+
+#[test]
+fn names_of_loggers_are_read() {
+    let row = |k: u32| {
+        let time = f64::from(k) * 0.04;
+        let fix = match k % 25 {
+            24 => format!("-33.85{:04},151.2152974,49.7,1.0,0.0,0.1", k / 25),
+            _ => ",,,,,".to_owned(),
+        };
+        format!("{time:.2},1e-4,2e-4,{}e-4,0.01,0.02,-9.81,{fix}\n", k % 7)
+    };
+    let rows: String = (0..1000).map(row).collect();
+    for names in [
+        "gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z,PosLla[0],PosLla[1],PosLla[2],VelNed[0],VelNed[1],VelNed[2]",
+        "GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GPS[0].Lat,GPS[0].Lng,GPS[0].Alt,GPS[0].Spd,GPS[0].GCrs,GPS[0].VZ",
+    ] {
+        let (report, mapping, dataset) = mapped(&[("log.csv", format!("time,{names}\n{rows}"))]);
+        assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}\n{mapping}");
+        let fix = &dataset.fixes[5];
+        let moving = fix.horizontal_velocity_mps.map(|[north, _]| north).zip(fix.down_velocity_mps);
+        assert_eq!(moving, Some((1.0, 0.1)), "{report}");
+    }
+    let extra = "gyro_std_x,gyro_std_y,gyro_std_z,accel_bias_x,accel_bias_y,accel_bias_z,gyro_raw_x,gyro_raw_y,\
+                 gyro_raw_z,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
+    let row = |k: u32| {
+        let time = f64::from(k) * 0.04;
+        format!(
+            "{time:.2},7,7,7,1,1,1,700,700,{},1e-4,2e-4,{}e-4,0.01,0.02,-9.81\n",
+            700 + k % 5,
+            k % 7
+        )
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let (report, mapping, dataset) = mapped(&[("log.csv", format!("time,{extra}\n{rows}"))]);
+    assert_eq!(dataset.imu.len(), 1000, "{report}");
+    assert!(mapping.contains("\"gyro_x\", \"gyro_y\", \"gyro_z\""), "{mapping}");
+    assert!(mapping.contains("\"accel_x\", \"accel_y\", \"accel_z\""), "{mapping}");
+}
+
+#[test]
+fn a_directory_may_contain_a_capture() {
+    let place = tempfile::tempdir().unwrap();
+    let row = |k: u32| {
+        let time = 1_714_903_200.0 + f64::from(k) * 0.04;
+        format!("{time:.2},1e-4,2e-4,{}e-4,0.01,0.02,-9.81\n", k % 7)
+    };
+    let rows: String = (0..1000).map(row).collect();
+    let text = format!("time,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z\n{rows}");
+    std::fs::write(place.path().join("imu.csv"), text).unwrap();
+    let sentence = |body: String| {
+        let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+        format!("${body}*{sum:02X}\r\n")
+    };
+    let capture = (0..40).map(|second| {
+        let time = format!("1000{second:02}.00");
+        let place = format!("3351.{:04},S,15112.9178,E", 4081 + second);
+        sentence(format!("GNGGA,{time},{place},1,12,0.8,49.7,M,0.0,M,,"))
+            + &sentence(format!("GNRMC,{time},A,{place},0.3,16.0,050524,,,A"))
+    });
+    std::fs::write(place.path().join("gps.nmea"), capture.collect::<String>()).unwrap();
+    let proposal = Proposal::of(&[place.path().to_path_buf()]).unwrap();
+    let out = place.path().join("mapped");
+    proposal.write(&out, false).unwrap();
+    let dataset = open(&out, &Options::default()).unwrap().dataset;
+    assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{proposal}");
+}
+
+#[test]
+fn linear_acceleration_and_gravity_of_a_phone_are_added() {
+    let file = |row: &dyn Fn(f64) -> String| {
+        let rows = (0..4000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(f64::from(k))));
+        format!("seconds_elapsed,z,y,x\n{}", rows.collect::<String>())
+    };
+    let linear = file(&|k| format!("{:.4},0.02,{:.4}", 1.5 * k.sin(), 0.5 * k.cos()));
+    let (report, mapping, dataset) = mapped(&[
+        ("Accelerometer.csv", linear),
+        ("Gravity.csv", file(&|_| "9.8,0.1,0.1".to_owned())),
+        ("Gyroscope.csv", file(&|k| format!("{:.5},0,0.001", 1e-3 * k.sin()))),
+    ]);
+    assert_eq!(dataset.imu.len(), 4000, "{report}\n{mapping}");
+    let force = dataset.imu[100].motion.mean_rates(0.01).specific_force_mps2.to_array();
+    assert!((force[2] + 9.8 + 1.5 * 100f64.sin()).abs() < 1e-3, "{force:?} {report}\n{mapping}");
+}
