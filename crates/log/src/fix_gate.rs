@@ -129,25 +129,6 @@ impl StatedFix {
         Self { ground_speed_mps: speed_mps, ..self }
     }
 
-    /// The values of a fix that has passed the gate.
-    #[must_use]
-    pub fn of(fix: &Fix) -> Self {
-        let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
-        let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
-        let Geodetic { height_m, .. } = fix.position;
-        Self {
-            dimensions: if fix.two_dimensional { Dimensions::Two } else { Dimensions::Three },
-            position_sigma_m: vector(fix.position_sigma_m),
-            velocity_mps: [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)],
-            velocity_sigma_mps: vector(fix.velocity_sigma_mps),
-            satellites: fix.satellites.map_or(f64::NAN, f64::from),
-            ..Self::at(
-                Some(fix.time),
-                [fix.position.latitude_deg(), fix.position.longitude_deg(), height_m],
-            )
-        }
-    }
-
     /// Whether the fix has a position that is used.
     #[must_use]
     pub fn is_fix(&self) -> bool {
@@ -222,6 +203,16 @@ impl FixGate {
     /// Notes that rows repeat the last fix until there is a new one.
     pub fn hold(&mut self) {
         self.is_held = true;
+    }
+
+    /// Adds the fixes of another gate, `later_s` later.
+    pub fn append(&mut self, other: Self, later_s: f64) {
+        for (place, mut row) in other.rows.into_rows() {
+            row.fix.time = row.fix.time.offset_by(later_s);
+            self.rows.push(place, row);
+        }
+        self.last_height_m = self.last_height_m.or(other.last_height_m);
+        self.has_type_3 |= other.has_type_3;
     }
 
     /// Adds the fix found at `place`, a line or byte offset, without its implausible values. Returns whether it is a
