@@ -2,6 +2,7 @@
 
 mod aids;
 mod alike;
+mod bags;
 mod campaign;
 mod cases;
 mod clock;

@@ -1,0 +1,76 @@
+//! ROS 2 bags as they are found: without metadata, packed, cut off, damaged, and with a clock that steps.
+
+use hovernav_formats::{Options, open_bytes};
+use hovernav_log::Dataset;
+
+use crate::alike::{Flight, mcap};
+
+fn read(bytes: &[u8]) -> Dataset {
+    open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap().dataset
+}
+
+fn record(kind: u8, body: &[u8]) -> Vec<u8> {
+    [&[kind][..], &(body.len() as u64).to_le_bytes(), body].concat()
+}
+
+/// The records of a file or of a chunk, with their kinds.
+fn records(bytes: &[u8]) -> Vec<(u8, &[u8])> {
+    let (mut found, mut rest) = (Vec::new(), bytes);
+    while rest.len() >= 9 && rest[0] != 2 {
+        let length = u64::from_le_bytes(rest[1..9].try_into().unwrap()) as usize;
+        found.push((rest[0], &rest[9..9 + length]));
+        rest = &rest[9 + length..];
+    }
+    found
+}
+
+/// `flight` without chunks; `after` gives the records that follow each message.
+fn plain(flight: &Flight, after: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+    let chunked = mcap(flight);
+    let mut bytes = chunked[..8].to_vec();
+    for (kind, body) in records(&chunked[8..]) {
+        match kind {
+            1 => bytes.extend(record(1, body)),
+            // Times, sizes and the name of no compression precede the records.
+            6 => {
+                for (kind, body) in records(&body[40..]) {
+                    bytes.extend(record(kind, body));
+                    bytes.extend(if kind == 5 { after(body) } else { Vec::new() });
+                }
+            }
+            _ => {}
+        }
+    }
+    [&bytes[..], &record(2, &[0; 20]), &chunked[..8]].concat()
+}
+
+#[test]
+fn velocities_belong_to_fixes_of_the_same_pass_of_the_clock() {
+    let mut flight = Flight::at_rest(100.0);
+    for time_s in
+        flight.samples_s.iter_mut().chain(flight.fixes.iter_mut().map(|row| &mut row.time_s))
+    {
+        *time_s -= if *time_s > 110.0 { 7.0 } else { 0.0 };
+    }
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let name = text("geometry_msgs/msg/TwistStamped");
+    let schema = [&[9, 0][..], &name, &text(""), &text("")].concat();
+    let channel = [&[9, 0, 9, 0][..], &text("/gps/velocity"), &text("cdr"), &text("")].concat();
+    let number = std::cell::Cell::new(0.0);
+    let bytes = plain(&flight, |message| {
+        // The fixes are the shorter messages.
+        if message.len() > 200 {
+            return Vec::new();
+        }
+        let north_mps = 0.1 * number.replace(number.get() + 1.0);
+        let doubles = [0.0, north_mps, 0.0, 0.0, 0.0, 0.0_f64].map(f64::to_le_bytes).concat();
+        let message = record(5, &[&[9, 0], &message[2..42], &doubles].concat());
+        [record(3, &schema), record(4, &channel), message].concat()
+    });
+    let dataset = read(&bytes);
+    assert_eq!(dataset.fixes.len(), 20, "{:?}", dataset.warnings);
+    for (number, fix) in dataset.fixes.iter().enumerate() {
+        let [north_mps, _] = fix.horizontal_velocity_mps.unwrap();
+        assert!((north_mps - 0.1 * number as f64).abs() < 1e-9, "fix {number}: {north_mps} m/s");
+    }
+}
