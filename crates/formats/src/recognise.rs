@@ -1,7 +1,7 @@
 //! Recognises the format of a log from its content.
 
 use std::io::{Error, ErrorKind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
@@ -40,6 +40,10 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
             );
             return Err(LogError::Unusable { path: log.to_path_buf(), reason });
         }
+        if let Some(file) = lone_log(log).filter(|_| is_of_a_logger && !is_mapped) {
+            let reason = format!("found a directory, expected its log {}", file.display());
+            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        }
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe may block the reader; a device may never end.
@@ -54,6 +58,19 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     Ok(format)
+}
+
+/// The first file of a directory, by name, that is a log in a format of its own.
+fn lone_log(directory: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.is_file()).collect();
+    files.sort();
+    let is_log = |path: &PathBuf| {
+        let format = head_of(path).ok().and_then(|head| format_of(&head));
+        format.is_some_and(|format| format != Format::Text)
+    };
+    files.into_iter().find(is_log)
 }
 
 /// Whether a directory has files in CSV.

@@ -1,9 +1,12 @@
 //! ROS 2 bags as they are found: without metadata, packed, cut off, damaged, and with a clock that steps.
 
-use hovernav_formats::{Options, open_bytes};
-use hovernav_log::Dataset;
+use std::fs;
 
-use crate::alike::{Flight, mcap};
+use hovernav_formats::{Options, open, open_bytes};
+use hovernav_log::Dataset;
+use ruzstd::encoding::{CompressionLevel, compress_to_vec};
+
+use crate::alike::{Flight, mcap, ulog};
 
 fn read(bytes: &[u8]) -> Dataset {
     open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap().dataset
@@ -73,4 +76,28 @@ fn velocities_belong_to_fixes_of_the_same_pass_of_the_clock() {
         let [north_mps, _] = fix.horizontal_velocity_mps.unwrap();
         assert!((north_mps - 0.1 * number as f64).abs() < 1e-9, "fix {number}: {north_mps} m/s");
     }
+}
+
+#[test]
+fn a_bag_without_metadata_is_the_mcap_files_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("flight_9.mcap"), mcap(&Flight::at_rest(1.0))).unwrap();
+    let second = compress_to_vec(&mcap(&Flight::at_rest(21.0))[..], CompressionLevel::Fastest);
+    for ending in ["zst", "zstd"] {
+        let packed = path(&format!("flight_10.mcap.{ending}"));
+        fs::write(&packed, &second).unwrap();
+        let dataset = open(folder.path(), &Options::default()).unwrap().dataset;
+        let counts = (dataset.imu.len(), dataset.fixes.len());
+        assert_eq!(counts, (2000, 40), "{ending}: {:?}", dataset.warnings);
+        fs::remove_file(packed).unwrap();
+    }
+}
+
+#[test]
+fn a_directory_with_one_log_is_named_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("flight.ulg"), ulog(&Flight::at_rest(1.0))).unwrap();
+    let error = open(folder.path(), &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("expected its log") && error.contains("flight.ulg"), "{error}");
 }

@@ -222,6 +222,7 @@ fn a_bag_is_the_files_that_its_metadata_lists() {
     };
     let dataset = metadata("    - b.mcap\n    - \"a.mcap\"\n");
     assert_eq!((dataset.imu.len(), dataset.fixes.len()), (2000, 40), "{:?}", dataset.warnings);
+    assert!(warns(&dataset, "other.mcap is not listed"), "{:?}", dataset.warnings);
     let dataset = metadata("    - b.mcap\n    - c.mcap\n");
     assert_eq!(dataset.imu.len(), 1000, "{:?}", dataset.warnings);
     assert!(warns(&dataset, "c.mcap is missing"), "{:?}", dataset.warnings);
