@@ -1,12 +1,13 @@
 //! ROS 2 bags as they are found: without metadata, packed, cut off, damaged, and with a clock that steps.
 
 use std::fs;
+use std::path::Path;
 
 use hovernav_formats::{Options, open, open_bytes};
 use hovernav_log::Dataset;
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
-use crate::alike::{Flight, mcap, ulog};
+use crate::alike::{Flight, mcap, ulog, warns};
 
 fn read(bytes: &[u8]) -> Dataset {
     open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap().dataset
@@ -100,4 +101,52 @@ fn a_directory_with_one_log_is_named_with_it() {
     fs::write(folder.path().join("flight.ulg"), ulog(&Flight::at_rest(1.0))).unwrap();
     let error = open(folder.path(), &Options::default()).unwrap_err().to_string();
     assert!(error.contains("expected its log") && error.contains("flight.ulg"), "{error}");
+}
+
+/// The log in a packed file of these bytes.
+fn unpacked(folder: &Path, packed: &[u8]) -> Dataset {
+    let path = folder.join("flight.mcap.zstd");
+    fs::write(&path, packed).unwrap();
+    open(&path, &Options::default()).unwrap().dataset
+}
+
+#[test]
+fn a_packed_file_is_read_up_to_its_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    for bytes in [plain(&Flight::at_rest(1.0), |_| Vec::new()), mcap(&Flight::at_rest(1.0))] {
+        let packed = compress_to_vec(&bytes[..], CompressionLevel::Fastest);
+        let cut = &packed[..packed.len() * 9 / 10];
+        let mut damaged = packed.clone();
+        damaged[packed.len() * 9 / 10..].fill(0xFF);
+        for packed in [cut, &damaged] {
+            let dataset = unpacked(folder.path(), packed);
+            assert!((300..1000).contains(&dataset.imu.len()), "{:?}", dataset.warnings);
+            assert!(warns(&dataset, "the file ends"), "{:?}", dataset.warnings);
+            assert!(!warns(&dataset, "Error"), "{:?}", dataset.warnings);
+        }
+    }
+}
+
+#[test]
+fn garbage_between_records_costs_only_itself() {
+    let bytes = plain(&Flight::at_rest(1.0), |_| Vec::new());
+    let (mut at, mut count) = (8, 0);
+    while count < 300 {
+        count += usize::from(bytes[at] == 5);
+        at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
+    let random = |length: usize| {
+        (0..length as u64).map(|k| (k.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as u8 | 1)
+    };
+    let zeros = std::iter::repeat_n(0, 5000);
+    for garbage in [random(3).collect(), random(5000).collect(), zeros.collect::<Vec<u8>>()] {
+        let dataset = read(&[&bytes[..at], &garbage, &bytes[at..]].concat());
+        assert!(dataset.imu.len() >= 998, "{} {:?}", dataset.imu.len(), dataset.warnings);
+        assert!(warns(&dataset, &format!("damaged at byte {at}")), "{:?}", dataset.warnings);
+        assert!(warns(&dataset, "bytes skipped up to the next record"), "{:?}", dataset.warnings);
+        // Written over records.
+        let after = &bytes[(at + garbage.len()).min(bytes.len())..];
+        let dataset = read(&[&bytes[..at], &garbage, after].concat());
+        assert!(dataset.imu.len() >= 970, "{} {:?}", dataset.imu.len(), dataset.warnings);
+    }
 }
