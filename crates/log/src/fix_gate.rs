@@ -53,7 +53,7 @@ pub fn is_unknown(value: f64) -> bool {
         let count = (value * scale).abs();
         (count - 2_147_483_647.5).abs() < 0.6 || (count - 4_294_967_295.5).abs() < 0.6
     };
-    value.is_nan() || UNKNOWN.contains(&value) || [1.0, 1e3, 1e7].into_iter().any(is_end)
+    !value.is_finite() || UNKNOWN.contains(&value) || [1.0, 1e3, 1e7].into_iter().any(is_end)
 }
 
 /// Dimensions of a fix, as its log states them.

@@ -150,3 +150,14 @@ fn garbage_between_records_costs_only_itself() {
         assert!(dataset.imu.len() >= 970, "{} {:?}", dataset.imu.len(), dataset.warnings);
     }
 }
+
+#[test]
+fn an_infinite_height_is_unknown() {
+    let mut flight = Flight::at_rest(1.0);
+    flight.fixes[5].height_m = f64::INFINITY;
+    for bytes in [mcap(&flight), ulog(&flight)] {
+        let dataset = read(&bytes);
+        assert_eq!(dataset.fixes.len(), 20, "{:?}", dataset.warnings);
+        assert!(dataset.fixes[5].two_dimensional);
+    }
+}
