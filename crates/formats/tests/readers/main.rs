@@ -5,6 +5,7 @@ mod alike;
 mod bags;
 mod campaign;
 mod cases;
+mod choices;
 mod clock;
 mod cross_check;
 mod damage;
