@@ -214,7 +214,7 @@ impl Survey {
             manifest.rangefinder.lever_arm_m = arm([&place, &place]);
         }
         manifest.gps.latency_s = rows.latency_s;
-        manifest.date = rows.utc_at_zero_ns.and_then(moment);
+        manifest.date = rows.utc_at_zero.first().and_then(moment);
         manifest
     }
 }
