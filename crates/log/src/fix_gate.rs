@@ -23,7 +23,7 @@ const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
 /// values are within 0.2 m of each other.
 const NULL_ISLAND_DEG: f64 = 1e-6;
 /// Largest latitude of a flight, degrees. The filter navigates up to 89.9°; the margin is 11 km.
-const HIGHEST_LATITUDE_DEG: f64 = 89.8;
+pub const HIGHEST_LATITUDE_DEG: f64 = 89.8;
 /// Largest speed, m/s, at which receivers leave the course empty.
 const AT_REST_MPS: f64 = 1.0;
 /// Smallest one-sigma of a velocity at rest, m/s.
