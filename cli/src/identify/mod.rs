@@ -51,8 +51,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let log = &arguments.log;
     let mut options = Options::default();
     options.input.clone_from(&arguments.input);
-    let Log { mut dataset, record, .. } = memory::open(log, &options, 2)?;
-    let part = |name| if record.is_some() { log.clone() } else { log.join(name) };
+    let Log { mut dataset, .. } = memory::open(log, &options, 2)?;
+    let part = |name| if log.is_dir() { log.join(name) } else { log.clone() };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }

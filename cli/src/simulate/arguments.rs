@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use hovernav::earth::Geodetic;
+use hovernav_log::HIGHEST_LATITUDE_DEG;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{Disturbance, WindConfig};
 
@@ -119,6 +120,9 @@ pub struct Arguments {
 fn place(text: &str) -> Result<Geodetic, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(finite).collect();
     match numbers.as_deref() {
+        Some(&[lat, _, _]) if (HIGHEST_LATITUDE_DEG..=90.0).contains(&lat.abs()) => {
+            return Err(format!("found latitude {lat}°, expected at most {HIGHEST_LATITUDE_DEG}°"));
+        }
         Some(&[lat, lon, height]) => {
             Geodetic::from_degrees(lat, lon, height).filter(Geodetic::is_navigable)
         }

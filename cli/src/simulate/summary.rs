@@ -2,7 +2,7 @@
 
 use hovernav::autopilot::Transition;
 use hovernav_formats::RunSummary;
-use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent, HoverStatistics};
+use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent};
 use serde::Serialize;
 
 /// Start of the evaluation of the hover, s.
@@ -31,6 +31,14 @@ pub struct ClosedLoopSummary {
     transitions: Vec<TransitionSummary>,
     disturbances: Vec<DisturbanceSummary>,
     judged_from_s: f64,
+    /// `None` for a flight that ends before.
+    #[serde(flatten)]
+    held: Option<HeldSummary>,
+}
+
+/// Accuracy of the hover from `judged_from_s` on.
+#[derive(Debug, Serialize)]
+struct HeldSummary {
     velocity_rms_mps: [f64; 3],
     attitude_rms_deg: [f64; 2],
     heading_worst_deg: f64,
@@ -56,8 +64,15 @@ pub struct DisturbanceSummary {
 
 impl ClosedLoopSummary {
     pub fn new(config: &FlightConfig, flight: &Flight) -> Self {
-        let held = flight.statistics(JUDGED_FROM_S);
-        let HoverStatistics { velocity_rms_mps, attitude_rms_deg, position_rms_m, .. } = held;
+        let is_judged =
+            flight.samples.last().is_some_and(|last| last.truth.time.seconds() >= JUDGED_FROM_S);
+        let held = is_judged.then(|| flight.statistics(JUDGED_FROM_S)).map(|held| HeldSummary {
+            velocity_rms_mps: held.velocity_rms_mps,
+            attitude_rms_deg: held.attitude_rms_deg,
+            heading_worst_deg: held.heading_worst_deg,
+            position_rms_m: held.position_rms_m,
+            sticks_rms: held.sticks_rms,
+        });
         let change = |change: &Transition| TransitionSummary {
             time_s: change.time.seconds(),
             from: format!("{:?}", change.from).to_lowercase(),
@@ -89,11 +104,7 @@ impl ClosedLoopSummary {
             transitions: flight.transitions.iter().map(change).collect(),
             disturbances: disturbances.collect(),
             judged_from_s: JUDGED_FROM_S,
-            velocity_rms_mps,
-            attitude_rms_deg,
-            heading_worst_deg: held.heading_worst_deg,
-            position_rms_m,
-            sticks_rms: held.sticks_rms,
+            held,
         }
     }
 
@@ -106,13 +117,19 @@ impl ClosedLoopSummary {
         if let Some(crashed_s) = self.crashed_s {
             return format!("crashed at {crashed_s:.2} s");
         }
-        let [u, v, w] = self.velocity_rms_mps;
-        let [roll, pitch] = self.attitude_rms_deg;
-        let [north, east, down] = self.position_rms_m;
+        let from_s = self.judged_from_s;
+        let Some(held) = &self.held else {
+            return format!(
+                "the flight ends before {from_s:.0} s, from which on the hover is judged: no figures"
+            );
+        };
+        let [u, v, w] = held.velocity_rms_mps;
+        let [roll, pitch] = held.attitude_rms_deg;
+        let [north, east, down] = held.position_rms_m;
         format!(
-            "from {:.0} s on: u, v, w {u:.2}, {v:.2}, {w:.2} m/s, roll, pitch {roll:.1}°, {pitch:.1}°, \
+            "from {from_s:.0} s on: u, v, w {u:.2}, {v:.2}, {w:.2} m/s, roll, pitch {roll:.1}°, {pitch:.1}°, \
              position {north:.1}, {east:.1}, {down:.1} m RMS, heading within {:.1}°",
-            self.judged_from_s, self.heading_worst_deg
+            held.heading_worst_deg
         )
     }
 }

@@ -1,8 +1,8 @@
-//! Campaigns of simulated flights, as a user runs them.
+//! Simulated flights and campaigns of them, as a user runs them.
 
 use std::fs;
 
-use crate::common::{place, refusal, succeeds, summary, text};
+use crate::common::{hovernav, place, refusal, succeeds, summary, text};
 
 #[test]
 fn shards_of_a_campaign_are_the_campaign() {
@@ -118,4 +118,25 @@ fn a_campaign_without_a_flight_to_evaluate_reports_it() {
     assert_eq!(summary(&out)["outcomes"]["crashed"], 3, "{words}");
     assert!(words.contains("no flight lasted until the evaluation") && !words.contains("NaN"));
     assert!(words.contains("under the pilot"), "{words}");
+}
+
+#[test]
+fn a_flight_without_judged_samples_or_fixes_is_not_called_good() {
+    let dir = place("short_flight");
+    let arguments = ["simulate", "--wind", "calm", "--no-report", "--duration"];
+    let said = succeeds(&[&arguments[..], &["10", "--out", text(&dir)]].concat());
+    assert!(said.contains("the flight ends before 25 s"), "{said}");
+    assert!(summary(&dir)["flight"]["velocity_rms_mps"].is_null());
+    let truth = ["30", "--truth", "--outage", "0:1000", "--out", text(&dir)];
+    succeeds(&[&arguments[..], &truth].concat());
+    let verdict = &summary(&dir)["verdict"];
+    assert_ne!(verdict["level"], "good", "{verdict}");
+}
+
+#[test]
+fn a_flight_near_a_pole_is_rejected() {
+    let run = hovernav(&["simulate", "--place", "89.9,0,50", "--no-report"]);
+    let error = String::from_utf8(run.stderr).expect("text");
+    assert_eq!(run.status.code(), Some(2), "{error}");
+    assert!(error.contains("found latitude 89.9°, expected at most 89.8°"), "{error}");
 }

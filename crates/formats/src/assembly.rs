@@ -186,6 +186,13 @@ impl Assembly {
         }
     }
 
+    /// The fixes with times as logged, the warnings and the notes.
+    pub fn into_fixes(self) -> (FixGate, Vec<String>, Vec<String>) {
+        let mut warnings = self.remarks;
+        warnings.extend(self.gps_remarks.into_warnings());
+        (self.fixes, warnings, self.notes)
+    }
+
     /// The log with all rows in time order. `onboard` is the name of the onboard estimator.
     ///
     /// # Errors

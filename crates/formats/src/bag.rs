@@ -11,20 +11,26 @@ pub(crate) struct Bag {
     pub files: Vec<PathBuf>,
     /// Names of the files that its metadata lists, but that are missing.
     pub missing: Vec<String>,
+    /// Names of .mcap files that its metadata does not list, and that are not read.
+    pub unlisted: Vec<String>,
 }
 
-/// The message files of a ROS 2 bag, which is a directory with a `metadata.yaml`; `None` for other logs. Only files
-/// that the metadata lists are read, if any of these is there.
+/// Endings of packed files.
+const PACKED: [&str; 2] = [".zstd", ".zst"];
+
+/// The message files of a ROS 2 bag; `None` for other logs. A bag is a directory with a `metadata.yaml`, or with .mcap
+/// files but no tables: a killed recorder writes no metadata. Only files that the metadata lists are read, if any of
+/// these is there.
 pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Bag>, LogError> {
     let has = |name: &str| log.join(name).is_file();
-    if !has("metadata.yaml") || has("imu.csv") || has("mapping.toml") {
+    if !log.is_dir() || has("imu.csv") || has("mapping.toml") {
         return Ok(None);
     }
     let entries = std::fs::read_dir(log).map_err(LogError::io(log))?;
     let files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     let with = |endings: &[&str]| {
-        let name = |file: &PathBuf| file.to_string_lossy().into_owned();
-        let is_such = |file: &&PathBuf| endings.iter().any(|ending| name(file).ends_with(ending));
+        let is_such =
+            |file: &&PathBuf| endings.iter().any(|ending| plain_name(file).ends_with(ending));
         let mut found: Vec<PathBuf> = files.iter().filter(is_such).cloned().collect();
         // rosbag2 numbers the files of a split bag: `flight_9.mcap`, `flight_10.mcap`.
         let number = |file: &PathBuf| {
@@ -34,24 +40,22 @@ pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Bag>, LogError> {
         found.sort_by_key(|file| (number(file), file.clone()));
         found
     };
-    let mut messages = with(&[".mcap", ".mcap.zstd"]);
+    let mut messages = with(&[".mcap"]);
+    let is_dataset = || has("dataset.toml") || !with(&[".csv"]).is_empty();
+    if !has("metadata.yaml") && (messages.is_empty() || is_dataset()) {
+        return Ok(None);
+    }
     // A file next to its packed copy.
-    let all = messages.clone();
-    messages.retain(|file| {
-        file.extension().is_none_or(|last| last != "zstd")
-            || !all.contains(&file.with_extension(""))
-    });
+    messages.dedup_by_key(|file| plain_name(file));
     let mut missing = listed_in_bag(&log.join("metadata.yaml"));
     let listed = missing.clone();
-    let name = |file: &PathBuf| {
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        name.trim_end_matches(".zstd").to_owned()
-    };
-    let place = |file: &PathBuf| listed.iter().position(|listed| *listed == name(file));
+    let place = |file: &PathBuf| listed.iter().position(|listed| *listed == plain_name(file));
+    let mut unlisted = Vec::new();
     if messages.iter().any(|file| place(file).is_some()) {
+        unlisted = messages.iter().filter(|file| place(file).is_none()).map(plain_name).collect();
         messages.retain(|file| place(file).is_some());
         messages.sort_by_key(place);
-        missing.retain(|listed| messages.iter().all(|file| name(file) != *listed));
+        missing.retain(|listed| messages.iter().all(|file| plain_name(file) != *listed));
     } else {
         missing.clear();
     }
@@ -61,7 +65,14 @@ pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Bag>, LogError> {
         let reason = "found a ROS 2 bag without an .mcap file".to_owned();
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
-    Ok(Some(Bag { files: found, missing }))
+    Ok(Some(Bag { files: found, missing, unlisted }))
+}
+
+/// Name of a file without the ending of a packed one.
+fn plain_name(file: impl AsRef<Path>) -> String {
+    let name = file.as_ref().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let plain = PACKED.iter().find_map(|ending| name.strip_suffix(ending));
+    plain.map_or_else(|| name.clone(), str::to_owned)
 }
 
 /// Names of the files that the `metadata.yaml` of a bag lists, in their order, without the ending of a packed copy.
@@ -77,10 +88,5 @@ fn listed_in_bag(metadata: &Path) -> Vec<String> {
     let mut lines = text.lines().map(str::trim);
     lines.by_ref().find(|line| *line == "relative_file_paths:");
     let items = lines.map_while(|line| line.strip_prefix("- "));
-    let name = |item: &str| {
-        let path = Path::new(item.trim().trim_matches(['"', '\'']));
-        let name = path.file_name()?.to_string_lossy().into_owned();
-        Some(name.trim_end_matches(".zstd").to_owned())
-    };
-    items.filter_map(name).collect()
+    items.map(|item| plain_name(item.trim().trim_matches(['"', '\'']))).collect()
 }

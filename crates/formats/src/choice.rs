@@ -9,13 +9,25 @@ pub(crate) struct Tally {
     pub messages: usize,
     /// Messages with a measurement that may be used.
     pub good: usize,
+    /// Digest of the last reading, and the number of messages that have repeated it.
+    last: (u64, usize),
 }
 
 impl Tally {
-    /// Counts a message.
-    pub fn count(&mut self, is_good: bool) {
+    /// A sensor with `good` messages out of all `messages`.
+    pub fn of(messages: usize, good: usize) -> Self {
+        Self { messages, good, ..Self::default() }
+    }
+
+    /// Counts a message with these values; one of many that repeat the same reading is bad.
+    pub fn count(&mut self, is_good: bool, reading: &[&[f64]]) {
+        let mix = |digest: u64, value: &f64| (digest ^ value.to_bits()).wrapping_mul(PRIME);
+        let digest = reading.iter().copied().flatten().fold(SEED, mix);
+        let is_repeated = digest == self.last.0 && digest != SEED;
+        let repeats = if is_repeated { self.last.1 + 1 } else { 0 };
+        self.last = (digest, repeats);
         self.messages += 1;
-        self.good += usize::from(is_good);
+        self.good += usize::from(is_good && repeats < FROZEN);
     }
 
     fn bad(self) -> usize {
@@ -48,6 +60,12 @@ pub(crate) struct Counts<K>(Vec<(K, Tally)>);
 
 /// Ratio of message counts above which a later sensor is preferred to an earlier one.
 const MUCH_MORE: f64 = 1.5;
+/// Number of messages with the same reading from which on a sensor is frozen. Loggers that are faster than the sensor
+/// repeat each reading less often.
+const FROZEN: usize = 50;
+/// FNV-1a.
+const SEED: u64 = 0xCBF2_9CE4_8422_2325;
+const PRIME: u64 = 0x0100_0000_01B3;
 /// Share of bad messages from which on a sensor with more good ones is preferred.
 const BAD: f64 = 0.1;
 
@@ -127,7 +145,7 @@ mod tests {
     use super::*;
 
     fn tally(messages: usize, bad: usize) -> Tally {
-        Tally { messages, good: messages - bad }
+        Tally::of(messages, messages - bad)
     }
 
     #[test]
@@ -153,6 +171,26 @@ mod tests {
         assert!(error.starts_with("found no instance 3; the log has S0 (100"), "{error}");
         let none = Counts::<u8>::new(std::iter::empty());
         assert_eq!(none.choose(("", None), |_| 0, |_| String::new()), Ok((None, None)));
+    }
+
+    #[test]
+    fn a_frozen_first_sensor_is_not_read_where_another_is_good() {
+        let of = |frozen_from: u32, each: u32| {
+            let mut tally = Tally::default();
+            (0..1000).for_each(|k| tally.count(true, &[&[f64::from(k.min(frozen_from) / each)]]));
+            tally
+        };
+        for (first, second, expected) in [
+            (of(0, 1), of(1000, 1), 1),
+            (of(300, 1), of(1000, 1), 1),
+            (of(300, 1), of(300, 1), 0),
+            // Repeated by a fast logger.
+            (of(1000, 20), of(1000, 1), 0),
+        ] {
+            let counts = Counts::new([(0, first), (1, second)].into_iter());
+            let taken = counts.choose(("", None), |sensor| sensor, |sensor| format!("S{sensor}"));
+            assert_eq!(taken.unwrap().0, Some(expected), "{first:?} {second:?}");
+        }
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub(crate) struct Integrals {
 
 /// Interval between samples from which on it is a gap, s.
 const GAP_S: f64 = 1.0;
+/// Longest interval over which a sample is integrated, s. The filter restarts after a longer one.
+const LONGEST_S: f64 = 60.0;
 /// Smallest share of the time that complete integrals cover.
 const WHOLE: f64 = 0.9;
 /// Rate from which on point samples alias little vibration, Hz.
@@ -59,7 +61,7 @@ pub(crate) fn integrate(samples: &mut [ImuSample]) {
     let mut last = None;
     let first_s = samples.get(1).map_or(0.0, |second| second.time - samples[0].time);
     for sample in samples {
-        let interval_s = last.map_or(first_s, |last| sample.time - last);
+        let interval_s = last.map_or(first_s, |last| sample.time - last).min(LONGEST_S);
         last = Some(sample.time);
         if let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion {
             sample.motion = Motion::Increments {
@@ -67,5 +69,23 @@ pub(crate) fn integrate(samples: &mut [ImuSample]) {
                 velocity_mps: specific_force_mps2 * interval_s,
             };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav::frames::Vector;
+
+    #[test]
+    fn a_jump_of_the_clock_makes_no_impossible_increment() {
+        let motion = Motion::Rates {
+            angular_rate_radps: Vector::ZERO,
+            specific_force_mps2: Vector::new(0.0, 0.0, -9.8),
+        };
+        let times = [0.0, 0.02, 1e6, 1e6 + 0.02].map(|seconds| Time::ZERO + seconds);
+        let mut samples = times.map(|time| ImuSample::new(time, motion));
+        integrate(&mut samples);
+        assert!(samples.iter().all(|sample| sample.motion.is_finite()));
     }
 }

@@ -43,6 +43,8 @@ mod text;
 mod tlog;
 #[cfg(feature = "ulog")]
 mod ulog;
+#[cfg(feature = "ros2")]
+mod unpacking;
 mod utc;
 mod window;
 

@@ -30,7 +30,7 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
         }
         #[cfg(feature = "record")]
         Format::Record => {
-            let record = Record::open(log)?;
+            let record = Record::open(first)?;
             let log = Log::of(format, record.dataset()?, None);
             Ok(Log { record: Some(record), ..log })
         }
@@ -45,6 +45,10 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
             log.dataset.warnings.extend(missing.map(|name| {
                 format!("metadata.yaml: {name} is missing, its part of the flight is not read")
             }));
+            let unlisted = in_bag.iter().flat_map(|bag| &bag.unlisted);
+            log.dataset.warnings.extend(
+                unlisted.map(|name| format!("metadata.yaml: {name} is not listed and is not read")),
+            );
             Ok(log)
         }
         format => read(format, Input::of(first), options),

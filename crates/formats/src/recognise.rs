@@ -1,7 +1,7 @@
 //! Recognises the format of a log from its content.
 
 use std::io::{Error, ErrorKind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
@@ -40,6 +40,10 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
             );
             return Err(LogError::Unusable { path: log.to_path_buf(), reason });
         }
+        if let Some(file) = lone_log(log).filter(|_| is_of_a_logger && !is_mapped) {
+            let reason = format!("found a directory, expected its log {}", file.display());
+            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
+        }
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     // A pipe may block the reader; a device may never end.
@@ -54,6 +58,19 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     Ok(format)
+}
+
+/// The first file of a directory, by name, that is a log in a format of its own.
+fn lone_log(directory: &Path) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.is_file()).collect();
+    files.sort();
+    let is_log = |path: &PathBuf| {
+        let format = head_of(path).ok().and_then(|head| format_of(&head));
+        format.is_some_and(|format| format != Format::Text)
+    };
+    files.into_iter().find(is_log)
 }
 
 /// Whether a directory has files in CSV.
@@ -99,6 +116,8 @@ pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
         Some(Format::Dataflash)
     } else if head.starts_with(b"FMT,") || head.starts_with(b"FMT ,") {
         Some(Format::DataflashText)
+    } else if is_export(head) {
+        None
     } else if head.starts_with(MCAP) {
         Some(if is_own(head) { Format::Record } else { Format::Ros2 })
     } else if is_tlog(head) {
@@ -127,7 +146,26 @@ fn is_own(head: &[u8]) -> bool {
     // After the magic bytes: an opcode, a length, then two strings, each after its length.
     let strings = head.get(MCAP.len() + 9..).unwrap_or_default();
     let library = string(strings).and_then(|(_, rest)| string(rest));
-    library.is_none_or(|(library, _)| library.starts_with(b"hovernav"))
+    library.is_none_or(|(library, _)| library.starts_with(b"hovernav "))
+}
+
+/// Whether a file is a solution that hovernav exported: its library has no version.
+fn is_export(head: &[u8]) -> bool {
+    let strings = head.strip_prefix(MCAP).and_then(|rest| rest.get(9..)).unwrap_or_default();
+    let library = string(strings).and_then(|(_, rest)| string(rest));
+    library.is_some_and(|(library, _)| library == b"hovernav")
+}
+
+/// Whether a file is NMEA 0183 without the checksums after `*`.
+fn is_bare_nmea(head: &[u8]) -> bool {
+    let is_sentence = |line: &&[u8]| {
+        line.len() > 7
+            && line[0] == b'$'
+            && line[1..6].iter().all(u8::is_ascii_uppercase)
+            && line[6] == b','
+    };
+    let mut sentences = head.split(|byte| *byte == b'\n').filter(is_sentence).peekable();
+    sentences.peek().is_some() && sentences.all(|line| !line.contains(&b'*'))
 }
 
 /// The length-prefixed string at the start of `bytes`, and the rest.
@@ -267,6 +305,14 @@ pub(crate) fn looks_like(head: &[u8]) -> &'static str {
         return "RINEX, raw measurements without a position solution: solve them with RTKLIB, and read its .pos \
                 file with `hovernav init`";
     }
+    if is_export(head) {
+        return "a solution that hovernav exported, which has no sensors' readings: open the log from which it was \
+                estimated";
+    }
+    if is_bare_nmea(head) {
+        return "NMEA 0183 without checksums, which damage would change unnoticed: log the receiver's sentences with \
+                their checksums";
+    }
     if is_bare_mavlink(head) {
         return "MAVLink without the times of a telemetry log: let the ground station write a .tlog, in which each \
                 message follows eight bytes of time";
@@ -323,6 +369,8 @@ mod tests {
         };
         assert_eq!(format_of(&head(b"libmcap 1.4")), Some(Format::Ros2));
         assert_eq!(format_of(&head(b"hovernav 0.1.0")), Some(Format::Record));
+        assert_eq!(format_of(&head(b"hovernav")), None);
+        assert!(looks_like(&head(b"hovernav")).starts_with("a solution that hovernav exported"));
     }
 
     #[test]
@@ -330,6 +378,9 @@ mod tests {
         assert_eq!(looks_like(b"\x1f\x8b\x08"), "a gzip file: unpack it first");
         assert_eq!(looks_like(b""), "an empty file");
         assert_eq!(looks_like(&[0; 20]), "nothing but zeros");
+        let nmea = b"$GPGGA,100000.00,4700.0,N,00800.0,E,1,08,1.0,400.0,M,0.0,M,,\r\n";
+        assert_eq!(format_of(nmea), None);
+        assert!(looks_like(nmea).starts_with("NMEA 0183 without checksums"));
         assert_eq!(looks_like(b"the quick brown fox"), "text of no known kind");
         assert_eq!(looks_like(&[200; 20]), "binary data of no known kind");
     }

@@ -115,7 +115,13 @@ impl Scoring {
             Against::Trajectory(trajectory) => (Reference::of_trajectory(&trajectory), None),
         };
         if self.align {
-            aligned = Some(solution.align(&reference).ok_or_else(no_overlap)?);
+            aligned = Some(solution.align(&reference).ok_or_else(|| {
+                rejected(format!(
+                    "found fewer than two times in common with {}, expected at least two to align. Do they use the \
+                     same clock?",
+                    path.display()
+                ))
+            })?);
         }
         if let Some(skip_s) = self.skip_s {
             (reference.skip_s, begin) = (skip_s, None);

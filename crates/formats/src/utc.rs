@@ -1,6 +1,7 @@
 //! Calendar dates.
 
 use chrono::DateTime;
+use hovernav::time::Time;
 
 /// The date at `utc_s`, s since 1970, as TOML writes it. `None` outside the years 1990 to 2099, which no log can
 /// have.
@@ -61,6 +62,28 @@ pub(crate) fn of_gps_week(week: f64, in_week_s: f64) -> i64 {
     )
 }
 
+/// UTC at the start of a log by each of its fixes, ns since 1970.
+#[derive(Debug, Default)]
+pub(crate) struct UtcAtZero(Vec<i64>);
+
+impl UtcAtZero {
+    /// Adds the UTC of a fix, ns since 1970, at `time` of the log; without effect where no log can have that date.
+    pub fn push(&mut self, utc_ns: i64, time: Time) {
+        if date(utc_ns as f64 * 1e-9).is_some() {
+            self.0.push(utc_ns.saturating_sub(time.nanoseconds()));
+        }
+    }
+
+    /// The first one near the median: receivers send wrong dates until they have decoded the right one.
+    pub fn first(&self) -> Option<i64> {
+        let mut sorted = self.0.clone();
+        sorted.sort_unstable();
+        let median_ns = *sorted.get(sorted.len() / 2)?;
+        let is_near = |ns: &&i64| ns.abs_diff(median_ns) <= SECOND_NS.unsigned_abs();
+        self.0.iter().find(is_near).copied()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,6 +95,24 @@ mod tests {
         assert_eq!(date(0.0), None);
         assert_eq!(date(f64::NAN), None);
         assert_eq!(date(1e300), None);
+    }
+
+    #[test]
+    fn the_first_utc_that_the_others_confirm_is_used() {
+        const START_NS: i64 = 1_739_195_790 * SECOND_NS;
+        let first = |wrong: &[i64]| {
+            let mut utc = UtcAtZero::default();
+            for k in 0..10 {
+                let right_ns = START_NS + k * SECOND_NS;
+                let utc_ns = wrong.get(k as usize).copied().unwrap_or(right_ns);
+                utc.push(utc_ns, Time::from_nanoseconds(k * SECOND_NS));
+            }
+            utc.first()
+        };
+        for wrong in [&[][..], &[1000], &[GPS_EPOCH_S * SECOND_NS; 8], &[2 * START_NS / 3; 4]] {
+            assert_eq!(first(wrong), Some(START_NS), "{wrong:?}");
+        }
+        assert_eq!(first(&[1000; 10]), None);
     }
 
     fn utc(gps_s: i64) -> i64 {

@@ -78,9 +78,8 @@ impl std::fmt::Debug for Source<'_> {
 
 #[cfg(feature = "ros2")]
 fn unpacked<'a>(path: &Path) -> io::Result<Source<'a>> {
-    let decoder = ruzstd::decoding::StreamingDecoder::new(File::open(path)?)
-        .map_err(|error| io::Error::new(ErrorKind::InvalidData, error.to_string()))?;
-    Ok(Source::Packed(Box::new(decoder), path.to_path_buf()))
+    let unpacking = crate::unpacking::Unpacking::of(path)?;
+    Ok(Source::Packed(Box::new(unpacking), path.to_path_buf()))
 }
 
 #[cfg(not(feature = "ros2"))]

@@ -23,7 +23,7 @@ const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
 /// values are within 0.2 m of each other.
 const NULL_ISLAND_DEG: f64 = 1e-6;
 /// Largest latitude of a flight, degrees. The filter navigates up to 89.9°; the margin is 11 km.
-const HIGHEST_LATITUDE_DEG: f64 = 89.8;
+pub const HIGHEST_LATITUDE_DEG: f64 = 89.8;
 /// Largest speed, m/s, at which receivers leave the course empty.
 const AT_REST_MPS: f64 = 1.0;
 /// Smallest one-sigma of a velocity at rest, m/s.
@@ -53,7 +53,7 @@ pub fn is_unknown(value: f64) -> bool {
         let count = (value * scale).abs();
         (count - 2_147_483_647.5).abs() < 0.6 || (count - 4_294_967_295.5).abs() < 0.6
     };
-    value.is_nan() || UNKNOWN.contains(&value) || [1.0, 1e3, 1e7].into_iter().any(is_end)
+    !value.is_finite() || UNKNOWN.contains(&value) || [1.0, 1e3, 1e7].into_iter().any(is_end)
 }
 
 /// Dimensions of a fix, as its log states them.
@@ -127,25 +127,6 @@ impl StatedFix {
         let (east, north) = course_rad.sin_cos();
         [self.velocity_mps[0], self.velocity_mps[1]] = [speed_mps * north, speed_mps * east];
         Self { ground_speed_mps: speed_mps, ..self }
-    }
-
-    /// The values of a fix that has passed the gate.
-    #[must_use]
-    pub fn of(fix: &Fix) -> Self {
-        let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
-        let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
-        let Geodetic { height_m, .. } = fix.position;
-        Self {
-            dimensions: if fix.two_dimensional { Dimensions::Two } else { Dimensions::Three },
-            position_sigma_m: vector(fix.position_sigma_m),
-            velocity_mps: [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)],
-            velocity_sigma_mps: vector(fix.velocity_sigma_mps),
-            satellites: fix.satellites.map_or(f64::NAN, f64::from),
-            ..Self::at(
-                Some(fix.time),
-                [fix.position.latitude_deg(), fix.position.longitude_deg(), height_m],
-            )
-        }
     }
 
     /// Whether the fix has a position that is used.
@@ -222,6 +203,16 @@ impl FixGate {
     /// Notes that rows repeat the last fix until there is a new one.
     pub fn hold(&mut self) {
         self.is_held = true;
+    }
+
+    /// Adds the fixes of another gate, `later_s` later.
+    pub fn append(&mut self, other: Self, later_s: f64) {
+        for (place, mut row) in other.rows.into_rows() {
+            row.fix.time = row.fix.time.offset_by(later_s);
+            self.rows.push(place, row);
+        }
+        self.last_height_m = self.last_height_m.or(other.last_height_m);
+        self.has_type_3 |= other.has_type_3;
     }
 
     /// Adds the fix found at `place`, a line or byte offset, without its implausible values. Returns whether it is a

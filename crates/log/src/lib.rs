@@ -78,7 +78,7 @@ pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use events::Events;
 pub use finding::{Finding, FindingKind, Harm, Sensor, SetupFinding, Severity, sentences};
-pub use fix_gate::{Dimensions, FixGate, StatedFix, is_unknown};
+pub use fix_gate::{Dimensions, FixGate, HIGHEST_LATITUDE_DEG, StatedFix, is_unknown};
 pub use imu::{field_fault, motion_fault, remark_faults};
 pub use info::{Info, paragraph};
 pub use kept::{Keep, thin};

@@ -61,6 +61,10 @@ impl Table {
             let reason = "the file is empty, expected a header row".into();
             return Err(LogError::Unusable { path, reason });
         }
+        if let Some(found) = no_text(records.current().as_slice()) {
+            let reason = format!("found {found}, expected a table of comma-separated text");
+            return Err(LogError::Unusable { path, reason });
+        }
         let line = records.line();
         let names = records.current().iter();
         let mut header: Vec<String> =
@@ -173,6 +177,10 @@ impl Table {
     fn fault(&self) -> Option<&'static str> {
         let record = self.records.current();
         let ends_in_number = || record.iter().next_back().is_none_or(|f| parse_number(f).is_some());
+        let is_name = |(name, field): (&String, &[u8])| name.as_bytes() == field.trim_ascii();
+        if self.header.iter().zip(record).all(is_name) && record.len() >= self.header.len() {
+            return Some("skipped: repeats the header");
+        }
         match record.len().cmp(&self.header.len()) {
             Ordering::Less => Some("skipped: fewer fields than the header"),
             Ordering::Greater if !record.iter().skip(self.header.len()).all(is_blank) => {
@@ -183,6 +191,16 @@ impl Table {
             }
             _ => None,
         }
+    }
+}
+
+/// Name of the content of a file that begins with `head` and is not text.
+fn no_text(head: &[u8]) -> Option<&'static str> {
+    let is_control = |byte: &u8| *byte < b' ' && !byte.is_ascii_whitespace();
+    match head {
+        [0x1F, 0x8B, ..] => Some("a gzip file (unpack it first)"),
+        [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => Some("text in UTF-16 (save it as UTF-8 first)"),
+        _ => head.iter().any(is_control).then_some("binary data"),
     }
 }
 

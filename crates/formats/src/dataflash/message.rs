@@ -131,6 +131,16 @@ impl Message {
         }
     }
 
+    /// The values that change from each measurement to the next.
+    pub fn reading(self, row: &[f64]) -> &[f64] {
+        match self {
+            Self::Imu => &row[2..11],
+            Self::Imt => &row[2..8],
+            Self::Gps => &row[5..15],
+            _ => &[],
+        }
+    }
+
     /// The fields that are read, in the order that [`super::rows`] expects. Each has a factor to seconds, metres or
     /// gauss, for logs that do not state one.
     ///

@@ -88,7 +88,8 @@ impl Survey {
     fn take(&mut self, item: Item<'_>) {
         match item {
             Item::Row { message, instance, ref row, .. } => {
-                self.counts.entry((message, instance)).or_default().count(message.is_good(row));
+                let tally = self.counts.entry((message, instance)).or_default();
+                tally.count(message.is_good(row), &[message.reading(row)]);
                 let clock_s = Rows::default().clock_s(message, row);
                 if self.start_s.is_none() && clock_s > 0.0 {
                     self.start_s = Some(clock_s);
@@ -213,7 +214,7 @@ impl Survey {
             manifest.rangefinder.lever_arm_m = arm([&place, &place]);
         }
         manifest.gps.latency_s = rows.latency_s;
-        manifest.date = rows.utc_at_zero_ns.and_then(moment);
+        manifest.date = rows.utc_at_zero.first().and_then(moment);
         manifest
     }
 }

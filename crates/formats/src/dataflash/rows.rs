@@ -6,7 +6,7 @@ use super::message::Message;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
 use crate::onboard::{OnboardInnovation, OnboardMoment};
-use crate::utc::of_gps_week as utc_ns;
+use crate::utc::{UtcAtZero, of_gps_week};
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Channel;
 use hovernav::event::RangeReading;
@@ -40,8 +40,8 @@ pub(super) struct Rows {
     pub identified: Option<(usize, f64)>,
     /// Share of the time that the intervals of the increments cover.
     pub integrals: Integrals,
-    /// UTC of the start of the log, from the first fix with GPS week and time, ns since 1970.
-    pub utc_at_zero_ns: Option<i64>,
+    /// UTC of the start of the log, from the fixes with GPS week and time.
+    pub utc_at_zero: UtcAtZero,
     /// Number of fixes; their heights are above mean sea level.
     pub fixes: usize,
     /// Time of messages without a time field, s.
@@ -172,8 +172,7 @@ impl Rows {
         let time = time.offset_by(-self.latency_s);
         let dimensions = Dimensions::of_type(or(status, fix_type));
         if dimensions != Dimensions::None && week > 0.0 && in_week_s >= 0.0 {
-            self.utc_at_zero_ns
-                .get_or_insert(utc_ns(week, in_week_s).saturating_sub(time.nanoseconds()));
+            self.utc_at_zero.push(of_gps_week(week, in_week_s), time);
         }
         let stated = StatedFix::at(Some(time), [lat, or(lng, lon), height_m]);
         let [north, east, down] = stated.moving(speed, course.to_radians()).velocity_mps;

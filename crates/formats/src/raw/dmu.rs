@@ -2,8 +2,6 @@
 
 use super::for_each_piece;
 use crate::assembly::Assembly;
-use crate::format::Format;
-use crate::log::Log;
 use crate::window::Input;
 use hovernav::dmu::{Calibration, Decoder, Mode, Packet, Plausibility, Received, SampleClock};
 use hovernav::time::Time;
@@ -16,7 +14,7 @@ const USUAL_INTERVAL_S: f64 = 1.0 / 33.0;
 /// Ranges of the two types of DMU: acceleration, g, and rate, °/s.
 const RANGES: [(f64, f64); 2] = [(4.0, 200.0), (2.0, 100.0)];
 
-pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
+pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<(Assembly, Manifest), LogError> {
     let mut decoder = Decoder::new(mode);
     let mut plausibility = Plausibility::default();
     let mut packets: Vec<Received> = Vec::new();
@@ -76,7 +74,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<Log, LogError> {
     manifest.imu.heading_reference = hovernav_log::HeadingReference::Magnetic;
     manifest.imu.gyro_range_degps = Some(range_degps);
     manifest.imu.accel_range_g = Some(range_g);
-    assembly.finish(input.path, Format::Raw, manifest, "")
+    Ok((assembly, manifest))
 }
 
 /// The median interval of consecutive packets, s; `None` where the timer does not run.

@@ -4,13 +4,14 @@ mod dmu;
 mod frames;
 mod receiver;
 
+use crate::assembly::Assembly;
 use crate::format::Format;
 use crate::log::{Log, Options};
 use crate::window::{Input, Window};
 use hovernav::dmu::{Decoder, Mode};
 use hovernav::gps::{Protocol, Receiver};
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_log::{LogError, Manifest};
 
 /// Number of bytes passed to a decoder at a time.
 const CHUNK: usize = 4096;
@@ -68,6 +69,15 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
 /// # Errors
 /// [`LogError`] where the file cannot be read or contains no packets.
 pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
+    let (assembly, manifest) = assembled(input)?;
+    assembly.finish(input.path, Format::Raw, manifest, "")
+}
+
+/// The rows of a capture with times as logged, and its manifest.
+///
+/// # Errors
+/// [`LogError`] where the file cannot be read or contains no packets.
+pub(crate) fn assembled(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
     let mut window = begin(input)?;
     let io = LogError::io(input.path);
     let bytes = window.peek(CHUNK).map_err(io)?;

@@ -7,8 +7,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::frames::{self, Kind};
 use super::{begin, for_each_piece};
 use crate::assembly::Assembly;
-use crate::format::Format;
-use crate::log::Log;
 use crate::utc;
 use crate::window::Input;
 use hovernav::frames::{Ned, Vector};
@@ -69,7 +67,7 @@ struct Unread {
     ubx: usize,
 }
 
-pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
+pub(super) fn read(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
     let mut assembly = Assembly::new(true);
     let floor = week_floor(input, &mut assembly)?;
     let tsip = Receiver::Tsip(tsip::Decoder::with_week_floor(floor));
@@ -103,7 +101,7 @@ pub(super) fn read(input: Input<'_>) -> Result<Log, LogError> {
         }
     }
     let manifest = gather(&fixes, &headings, &mut assembly);
-    assembly.finish(input.path, Format::Raw, manifest, "")
+    Ok((assembly, manifest))
 }
 
 /// Passes each frame to the decoder of its protocol, and other bytes to that of TSIP, which has no checksums.

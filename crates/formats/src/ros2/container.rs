@@ -1,18 +1,25 @@
 //! Reads the records of an MCAP file, also those in chunks, with the memory of one chunk.
 
 use std::borrow::Cow;
-use std::io::Read as _;
+use std::collections::BTreeSet;
+use std::io::{self, Read as _};
 
 use mcap::records::{ChunkHeader, Record, op};
 
 use crate::damages::Damages;
-use crate::window::Input;
+use crate::window::{Input, Window};
 use hovernav_log::LogError;
 
 /// Bytes of the opcode and the length of a record.
 const FRAME: usize = 9;
 /// Largest record or chunk that is read, bytes. Recorders write chunks of at most about 4 MB, or of one message.
 const LARGEST: usize = 1 << 26;
+/// Bytes of the footer after its frame.
+const FOOTER: u64 = 20;
+/// Bytes of a message record before its data.
+const MESSAGE_HEADER: usize = 22;
+/// Largest unexpected record after which a record is looked for, bytes.
+const LONGEST_CHECKED: u64 = 1 << 20;
 /// Largest message that is read, bytes.
 const LONGEST_MESSAGE: u64 = 4096;
 const CRC: crc::Crc<u32, crc::Table<16>> =
@@ -22,8 +29,8 @@ const CRC: crc::Crc<u32, crc::Table<16>> =
 pub(super) type ChannelId = (usize, u16);
 
 /// Passes every record of the files to `take`, with the index of its file and a byte offset. The offset is that of the
-/// record or of its chunk, counted through all files. A record or chunk with damaged content is skipped; reading of a file ends at
-/// an impossible length.
+/// record or of its chunk, counted through all files. A record or chunk with damaged content is skipped, as are the bytes from
+/// an impossible record to the next plausible one.
 ///
 /// # Errors
 /// [`LogError::Io`].
@@ -52,29 +59,47 @@ fn of_file(
     let mut window = input.window()?;
     window.peek(mcap::MAGIC.len()).map_err(LogError::io(input.path))?;
     window.consume(mcap::MAGIC.len());
+    let mut channels = BTreeSet::new();
     loop {
         let offset = window.offset();
-        let mut end = |reason: String| {
-            damages.add(base + offset, format!("{reason}; only the data before it is used"));
-        };
         let head = window.peek(FRAME).map_err(LogError::io(input.path))?;
         let Some((opcode, length)) = frame(head) else {
-            end("the file ends without the footer of an MCAP file".into());
+            let reason = "the file ends without the footer of an MCAP file";
+            damages.add(base + offset, format!("{reason}; only the data before it is used"));
             return Ok(offset);
         };
-        // An impossible length is mostly longer than any file.
-        if opcode == 0 || length > i64::MAX as u64 {
-            end(format!("found an impossible record of kind {opcode} and {length} bytes"));
-            return Ok(offset);
-        }
         if opcode == op::FOOTER {
             return Ok(offset);
         }
-        if offset + FRAME as u64 + length > total {
-            end(format!("the file ends within a record of {length} bytes"));
+        // An impossible length is mostly longer than any file.
+        let is_impossible = opcode == 0 || length > i64::MAX as u64;
+        let reason = if is_impossible
+            || is_misleading(&mut window, opcode, length).map_err(LogError::io(input.path))?
+        {
+            format!("found an impossible record of kind {opcode} and {length} bytes")
+        // Shorter also if the file is truncated while it is read, or where a packed file is damaged.
+        } else if offset + FRAME as u64 + length > total
+            || is_read(opcode, length)
+                && window.peek(FRAME + length as usize).map_err(LogError::io(input.path))?.len()
+                    < FRAME + length as usize
+        {
+            format!("the file ends within a record of {length} bytes")
+        } else {
+            String::new()
+        };
+        if !reason.is_empty() {
+            let found = resume(&mut window, total, &channels).map_err(LogError::io(input.path))?;
+            let what = match found {
+                true => format!("{} bytes skipped up to the next record", window.offset() - offset),
+                false => "only the data before it is used".to_owned(),
+            };
+            damages.add(base + offset, format!("{reason}; {what}"));
+            if found {
+                continue;
+            }
             return Ok(offset);
         }
-        if !is_of_use(opcode) || length > LARGEST as u64 {
+        if !is_read(opcode, length) {
             if is_of_use(opcode) {
                 let reason =
                     format!("found a record of {length} bytes, expected at most {LARGEST}");
@@ -85,12 +110,63 @@ fn of_file(
         }
         let length = length as usize;
         let bytes = window.peek(FRAME + length).map_err(LogError::io(input.path))?;
-        // Shorter only if the file is truncated while it is read.
         let body = bytes.get(FRAME..FRAME + length).unwrap_or_default();
-        if let Err(reason) = of_record(opcode, body, &mut |record| take(record, base + offset)) {
+        let mut passed = |record: Record<'_>| {
+            if let Record::Channel(channel) = &record {
+                channels.insert(channel.id);
+            }
+            take(record, base + offset);
+        };
+        if let Err(reason) = of_record(opcode, body, &mut passed) {
             damages.add(base + offset, format!("{reason}; ignored"));
         }
         window.consume(FRAME + length);
+    }
+}
+
+/// Whether no record follows a short record of a kind that is not expected: its length is then damaged.
+fn is_misleading(window: &mut Window<'_>, opcode: u8, length: u64) -> io::Result<bool> {
+    if (op::SCHEMA..=op::DATA_END).contains(&opcode) || length > LONGEST_CHECKED {
+        return Ok(false);
+    }
+    let bytes = window.peek(2 * FRAME + length as usize)?;
+    let next = bytes.get(FRAME + length as usize..).and_then(frame);
+    Ok(next.is_some_and(|(opcode, length)| opcode == 0 || length > i64::MAX as u64))
+}
+
+/// Whether a record is used and small enough.
+fn is_read(opcode: u8, length: u64) -> bool {
+    is_of_use(opcode) && length <= LARGEST as u64
+}
+
+/// Moves to the next plausible record: one that another record or the end of the file follows, in a known channel if it is
+/// a message. Returns whether there is one.
+fn resume(window: &mut Window<'_>, total: u64, channels: &BTreeSet<u16>) -> io::Result<bool> {
+    loop {
+        window.consume(1);
+        let left = total.saturating_sub(window.offset());
+        let Some((opcode, length)) = frame(window.peek(FRAME)?) else { return Ok(false) };
+        let fits = |opcode: u8, length: u64, left: u64| {
+            (op::HEADER..=op::DATA_END).contains(&opcode)
+                && (1..=left.saturating_sub(FRAME as u64)).contains(&length)
+                && (opcode != op::FOOTER || length == FOOTER)
+        };
+        if !fits(opcode, length, left) || length > LARGEST as u64 {
+            continue;
+        }
+        let bytes = window.peek(2 * FRAME + length as usize)?;
+        let Some(body) = bytes.get(FRAME..FRAME + length as usize) else { continue };
+        let is_known = match body.first_chunk() {
+            Some(channel) if opcode == op::MESSAGE => {
+                body.len() >= MESSAGE_HEADER && channels.contains(&u16::from_le_bytes(*channel))
+            }
+            _ => opcode != op::MESSAGE,
+        };
+        let after = left - FRAME as u64 - length;
+        let next = frame(&bytes[FRAME + body.len()..]);
+        if is_known && next.is_none_or(|(opcode, length)| fits(opcode, length, after)) {
+            return Ok(true);
+        }
     }
 }
 
@@ -108,9 +184,13 @@ fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Resul
             take(record);
             Ok(())
         }
-        Some(Err(error)) => Err(error.to_string()),
+        Some(Err(_)) => Err(invalid(opcode)),
         None => Ok(()),
     }
+}
+
+fn invalid(opcode: u8) -> String {
+    format!("found a record of kind {opcode} with invalid content")
 }
 
 /// A record of a kind that is used.
@@ -133,6 +213,7 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
             "found a chunk of {size} bytes uncompressed, expected at most {LARGEST}"
         ));
     }
+    let damaged = |by: &str| format!("found damage in a chunk compressed by {by}");
     let mut records = Vec::new();
     // Reading one byte more than stated detects a wrong size.
     let limit = size + 1;
@@ -140,14 +221,12 @@ fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
         "" => records.extend_from_slice(data),
         "lz4" => {
             let unpacking = lz4_flex::frame::FrameDecoder::new(data).take(limit);
-            { unpacking }.read_to_end(&mut records).map_err(|error| format!("lz4: {error}"))?;
+            { unpacking }.read_to_end(&mut records).map_err(|_| damaged("lz4"))?;
         }
         "zstd" => {
-            let unpacking = ruzstd::decoding::StreamingDecoder::new(data)
-                .map_err(|error| format!("zstd: {error}"))?;
-            { unpacking.take(limit) }
-                .read_to_end(&mut records)
-                .map_err(|error| format!("zstd: {error}"))?;
+            let unpacking =
+                ruzstd::decoding::StreamingDecoder::new(data).map_err(|_| damaged("zstd"))?;
+            { unpacking.take(limit) }.read_to_end(&mut records).map_err(|_| damaged("zstd"))?;
         }
         other => {
             return Err(format!("found a chunk compressed with {other}, expected lz4 or zstd"));
@@ -189,7 +268,7 @@ fn of_chunk(mut rest: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), Str
         })?;
         match parsed(opcode, body) {
             Some(Ok(record)) => take(record),
-            Some(Err(error)) => return Err(error.to_string()),
+            Some(Err(_)) => return Err(invalid(opcode)),
             None => {}
         }
         rest = &rest[FRAME + body.len()..];

@@ -67,8 +67,10 @@ pub(crate) fn read(path: &Path, inputs: &[Input<'_>], options: &Options) -> Resu
 struct Gathered {
     assembly: Assembly,
     origin_ns: Option<i64>,
-    fixes: Vec<(u64, Time, StatedFix)>,
-    velocities: Vec<(Time, [f64; 3], Option<[f64; 3]>)>,
+    /// Each with its byte offset and the number of velocities before it in the file.
+    fixes: Vec<(u64, usize, Time, StatedFix)>,
+    /// In the order of the file.
+    velocities: Vec<Velocity>,
     unreadable: usize,
     /// Number of messages in excess of the bytes of the file.
     skipped: usize,
@@ -171,20 +173,19 @@ impl Gathered {
             stated.velocity_mps[2] = -climb_mps;
             stated = stated.moving(speed_mps, course_deg.to_radians());
         }
-        self.fixes.push((place, time, StatedFix { dimensions, position_sigma_m, ..stated }));
+        self.fixes.push((
+            place,
+            self.velocities.len(),
+            time,
+            StatedFix { dimensions, position_sigma_m, ..stated },
+        ));
     }
 
     /// The log, after velocities are assigned to their fixes.
     fn finish(mut self, path: &Path) -> Result<Log, LogError> {
-        self.velocities.sort_by_key(|velocity| velocity.0);
-        for (place, time, mut fix) in std::mem::take(&mut self.fixes) {
-            let after = self.velocities.partition_point(|velocity| velocity.0 < time);
-            let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
-            let near = near.filter_map(|index| self.velocities.get(index));
-            let near = near.map(|velocity| ((velocity.0 - time).abs(), velocity));
-            if let Some((away_s, (_, velocity, sigma))) = near.min_by(|a, b| a.0.total_cmp(&b.0))
-                && away_s <= SAME_EPOCH_S
-            {
+        let by_time = in_time_order(&self.velocities);
+        for (place, before, time, mut fix) in std::mem::take(&mut self.fixes) {
+            if let Some((_, velocity, sigma)) = of_epoch(&self.velocities, &by_time, time, before) {
                 fix.velocity_mps = *velocity;
                 fix.velocity_sigma_mps = sigma.unwrap_or([f64::NAN; 3]);
             }
@@ -220,6 +221,34 @@ impl Gathered {
         }
         Ok(log)
     }
+}
+
+/// Velocity with its time and one-sigma.
+type Velocity = (Time, [f64; 3], Option<[f64; 3]>);
+
+/// Indices of the velocities in order of time.
+fn in_time_order(velocities: &[Velocity]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..velocities.len()).collect();
+    order.sort_by_key(|&index| velocities[index].0);
+    order
+}
+
+/// The velocity nearest to `time`, the time of a fix with `before` velocities before it in the file. A clock that steps
+/// back gives the same times twice: only the velocities of that pass, which are together in the file, may belong to the fix.
+fn of_epoch<'a>(
+    velocities: &'a [Velocity],
+    by_time: &[usize],
+    time: Time,
+    before: usize,
+) -> Option<&'a Velocity> {
+    let away_s = |index: usize| (velocities[index].0 - time).abs();
+    let from = by_time.partition_point(|&index| time - velocities[index].0 > SAME_EPOCH_S);
+    let near = by_time[from..].iter().copied().take_while(|&index| away_s(index) <= SAME_EPOCH_S);
+    let in_file = |index: usize| index.abs_diff(before);
+    let nearest = near.clone().min_by_key(|&index| in_file(index))?;
+    let most = in_file(nearest) + near.clone().count();
+    let of_pass = near.filter(|&index| in_file(index) < most);
+    of_pass.min_by(|a, b| away_s(*a).total_cmp(&away_s(*b))).map(|index| &velocities[index])
 }
 
 /// Converts a vector to body axes.

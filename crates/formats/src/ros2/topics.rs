@@ -62,7 +62,7 @@ impl Topics {
                 topic.kind == kind || kind == Kind::Fix && topic.kind == Kind::GpsFix
             };
             let of_kind: Vec<&Topic> = found.iter().filter(is_such).collect();
-            let tally = |t: &&Topic| Tally { messages: t.stamps.messages, good: t.stamps.good };
+            let tally = |t: &&Topic| Tally::of(t.stamps.messages, t.stamps.good);
             let counts = Counts::new(of_kind.iter().map(tally).enumerate());
             let (index, sentence) = counts
                 .choose(wanted, |index| index, |index| of_kind[index].name.clone())

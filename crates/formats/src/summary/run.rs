@@ -250,6 +250,10 @@ impl RunSummary {
 
     /// Sets the verdict by the findings, the warnings and the `innovations` of the run; called last.
     pub fn conclude(&mut self, innovations: &[Innovation]) {
+        if self.gps_fixes_used == 0 {
+            self.warnings
+                .push("gps: no fix was used, so nothing measures position and velocity".into());
+        }
         self.verdict = Some(Verdict::of_run(&self.findings, &self.warnings, innovations));
     }
 

@@ -8,13 +8,9 @@ use super::table::TableColumns;
 use super::together::{self, Gathered};
 use crate::onboard::{Onboard, OnboardMoment};
 #[cfg(feature = "raw")]
-use crate::{log::Options, window::Input};
+use crate::window::Input;
 use hovernav::frames::Rotation;
-#[cfg(feature = "raw")]
-use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
-#[cfg(feature = "raw")]
-use hovernav_log::StatedFix;
 use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// Largest number of rows in a file: 2.8 h at 1 kHz.
@@ -143,18 +139,16 @@ fn read_capture(
     gathered: &mut Gathered,
     warnings: &mut Vec<String>,
 ) -> Result<(), LogError> {
-    let log = crate::raw::read(Input::of(path), &Options::default())?;
+    let (assembly, of_capture) = crate::raw::assembled(Input::of(path))?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut remarks = Remarks::new(name.clone());
-    let zero_s = log.dataset.manifest.utc_at_zero_ns().unwrap_or_default() as f64 * 1e-9;
+    let zero_s = of_capture.utc_at_zero_ns().unwrap_or_default() as f64 * 1e-9;
     let later_s = zero_s + table.time.offset_s - manifest.gps.latency_s;
-    for fix in &log.dataset.fixes {
-        let fix = Fix { time: fix.time.offset_by(later_s), ..*fix };
-        gathered.fixes.push(0, StatedFix::of(&fix), &mut remarks);
-    }
-    let named = |sentence: &String| format!("{name}: {sentence}");
-    warnings.extend(log.dataset.warnings.iter().map(named));
-    gathered.notes.extend(log.dataset.notes.iter().map(named));
+    let (fixes, of_fixes, notes) = assembly.into_fixes();
+    // Steps of the clock are those of all sensors together.
+    gathered.fixes.append(fixes, later_s);
+    let named = |sentence: String| format!("{name}: {sentence}");
+    warnings.extend(of_fixes.into_iter().map(named));
+    gathered.notes.extend(notes.into_iter().map(named));
     Ok(())
 }
 

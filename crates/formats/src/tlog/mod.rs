@@ -99,7 +99,7 @@ impl Survey {
     fn take(&mut self, frame: &Frame) {
         let key = (frame.sender, frame.message);
         if self.counts.len() < MOST_SENDERS || self.counts.contains_key(&key) {
-            self.counts.entry(key).or_default().count(frame.is_good());
+            self.counts.entry(key).or_default().count(frame.is_good(), &[]);
         }
         self.first_stamp_s.get_or_insert(frame.stamp_s);
         if frame.message == Message::SystemTime && frame.row[1] > 0.0 {

@@ -199,6 +199,6 @@ fn manifest(survey: &Survey, rows: &Rows) -> Manifest {
     manifest.gps.antenna_lever_arm_m = arm("EKF2_GPS_POS_");
     manifest.rangefinder.lever_arm_m = arm("EKF2_RNG_POS_");
     manifest.gps.latency_s = rows.latency_s;
-    manifest.date = rows.utc_at_zero_ns.and_then(moment);
+    manifest.date = rows.utc_at_zero.first().and_then(moment);
     manifest
 }

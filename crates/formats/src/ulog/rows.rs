@@ -6,6 +6,7 @@ use super::topics::Topic;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
 use crate::onboard::OnboardMoment;
+use crate::utc::UtcAtZero;
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::frames::{Rotation, Vector};
@@ -38,8 +39,8 @@ pub(super) struct Rows {
     pub gyro_clipping: Clipping,
     /// Number of fixes whose only height is above mean sea level.
     pub without_ellipsoid: usize,
-    /// UTC of the start of the log, from the first fix with UTC, ns since 1970.
-    pub utc_at_zero_ns: Option<i64>,
+    /// UTC of the start of the log, from the fixes.
+    pub utc_at_zero: UtcAtZero,
     /// Height of mean sea level above the ellipsoid, from the last fix, m.
     undulation_m: f64,
     last_magnetometer: Option<Time>,
@@ -282,8 +283,7 @@ impl Rows {
             self.without_ellipsoid += 1;
         }
         if let Some(time) = time.filter(|_| utc_us > 0.0) {
-            let utc_ns = (1e3 * utc_us) as i64;
-            self.utc_at_zero_ns.get_or_insert(utc_ns.saturating_sub(time.nanoseconds()));
+            self.utc_at_zero.push((1e3 * utc_us) as i64, time);
         }
     }
 

@@ -43,8 +43,9 @@ impl Survey {
                 b'D' => {
                     if let Some(subscription) = subscriptions.of(body) {
                         let (topic, instance) = (subscription.topic, subscription.instance);
-                        let is_good = subscription.is_good(body);
-                        survey.counts.entry((topic, instance)).or_default().count(is_good);
+                        let row = subscription.row(body);
+                        let tally = survey.counts.entry((topic, instance)).or_default();
+                        tally.count(topic.is_good(&row), &topic.reading(&row));
                     }
                     true
                 }
@@ -94,6 +95,30 @@ fn keyed(body: &[u8]) -> Option<(&str, &[u8])> {
     Some((std::str::from_utf8(key).ok()?, value))
 }
 
+impl Topic {
+    /// Whether a message with this row has a measurement that may be used.
+    fn is_good(self, row: &[f64]) -> bool {
+        match self {
+            Self::VehicleGps | Self::SensorGps => {
+                is_fix(Dimensions::of_type(row[16]), place_deg(row))
+            }
+            Self::SensorCombined | Self::VehicleImu => is_alive([row[6], row[7], row[8]]),
+            Self::Magnetometer => is_alive([row[2], row[3], row[4]]),
+            _ => true,
+        }
+    }
+
+    /// The values that change from each measurement to the next.
+    fn reading(self, row: &[f64]) -> [&[f64]; 2] {
+        match self {
+            Self::SensorCombined => [&row[1..4], &row[6..9]],
+            Self::VehicleImu => [&row[2..5], &row[6..9]],
+            Self::VehicleGps | Self::SensorGps => [&row[1..12], &[]],
+            _ => [&[], &[]],
+        }
+    }
+}
+
 /// Topic and layout of the data messages of one number.
 #[derive(Debug)]
 pub(super) struct Subscription {
@@ -104,25 +129,6 @@ pub(super) struct Subscription {
 }
 
 impl Subscription {
-    /// Whether the message `body` has a measurement that may be used.
-    fn is_good(&self, body: &[u8]) -> bool {
-        match self.topic {
-            Topic::VehicleGps | Topic::SensorGps => {
-                let row = self.row(body);
-                is_fix(Dimensions::of_type(row[16]), place_deg(&row))
-            }
-            Topic::VehicleImu => {
-                let row = self.row(body);
-                is_alive([row[6], row[7], row[8]])
-            }
-            Topic::Magnetometer => {
-                let row = self.row(body);
-                is_alive([row[2], row[3], row[4]])
-            }
-            _ => true,
-        }
-    }
-
     /// The topic's columns in `body`; NaN for missing ones.
     pub fn row(&self, body: &[u8]) -> [f64; Topic::WIDTH] {
         let mut row = [f64::NAN; Topic::WIDTH];

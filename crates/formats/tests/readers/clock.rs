@@ -1,5 +1,9 @@
 //! Clocks that step and counters that start again, in every format.
 
+use std::fmt::Write as _;
+use std::fs;
+
+use hovernav_formats::{Options, Proposal, open};
 use hovernav_log::Dataset;
 
 use crate::alike::{FORMATS, Flight, warns, written};
@@ -152,5 +156,41 @@ fn counters_that_start_again_continue_in_every_format() {
             assert!((fixes[19].time - fixes[0].time - 19.0).abs() < 0.01, "{format} {name}");
             assert!(warns(&dataset, name), "{format} {name}: {:?}", dataset.warnings);
         }
+    }
+}
+
+#[test]
+fn fixes_of_a_capture_follow_the_samples_over_a_step_of_both_clocks() {
+    /// 10:00 on 7 January 2024, s since 1970.
+    const START_S: u32 = 1_704_585_600 + 36_000;
+    let stepped = |since: f64| if since > 39.9 { since - 20.0 } else { since };
+    let (mut imu, mut nmea) = (String::from("time_s,gx,gy,gz,ax,ay,az\n"), String::new());
+    for k in 0..4000_u32 {
+        let time_s = f64::from(START_S) + stepped(0.02 * f64::from(k));
+        writeln!(imu, "{time_s:.3},0.001,0,0.0{},0.01,0,-9.81", k % 7).unwrap();
+        if k % 50 == 0 {
+            let since = stepped(f64::from(k / 50)) as u32;
+            let clock = format!("10{:02}{:02}.00", since / 60, since % 60);
+            for body in [
+                format!("GPRMC,{clock},A,4700.{:04},N,00800.0000,E,1.0,0.0,070124,,,A", k / 50),
+                format!("GPGGA,{clock},4700.{:04},N,00800.0000,E,1,08,1.0,400.0,M,0.0,M,,", k / 50),
+            ] {
+                let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+                write!(nmea, "${body}*{sum:02X}\r\n").unwrap();
+            }
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let files = [folder.path().join("imu.csv"), folder.path().join("gps.nmea")];
+    fs::write(&files[0], imu).unwrap();
+    fs::write(&files[1], nmea).unwrap();
+    let map = folder.path().join("map");
+    Proposal::of(&files).unwrap().write(&map, true).unwrap();
+    let dataset = open(&map, &Options::default()).unwrap().dataset;
+    let counts = (dataset.imu.len(), dataset.fixes.len());
+    assert_eq!(counts, (4000, 80), "{:?}", dataset.warnings);
+    for (number, fix) in dataset.fixes.iter().enumerate() {
+        let apart_s = fix.time - dataset.imu[50 * number].time;
+        assert!(apart_s.abs() < 0.2, "fix {number}: {apart_s} s, {:?}", dataset.warnings);
     }
 }

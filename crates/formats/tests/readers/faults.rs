@@ -222,7 +222,37 @@ fn a_bag_is_the_files_that_its_metadata_lists() {
     };
     let dataset = metadata("    - b.mcap\n    - \"a.mcap\"\n");
     assert_eq!((dataset.imu.len(), dataset.fixes.len()), (2000, 40), "{:?}", dataset.warnings);
+    assert!(warns(&dataset, "other.mcap is not listed"), "{:?}", dataset.warnings);
     let dataset = metadata("    - b.mcap\n    - c.mcap\n");
     assert_eq!(dataset.imu.len(), 1000, "{:?}", dataset.warnings);
     assert!(warns(&dataset, "c.mcap is missing"), "{:?}", dataset.warnings);
+}
+
+#[test]
+fn a_header_in_the_middle_of_a_table_is_skipped() {
+    let log = written(&Flight::at_rest(1.0), "dataset");
+    let file = log.path.join("imu.csv");
+    let text = fs::read_to_string(&file).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let twice = [&lines[..500], &lines[..1], &lines[500..]].concat().join("\n");
+    fs::write(&file, twice).unwrap();
+    let dataset = log.read();
+    assert_eq!(dataset.imu.len(), 1000, "{:?}", dataset.warnings);
+    let expected = "imu.csv: line 501 skipped: repeats the header";
+    assert!(warns(&dataset, expected), "{:?}", dataset.warnings);
+}
+
+#[test]
+fn a_table_that_is_no_text_is_named() {
+    let log = written(&Flight::at_rest(1.0), "dataset");
+    let utf16: Vec<u8> = "\u{feff}t_s,".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, expected) in [
+        (&b"\x1f\x8b\x08\x00\x00abc,def"[..], "a gzip file (unpack it first)"),
+        (&utf16, "text in UTF-16 (save it as UTF-8 first)"),
+        (b"\x7fELF\x01\x02\x03", "binary data"),
+    ] {
+        fs::write(log.path.join("imu.csv"), bytes).unwrap();
+        let error = open(&log.path, &Options::default()).unwrap_err().to_string();
+        assert!(error.contains(&format!("imu.csv: found {expected}")), "{error}");
+    }
 }

@@ -2,8 +2,10 @@
 
 mod aids;
 mod alike;
+mod bags;
 mod campaign;
 mod cases;
+mod choices;
 mod clock;
 mod cross_check;
 mod damage;

@@ -16,6 +16,10 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         }
         _ => None,
     });
+    let carriers = match log.dataset.baro.is_empty() {
+        true => "the inertial unit carries",
+        false => "inertial unit and barometer carry",
+    };
     findings.extend(spans(contradicted, APART_S).into_iter().map(|span| Finding {
         start_s: span.start_s,
         end_s: span.end_s,
@@ -26,7 +30,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         count: span.count,
         words: format!(
             "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \
-             were rejected; inertial unit and barometer carry the solution{}",
+             were rejected; {carriers} the solution{}",
             when(span.start_s, span.end_s),
             span.count,
             log.cost(span.start_s, span.end_s)

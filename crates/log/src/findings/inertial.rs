@@ -316,7 +316,10 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
     let what = [
         (FindingKind::Stuck, "all readings repeated to the last digit, so it was not measuring"),
-        (FindingKind::NotANumber, "readings were not finite"),
+        (
+            FindingKind::NotANumber,
+            "readings were not finite, or beyond the range of inertial units",
+        ),
         (
             FindingKind::Interpolated,
             "all readings follow a straight line, which a logger has drawn where samples were missing",

@@ -1,0 +1,103 @@
+//! The sensor that is read where one of several is dead or frozen.
+
+use std::fmt::Write as _;
+
+use hovernav_formats::{Options, open_bytes};
+use hovernav_log::Dataset;
+
+use crate::alike::{Flight, dataflash, message, ulog};
+
+fn read(bytes: &[u8]) -> Dataset {
+    open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap().dataset
+}
+
+fn notes(dataset: &Dataset, words: &str) -> bool {
+    dataset.notes.iter().any(|note| note.contains(words))
+}
+
+/// A ULog with messages of one more topic: `other` makes the body of each from one of topic `of` and its number.
+fn with_another(
+    log: &[u8],
+    (instance, definition, name): (u8, &str, &str),
+    of: u8,
+    other: impl Fn(&mut [u8], f32) -> Vec<u8>,
+) -> Vec<u8> {
+    let (mut at, mut number) = (16, 0.0);
+    let mut with = log[..at].to_vec();
+    with.extend(message(b'F', definition.as_bytes()));
+    while at < log.len() {
+        let end = at + 3 + usize::from(u16::from_le_bytes([log[at], log[at + 1]]));
+        let (kind, mut body) = (log[at + 2], log[at + 3..end].to_vec());
+        if kind == b'D' && body[0] == of {
+            if number == 0.0 {
+                with.extend(message(b'A', &[&[instance, 7, 0], name.as_bytes()].concat()));
+            }
+            number += 1.0;
+            let another = other(&mut body, number);
+            with.extend(message(b'D', &[&[7, 0], &another[..]].concat()));
+        }
+        with.extend(message(kind, &body));
+        at = end;
+    }
+    with
+}
+
+#[test]
+fn vehicle_imu_is_read_where_sensor_combined_is_all_zero() {
+    let definition = "vehicle_imu:uint64_t timestamp;float[3] delta_angle;float[3] delta_velocity;\
+                      uint32_t delta_angle_dt;uint32_t delta_velocity_dt;";
+    let log = ulog(&Flight::at_rest(1.0));
+    let log = with_another(&log, (0, definition, "vehicle_imu"), 0, |body, number| {
+        let values = [1e-8 * number, 0.0, 0.0, 0.0, 0.0, -0.1962_f32].map(f32::to_le_bytes);
+        let dt = 20_000_u32.to_le_bytes().repeat(2);
+        let another = [&body[2..10], &values.concat(), &dt].concat();
+        body[10..].fill(0);
+        another
+    });
+    let dataset = read(&log);
+    assert_eq!(dataset.imu.len(), 1000, "{:?}", dataset.warnings);
+    assert!(notes(&dataset, "vehicle_imu 0 (1000 messages) is read"), "{:?}", dataset.notes);
+}
+
+#[test]
+fn a_frozen_unit_is_not_read_where_another_changes() {
+    let definition = "another:uint8_t nothing;";
+    let log = ulog(&Flight::at_rest(1.0));
+    let log = with_another(&log, (1, definition, "sensor_combined"), 0, |body, number| {
+        [&body[2..10], &(1e-6 * number).to_le_bytes(), &body[14..]].concat()
+    });
+    let dataset = read(&log);
+    assert!(notes(&dataset, "sensor_combined 1 (1000 messages) is read"), "{:?}", dataset.notes);
+
+    let mut text = String::new();
+    for (number, line) in dataflash(&Flight::at_rest(1.0)).lines().enumerate() {
+        writeln!(text, "{line}").unwrap();
+        if let Some(time) = line.strip_prefix("IMU, ").and_then(|rest| rest.split(", ").next()) {
+            let rate = 1e-6 * number as f64;
+            writeln!(text, "IMU, {time}, 1, {rate}, 0, 0, 0.01, 0, -9.81, 1, 1").unwrap();
+        }
+    }
+    let dataset = read(text.as_bytes());
+    assert!(notes(&dataset, "IMU 1 (1000 messages) is read"), "{:?}", dataset.notes);
+}
+
+#[test]
+fn a_frozen_receiver_is_not_read_where_another_changes() {
+    let mut flight = Flight::at_rest(1.0);
+    let first = flight.fixes[0];
+    flight.fixes = (0..200)
+        .map(|k| crate::alike::Row { time_s: 1.01 + 0.1 * f64::from(k), ..first })
+        .collect();
+    let definition = "another:uint8_t nothing;";
+    let name = "vehicle_gps_position";
+    let log = with_another(&ulog(&flight), (1, definition, name), 1, |body, number| {
+        let lat_deg = 47.0 + 1e-6 * f64::from(number);
+        [&body[2..10], &lat_deg.to_le_bytes(), &body[18..]].concat()
+    });
+    let dataset = read(&log);
+    assert!(
+        notes(&dataset, "vehicle_gps_position 1 (200 messages) is read"),
+        "{:?}",
+        dataset.notes
+    );
+}
