@@ -509,9 +509,9 @@ typedef struct HovernavAlignment {
     double level_sigma_rad;
     // One-sigma of levelling in motion, rad.
     double moving_level_sigma_rad;
-    // One-sigma of position for fixes without one, m.
+    // One-sigma of position, used where a fix states no accuracy of its own, m.
     double position_sigma_m;
-    // One-sigma of velocity for fixes without one, m/s.
+    // One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
     double velocity_sigma_mps;
     // Speed from which on the course gives the heading, m/s.
     double course_speed_mps;
@@ -567,13 +567,13 @@ typedef struct HovernavImuModel {
 
 // Error model of the GPS.
 typedef struct HovernavGpsModel {
-    // One-sigma of horizontal position, each axis, for fixes without one, m.
+    // One-sigma of horizontal position, each axis, used where a fix states no accuracy of its own, m.
     double horizontal_sigma_m;
-    // One-sigma of height for fixes without one, m.
+    // One-sigma of height, used where a fix states no accuracy of its own, m.
     double vertical_sigma_m;
-    // One-sigma of horizontal velocity, each axis, for fixes without one, m/s.
+    // One-sigma of horizontal velocity, each axis, used where a fix states no accuracy of its own, m/s.
     double horizontal_velocity_sigma_mps;
-    // One-sigma of vertical velocity for fixes without one, m/s.
+    // One-sigma of vertical velocity, used where a fix states no accuracy of its own, m/s.
     double vertical_velocity_sigma_mps;
     // Smallest one-sigma of the white part of position, m.
     double position_floor_m;
@@ -589,7 +589,8 @@ typedef struct HovernavGpsModel {
     double velocity_wander_time_s;
     // Time over which a receiver may have averaged its velocity, one-sigma, s.
     double velocity_smoothing_s;
-    // Share by which one innovation changes a one-sigma that fixes do not state, 0 to 1.
+    // Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that
+    // fixes do not state, or state too small.
     double learning_rate;
     // One-sigma of the time between a fix's position and its velocity, s.
     double position_latency_sigma_s;
@@ -710,9 +711,9 @@ typedef struct HovernavRangeModel {
     double most_m;
     // Readings below this quality, 0 to 1, are not used.
     double least_quality;
-    // One-sigma of its white error, for readings without one, m.
+    // One-sigma of its white error, used where a reading states no accuracy of its own, m.
     double noise_m;
-    // One-sigma share of the distance that adds to the error.
+    // One-sigma of an additional error that grows with the distance, as a share of the distance.
     double noise_share;
     // One-sigma of the change of ground height over a metre, m.
     double ground_walk_m;
@@ -732,7 +733,7 @@ typedef struct HovernavRangefinder {
 typedef struct HovernavAntennaHeadingModel {
     // Shortest time between two updates, s.
     double interval_s;
-    // One-sigma for readings without one, rad.
+    // One-sigma of the heading, used where a reading states no accuracy of its own, rad.
     double sigma_rad;
     // Smallest one-sigma, rad.
     double floor_rad;
