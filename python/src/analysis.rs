@@ -200,7 +200,9 @@ pub fn allan<'py>(
         return Ok(table(py, columns)?);
     }
     let Some(rate_hz) = rate_hz.filter(|&rate_hz| rate_hz > 0.0 && rate_hz.is_finite()) else {
-        return rejected("rate_hz: found no rate above 0, expected that of the readings, Hz".into());
+        return rejected(
+            "rate_hz: found no rate above 0, expected that of the readings, Hz".into(),
+        );
     };
     let readings = vector(readings, "readings")?;
     let readings: Vec<f64> = readings.as_array().iter().copied().collect();
