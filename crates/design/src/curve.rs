@@ -1,6 +1,13 @@
 //! Zeros and peaks of functions of frequency.
 
-use super::margins::Peak;
+/// Maximum of a function of frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// The frequency, rad/s.
+    pub frequency_radps: f64,
+    /// The value.
+    pub value: f64,
+}
 
 /// A function of frequency with its values at the points of a grid, computed once for repeated evaluation.
 pub(super) struct Curve<'a, T, F> {

@@ -25,13 +25,14 @@ mod riccati;
 pub mod thesis;
 
 pub use check::{CheckedDesign, CheckedPrintedDesign};
+pub use curve::Peak;
 pub use discretize::zero_order_hold;
 pub use disturbance::{DISTURBED, DisturbanceResponse, SETTLED, TABLE_6_1};
 pub use error::DesignError;
 pub use handling::HandlingQualities;
 pub use hovernav_model::nalgebra;
 pub use lqr::{Regulator, discrete_lqr, kalman, lqr, sampled_lqr};
-pub use margins::{ChannelMargins, Crossing, Loop, Margins, Peak};
+pub use margins::{ChannelMargins, Crossing, Loop, Margins};
 pub use nichols::{Nichols, ZONE};
 pub use notch::NotchCost;
 pub use reachability::{Reachability, observability, reachability};

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::{Complex, DMatrix};
 
 use super::arguments::check;
-use super::curve::Curve;
+use super::curve::{Curve, Peak};
 use super::error::DesignError;
 use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
@@ -34,15 +34,6 @@ pub struct Crossing {
     pub frequency_radps: f64,
     /// The margin: a factor of gain, or a phase in rad.
     pub margin: f64,
-}
-
-/// Maximum of a function of frequency.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
-    /// The frequency, rad/s.
-    pub frequency_radps: f64,
-    /// The value.
-    pub value: f64,
 }
 
 /// Margins of one channel, with the loop cut there and all other channels closed.

@@ -2,8 +2,8 @@
 
 use nalgebra::Complex;
 
+use super::curve::Peak;
 use super::error::DesignError;
-use super::margins::Peak;
 use super::response::bode;
 use hovernav_model::StateSpace;
 

@@ -1,7 +1,7 @@
 //! Merging of rows with one time: batches of an inertial unit, or a clock coarser than the sample interval.
 
 use crate::clock::Rows;
-use crate::remarks::Remarks;
+use crate::remarks::{REPEATED, Remarks};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
@@ -28,7 +28,6 @@ pub trait Join: Copy + PartialEq {
 }
 
 const TOGETHER: &str = "merged with the row before, at the same time";
-pub(crate) const REPEATED: &str = "skipped: same time as the row before";
 
 impl<T: Join> Batch<T> {
     pub fn new(line: u64, row: T) -> Self {

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use crate::batch::REPEATED;
 use crate::clock_steps::{ClockSteps, Course, Shifts};
 use crate::distribution::Distribution;
 use crate::error::LogError;
-use crate::remarks::Remarks;
+use crate::remarks::{REPEATED, Remarks};
 use hovernav::time::Time;
 
 /// Rows of a file in the order found, each with its line, or its byte offset in a binary file.

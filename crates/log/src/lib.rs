@@ -38,6 +38,7 @@ mod open;
 mod ordered;
 mod overview;
 mod plausibility;
+mod possible_motion;
 mod rates;
 mod records;
 mod reference;

@@ -1,5 +1,8 @@
 //! Defects of a file that do not make it unusable, counted by kind.
 
+/// Remark on a row with the time of the row before it.
+pub(crate) const REPEATED: &str = "skipped: same time as the row before";
+
 /// Counts defective rows by kind, for one sentence a kind instead of one a row.
 #[derive(Debug)]
 pub struct Remarks {

@@ -3,23 +3,12 @@
 use std::path::Path;
 
 use super::PlayError;
-use super::terminal::Terminal;
+use super::terminal::{Received, Terminal};
 use crate::serial::{Clock, DeviceEnd};
 use hovernav::time::Time;
 
 /// Interval at which an unopened port is checked, s.
 const LOOK_S: f64 = 0.005;
-
-/// Data from the host.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Received {
-    /// Number of bytes received.
-    Bytes(usize),
-    /// No data.
-    Nothing,
-    /// The port is not open.
-    Closed,
-}
 
 /// The device's end of a line; dropping it removes the line.
 #[derive(Debug)]

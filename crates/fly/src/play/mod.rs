@@ -37,12 +37,13 @@ use std::time::Duration;
 
 use crate::devices::{Device, DmuDevice, GpsDevice};
 use crate::serial::{Clock, Task};
-use far_end::{FarEnd, Received};
+use far_end::FarEnd;
 use flight_clock::FlightClock;
 use hovernav::dmu::{Calibration, RangeError};
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
+use terminal::Received;
 
 /// Full scale of the IMU if the dataset has none: °/s and g.
 pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);

@@ -9,10 +9,20 @@ use std::time::Duration;
 use serialport::{SerialPort as _, TTYPort};
 
 use super::PlayError;
-use super::far_end::Received;
 
 /// Number of bytes written at once: a pseudo-terminal with room for one byte has room for all of them.
 const CHUNK: usize = 256;
+
+/// Data from the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Received {
+    /// Number of bytes received.
+    Bytes(usize),
+    /// No data.
+    Nothing,
+    /// The port is not open.
+    Closed,
+}
 
 /// The device's end of a pseudo-terminal, with a link to the host's end. Dropping it removes both.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! The columns of an attitude.
 
 use super::columns::Reader;
-use super::names::Quantity;
+use super::quantity::Quantity;
 use crate::text::{AngleUnit, AttitudeColumns, AttitudeRole};
 
 impl Reader<'_> {

@@ -1,6 +1,6 @@
 //! Names of sensors along axes.
 
-use super::names::Quantity;
+use super::quantity::Quantity;
 
 /// The quantity of a name with an axis: x, y or z at its end or its beginning.
 pub(super) fn axis(name: &str) -> Option<Quantity> {

@@ -1,7 +1,7 @@
 //! The column of a barometer.
 
 use super::columns::Reader;
-use super::names::Quantity;
+use super::quantity::Quantity;
 use crate::text::{BaroColumn, BaroUnit};
 
 impl Reader<'_> {

@@ -4,17 +4,19 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::instance;
+use super::known::Known;
 use super::look::Look;
-use super::names::{Meaning, Quantity, meaning};
+use super::names::meaning;
 use super::numbered;
-use super::place;
+use super::quantity::Quantity;
 use super::travel::StatedUnits;
+use super::unknown_places;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    Axes, ForceUnit, GpsColumns, HeightAbove, MagneticUnit, RateUnit, StickColumns, StickUnit,
-    TableMapping, Triad,
+    Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping,
+    Triad,
 };
 use hovernav_log::LogError;
 
@@ -29,66 +31,6 @@ pub(crate) struct Understood {
     pub checks: Vec<String>,
     /// Whether the accelerometer does not measure gravity, as the linear acceleration of a phone.
     pub is_without_gravity: bool,
-}
-
-/// The meanings of the columns; a look-up returns the first column of a quantity.
-pub(crate) struct Known {
-    pub meanings: Vec<Option<Meaning>>,
-}
-
-impl Known {
-    pub fn column(&self, quantity: Quantity) -> Option<usize> {
-        self.meanings.iter().position(|found| found.is_some_and(|m| m.quantity == quantity))
-    }
-
-    pub fn all<const N: usize>(&self, quantities: [Quantity; N]) -> Option<[usize; N]> {
-        let mut columns = [0; N];
-        for (column, quantity) in columns.iter_mut().zip(quantities) {
-            *column = self.column(quantity)?;
-        }
-        Some(columns)
-    }
-
-    pub fn height(&self) -> Option<(usize, Option<HeightAbove>)> {
-        let any = [Some(HeightAbove::Ellipsoid), None, Some(HeightAbove::Sea)];
-        any.into_iter().find_map(|above| Some((self.column(Quantity::Height(above))?, above)))
-    }
-
-    pub fn unit(&self, column: usize) -> Option<&'static str> {
-        self.meanings[column].and_then(|meaning| meaning.unit)
-    }
-
-    /// Forgets columns of raw readings, and of zeros only, whose quantity another column has.
-    fn prefer_measured(&mut self, look: &Look, names: &[String]) {
-        let is_poor = |column: usize| {
-            let name = names.get(column).map_or(String::new(), |name| name.to_lowercase());
-            ["raw", "uncal", "uncomp"].iter().any(|part| name.contains(part))
-                || look.largest(column) == 0.0
-        };
-        let quantity = |meaning: &Option<Meaning>| meaning.map(|meaning| meaning.quantity);
-        let quantities: Vec<Option<Quantity>> = self.meanings.iter().map(quantity).collect();
-        for (column, quantity) in quantities.iter().enumerate().filter(|(at, _)| is_poor(*at)) {
-            let mut others = quantities.iter().enumerate();
-            if others.any(|(other, of)| of == quantity && !is_poor(other)) {
-                self.meanings[column] = None;
-            }
-        }
-    }
-
-    /// Reads `VZ` next to `GCrs`, the course of ArduPilot's `GPS` message, as the velocity down.
-    fn add_down_of_ardupilot(&mut self, names: &[String]) {
-        let find = |wanted: &str| {
-            names.iter().position(|name| name.rsplit(['.', ' ']).next() == Some(wanted))
-        };
-        if let (Some(_), Some(down)) = (find("GCrs"), find("VZ")) {
-            let quantity = Quantity::Velocity(2);
-            self.meanings[down] = Some(Meaning { quantity, unit: Some("m/s"), estimated: false });
-        }
-    }
-
-    pub fn is_estimated(&self, column: usize) -> bool {
-        self.meanings[column].is_some_and(|meaning| meaning.estimated)
-    }
 }
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
@@ -122,7 +64,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     if let Some((column, number)) = instance {
         look.keep_rows_of(column, f64::from(number));
     }
-    let unknown = place::forget_unknown(&mut look, &known);
+    let unknown = unknown_places::forget_unknown(&mut look, &known);
     let mut table = TableMapping {
         file: file.to_path_buf(),
         delimiter: look.layout.delimiter,

@@ -1,7 +1,7 @@
 //! The columns of a receiver.
 
 use super::columns::Reader;
-use super::names::Quantity;
+use super::quantity::Quantity;
 use super::travel::StatedUnits;
 use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
 

@@ -1,8 +1,8 @@
 //! Files with rows of several sensors of one kind, as mavlogdump writes them.
 
-use super::columns::Known;
+use super::known::Known;
 use super::look::Look;
-use super::names::Quantity;
+use super::quantity::Quantity;
 
 /// Largest number of a sensor.
 const LARGEST: u32 = 9;

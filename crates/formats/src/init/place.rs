@@ -1,8 +1,7 @@
 //! Columns and unit of latitude and longitude.
 
-use super::columns::{Known, Reader};
-use super::look::Look;
-use super::names::Quantity;
+use super::columns::Reader;
+use super::quantity::Quantity;
 use crate::text::PlaceUnit;
 
 /// The largest possible latitude and longitude, rad, plus a margin for rounding.
@@ -11,49 +10,6 @@ const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::co
 /// Least coordinate in degrees × 10⁷. Smaller ones would lie in the Gulf of Guinea, within about a kilometre of 0° N 0°
 /// E.
 const LEAST_SCALED: f64 = 1e5;
-
-/// Largest longitude in degrees, as ddmm.mmmm, and in degrees × 10⁷.
-const SCALES: [f64; 3] = [360.0, 18_000.0, 3.6e9];
-
-/// Replaces impossible and unknown positions by NaN, with the same numbers in other columns of their rows. Returns the
-/// numbers that mean an unknown position: latitude and longitude both have them, on several rows, at least about a
-/// degree from every other position.
-pub(super) fn forget_unknown(look: &mut Look, known: &Known) -> Vec<f64> {
-    let Some([lat, lon]) = known.all([Quantity::Latitude, Quantity::Longitude]) else {
-        return Vec::new();
-    };
-    let rows = look.columns[lat].iter().copied().zip(look.columns[lon].iter().copied());
-    let rows = rows.filter(|(lat, lon)| lat.is_finite() && lon.is_finite());
-    let (mut alike, others): (Vec<_>, Vec<_>) = rows.partition(|(lat, lon)| lat == lon);
-    let typical = |of: fn(&(f64, f64)) -> f64| {
-        let mut values: Vec<f64> = others.iter().map(|row| of(row).abs()).collect();
-        values.sort_unstable_by(f64::total_cmp);
-        // A value for unknown ones counts once.
-        values.dedup();
-        values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(f64::INFINITY)
-    };
-    let typical = typical(|row| row.0).max(typical(|row| row.1));
-    let most = SCALES.into_iter().find(|most| typical <= *most).unwrap_or(f64::INFINITY);
-    let degree = most / 360.0;
-    alike.retain(|(lat, _)| *lat != 0.0);
-    alike.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let repeated = alike.chunk_by(|a, b| a == b).filter(|rows| rows.len() > 1);
-    let is_far = |value: &f64| {
-        others.iter().all(|(lat, lon)| (lat - value).abs() + (lon - value).abs() > degree)
-    };
-    let unknown: Vec<f64> = match others.is_empty() {
-        true => Vec::new(),
-        false => repeated.map(|rows| rows[0].0).filter(is_far).collect(),
-    };
-    for row in 0..look.columns[lat].len() {
-        let place = [look.columns[lat][row], look.columns[lon][row]];
-        if place.iter().any(|angle| angle.abs() > most || unknown.contains(angle)) {
-            let columns = look.columns.iter_mut().map(|column| &mut column[row]);
-            columns.filter(|value| place.contains(value)).for_each(|value| *value = f64::NAN);
-        }
-    }
-    unknown
-}
 
 /// The columns of latitude and longitude.
 pub(super) struct Place {

@@ -1,6 +1,6 @@
 //! Names of one-sigmas per axis.
 
-use super::names::Quantity;
+use super::quantity::Quantity;
 
 /// The words for a one-sigma; each longer word precedes the shorter ones that it begins with.
 const MARKS: [&str; 6] = ["stddev", "stdev", "std", "sigma", "sig", "sd"];

@@ -1,7 +1,7 @@
 //! The columns of the time of a row.
 
 use super::columns::Reader;
-use super::names::Quantity;
+use super::quantity::Quantity;
 use crate::text::{TimeColumn, TimeScale, TimeUnit};
 use crate::utc::WEEK_S;
 

@@ -1,7 +1,8 @@
 //! Meanings of columns without names, from their values.
 
 use super::look::Look;
-use super::names::{Meaning, Quantity};
+use super::names::Meaning;
+use super::quantity::Quantity;
 
 /// The meanings of the columns of `look`, as far as their values determine them.
 ///

@@ -7,7 +7,7 @@ use crate::clock::Rows;
 use crate::clock_steps::ClockSteps;
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
-use crate::reference::{TOO_FAST, ensure_motion};
+use crate::possible_motion::{TOO_FAST, ensure_motion};
 use crate::remarks::Remarks;
 use crate::solution::COLUMNS;
 use crate::table::{LARGEST_BYTES, Table};
