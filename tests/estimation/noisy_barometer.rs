@@ -88,14 +88,14 @@ fn horizontal_positions_survive_heights_of_two_levels() {
     let mut fixes = recording.fixes.iter().peekable();
     let (mut contradictions, mut farthest_m) = (0, 0.0_f64);
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
+        let mut observe = |notice: Notice| {
+            contradictions +=
+                u32::from(matches!(notice, Notice::Updated(report) if report.contradicts_itself()));
+        };
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
-            estimator.push(&Event::Gps(*fix), |notice| {
-                contradictions += u32::from(
-                    matches!(notice, Notice::Updated(report) if report.contradicts_itself()),
-                );
-            });
+            estimator.push(&Event::Gps(*fix), &mut observe);
         }
-        estimator.push(&Event::Imu(*sample), |_| ());
+        estimator.push(&Event::Imu(*sample), &mut observe);
         estimator.push(
             &Event::Baro(BaroReading::new(sample.time, truth.position.height_m + 20.0)),
             |_| (),
