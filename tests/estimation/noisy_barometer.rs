@@ -78,8 +78,8 @@ fn horizontal_positions_survive_heights_of_two_levels() {
     let plan = FlightPlan::hover_at(start, 0.0).hold(10.0).test_points().hold(60.0);
     let mut recording =
         fly(&plan.build().unwrap(), &DmuConfig::default(), &GpsConfig::default(), 3).unwrap();
-    for fix in recording.fixes.iter_mut().skip(40).step_by(2) {
-        fix.position.height_m += 40.0;
+    for (index, fix) in recording.fixes.iter_mut().enumerate().skip(40) {
+        fix.position.height_m += if index % 2 == 0 { 20.0 } else { -20.0 };
     }
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
