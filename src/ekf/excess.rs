@@ -25,8 +25,8 @@ pub(super) struct Excess {
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
     mean_product: [f64; 2],
     /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovations,
-    /// north and east.
-    rejected: (Time, Option<[f32; 2]>),
+    /// north and east; zeros without one.
+    rejected: (Time, [f32; 2]),
     /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
     /// measurement.
     rejected_down: (Time, Option<f32>),
@@ -86,7 +86,7 @@ impl Excess {
         last: None,
         last_down: (Time::ZERO, None),
         mean_product: [0.0; 2],
-        rejected: (Time::ZERO, None),
+        rejected: (Time::ZERO, [0.0; 2]),
         rejected_down: (Time::ZERO, None),
         reopened_down: (Time::ZERO, None),
     };
@@ -161,20 +161,23 @@ impl Excess {
     /// Whether rejected innovations grow to one side, as with a bias step. A receiver fault appears at full size at once.
     fn grows_far(&mut self, time: Time, rejected: Option<(f64, f64)>, began: bool) -> bool {
         let Some((north, east)) = rejected else {
-            self.rejected.1 = None;
+            self.rejected.1 = [0.0; 2];
             return false;
         };
-        let newest = Some([north as f32, east as f32]);
-        let (since, Some(first)) = self.rejected else {
-            self.rejected = (time, newest.filter(|_| began));
+        let newest = (time, [north as f32, east as f32]);
+        let (since, first) = self.rejected;
+        if first == [0.0; 2] {
+            if began {
+                self.rejected = newest;
+            }
             return false;
-        };
+        }
         let [first_north, first_east] = first.map(f64::from);
         let alike = north * first_north + east * first_east;
         let grown = time - since >= GROWING_S
             && alike >= GROWN * (square(first_north) + square(first_east));
         if grown {
-            self.rejected = (time, newest);
+            self.rejected = newest;
         }
         grown
     }
