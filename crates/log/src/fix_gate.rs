@@ -129,6 +129,25 @@ impl StatedFix {
         Self { ground_speed_mps: speed_mps, ..self }
     }
 
+    /// The values of a fix that has passed the gate.
+    #[must_use]
+    pub fn of(fix: &Fix) -> Self {
+        let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
+        let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+        let Geodetic { height_m, .. } = fix.position;
+        Self {
+            dimensions: if fix.two_dimensional { Dimensions::Two } else { Dimensions::Three },
+            position_sigma_m: vector(fix.position_sigma_m),
+            velocity_mps: [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)],
+            velocity_sigma_mps: vector(fix.velocity_sigma_mps),
+            satellites: fix.satellites.map_or(f64::NAN, f64::from),
+            ..Self::at(
+                Some(fix.time),
+                [fix.position.latitude_deg(), fix.position.longitude_deg(), height_m],
+            )
+        }
+    }
+
     /// Whether the fix has a position that is used.
     #[must_use]
     pub fn is_fix(&self) -> bool {
