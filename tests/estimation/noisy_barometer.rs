@@ -10,14 +10,19 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, Normal};
 
-/// Errors from 30 s on: of height, m, and of the vertical velocity, m/s, each as root of the mean square and as the share
-/// within 3σ.
-fn errors(recording: &Recording, noise_m: f64, learns: bool, seed: u64) -> [[f64; 2]; 2] {
+/// An estimator with the lever arms of the simulated sensors, which `learns` the barometer's scatter.
+fn estimator(learns: bool) -> Box<Estimator<Full, 28>> {
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
     config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
     config.ekf.mechanisms.barometer_scatter = learns;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    Box::new(Estimator::new(config))
+}
+
+/// Errors from 30 s on: of height, m, and of the vertical velocity, m/s, each as root of the mean square and as the share
+/// within 3σ.
+fn errors(recording: &Recording, noise_m: f64, learns: bool, seed: u64) -> [[f64; 2]; 2] {
+    let mut estimator = estimator(learns);
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let normal = Normal::new(0.0, noise_m).unwrap();
     let mut fixes = recording.fixes.iter().peekable();
@@ -81,10 +86,7 @@ fn horizontal_positions_survive_heights_of_two_levels() {
     for (index, fix) in recording.fixes.iter_mut().enumerate().skip(40) {
         fix.position.height_m += if index % 2 == 0 { 20.0 } else { -20.0 };
     }
-    let mut config = EstimatorConfig::default();
-    config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
-    config.mounting.antenna_lever_arm_m = GpsConfig::default().lever_arm_m;
-    let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
+    let mut estimator = estimator(true);
     let mut fixes = recording.fixes.iter().peekable();
     let (mut contradictions, mut farthest_m) = (0, 0.0_f64);
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {

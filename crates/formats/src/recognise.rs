@@ -33,14 +33,15 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         let has = |name: &str| log.join(name).exists();
         let is_mapped = has("mapping.toml") && !has_own_times(&log.join("imu.csv"));
         let is_of_a_logger = !has("imu.csv") && !has("dataset.toml") && !has("gps.csv");
-        if is_of_a_logger && !is_mapped && has_tables(log) {
+        let is_unknown = is_of_a_logger && !is_mapped;
+        if is_unknown && has_tables(log) {
             let shown = log.display();
             let reason = format!(
                 "found a directory of text files with unknown columns. Run `hovernav init {shown}` to map them"
             );
             return Err(LogError::Unusable { path: log.to_path_buf(), reason });
         }
-        if let Some(file) = lone_log(log).filter(|_| is_of_a_logger && !is_mapped) {
+        if is_unknown && let Some(file) = lone_log(log) {
             let reason = format!("found a directory, expected its log {}", file.display());
             return Err(LogError::Unusable { path: log.to_path_buf(), reason });
         }

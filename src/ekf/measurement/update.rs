@@ -95,7 +95,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 is_vertical(index) && !with_vertical || square(off) <= near * noise
             })
         };
-        let [level_is_near, fix_is_near] = [false, true].map(are_near);
         let mut first = 0;
         // Turns: at most one an axis: `first` moves on by one or more.
         while first < axes.len() {
@@ -132,9 +131,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 && self.gates.is_biased(group, time, off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !is_biased
-                && (fix_is_near
-                    || level_is_near && !is_vertical(at)
-                    || !self.gates.is_contradicted(group));
+                && (!self.gates.is_contradicted(group) || are_near(is_vertical(at)));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     self.judge_position(joint.variance(at).wide(), noise[at].wide());
@@ -273,7 +270,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Whether an axis of a fix is vertical, by its place among north, east and down of velocity and position.
+/// Whether an axis of a fix is vertical, by its index: north, east and down of the velocity, then of the position.
 const fn is_vertical(index: usize) -> bool {
     index % 3 == 2
 }
