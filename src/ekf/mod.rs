@@ -20,7 +20,6 @@ mod heading_revision;
 mod heading_search;
 mod history;
 mod innovation;
-mod joint;
 mod learned;
 mod measurement;
 mod mechanisms;
@@ -50,7 +49,6 @@ pub use estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 pub use filter::Ekf;
 pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};
-pub use joint::JointCovariance;
 #[doc(hidden)]
 pub use learned::Learned;
 pub use measurement::{
