@@ -66,6 +66,11 @@ impl Group {
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
+    /// Whether the group is one of a fix.
+    pub const fn is_of_fix(self) -> bool {
+        (self as usize) < Self::GPS
+    }
+
     /// Whether the group is one axis and measures height, as [`is_biased`](Gates::is_biased) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
@@ -95,7 +100,7 @@ impl Contradiction {
 
     /// Whether a group must not reset anything.
     fn forbids_reset(self, group: Group) -> bool {
-        self.suspected && (group as usize) < Group::GPS
+        self.suspected && group.is_of_fix()
     }
 }
 
@@ -297,7 +302,7 @@ impl Gates {
 
     /// Whether the group belongs to a receiver with a proven contradiction.
     pub fn is_contradicted(&self, group: Group) -> bool {
-        self.contradiction.proven && (group as usize) < Group::GPS
+        self.contradiction.proven && group.is_of_fix()
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are

@@ -5,8 +5,9 @@
 //! after a gap, and when a velocity is rejected soon after samples that hid the motion. It needs as many samples as the
 //! first alignment. The fixes determine the direction of the specific force independently of the filter.
 
+use super::super::gate::Group;
 use super::super::heading_search::HeadingMethod;
-use super::super::innovation::{Channel, Verdict};
+use super::super::innovation::Verdict;
 use super::super::layout::{GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
@@ -145,10 +146,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 /// Whether a velocity of a fix was rejected. A position does not count: it may have jumped while the filter is right.
 fn rejects_velocity(report: &Report) -> bool {
     report.innovations().any(|axis| {
-        let is_velocity = matches!(
-            axis.channel,
-            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown
-        );
+        let group = axis.channel.group();
+        let is_velocity = matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity);
         is_velocity && axis.verdict != Verdict::Accepted
     })
 }

@@ -4,7 +4,7 @@ use super::super::config::AntennaHeadingModel;
 use super::super::correction::is_accepted;
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::{Group, NEVER};
+use super::super::gate::NEVER;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -93,16 +93,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // Errors that the readings share do not widen a single reading: a jump is judged by the error of one reading.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
-        let channel = (Channel::BaselineHeading, Group::BaselineHeading);
         let trusted = is_accepted(&mut self.antenna_heading.disagreed_at, time, off_rad);
-        let mut axes = [None; 6];
-        axes[0] = trusted.then(|| ScalarMeasurement {
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE),
-            ..ScalarMeasurement::new(channel, T::of(off_rad), T::of(noise))
+        let heading = trusted.then(|| {
+            let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE);
+            let (off, noise) = (T::of(off_rad), T::of(noise));
+            ScalarMeasurement::new(Channel::BaselineHeading, off, noise, sensitivity)
         });
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Ok(report)
+        Ok(self.update_one(time, heading, trace))
     }
 
     /// Age, s, of a reading that was true at `time`.

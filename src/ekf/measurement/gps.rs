@@ -51,17 +51,11 @@ const MOST_AHEAD_S: f64 = 0.3;
 /// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
 
-/// Channels and groups of the axes, north, east, down.
-const POSITION_AXES: [(Channel, Group); 3] = [
-    (Channel::PositionNorth, Group::HorizontalPosition),
-    (Channel::PositionEast, Group::HorizontalPosition),
-    (Channel::PositionDown, Group::VerticalPosition),
-];
-const VELOCITY_AXES: [(Channel, Group); 3] = [
-    (Channel::VelocityNorth, Group::HorizontalVelocity),
-    (Channel::VelocityEast, Group::HorizontalVelocity),
-    (Channel::VelocityDown, Group::VerticalVelocity),
-];
+/// Channels of the axes, north, east, down.
+const POSITIONS: [Channel; 3] =
+    [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown];
+const VELOCITIES: [Channel; 3] =
+    [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 
 /// Factor by which stated one-sigmas are enlarged, given the learned size of their errors.
 pub fn stated_times(learned: f64) -> f64 {
@@ -316,14 +310,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let axes_measured = if fix.two_dimensional { 2 } else { 3 };
         let lag_noise = self.lag_noise(back, back.age_s);
         let axes = core::array::from_fn(|axis| {
-            let (channel, group) = POSITION_AXES[axis];
+            let (channel, innovation) = (POSITIONS[axis], innovation[axis]);
             let noise = T::of(noise.position_variance[axis]) + lag_noise;
-            (axis < axes_measured).then_some(Compared {
-                channel,
-                group,
-                innovation: innovation[axis],
-                noise,
-            })
+            (axis < axes_measured).then_some(Compared { channel, innovation, noise })
         });
         let velocity_variance = (VELOCITY..VELOCITY + 3)
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
@@ -358,12 +347,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let acceleration_variance = self.accel_noise(back.acceleration_over_s);
         let lag_noise = self.lag_noise(back, T::ONE);
         let axes = core::array::from_fn(|axis| {
-            let (channel, group) = VELOCITY_AXES[axis];
             let noise = T::of(noise.velocity_variance[axis])
                 + lag_noise
                 + square(T::of(self.config.gps.velocity_smoothing_s) * acceleration[axis]);
             let innovation = measured[axis]? - predicted[axis];
-            Some(Compared { channel, group, innovation, noise })
+            Some(Compared { channel: VELOCITIES[axis], innovation, noise })
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {

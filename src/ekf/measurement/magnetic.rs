@@ -3,7 +3,6 @@
 use super::super::covariance::Sensitivity;
 use super::super::field_watch::{AttitudeUncertainty, FieldChange, Parts, Turn};
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -146,16 +145,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.reset_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
         }
         let innovation = if lost { T::ZERO } else { off };
-        let mut axes = [None; 6];
-        axes[0] = self.accepts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
-            channel: Channel::Yaw,
-            group: Group::Heading,
-            innovation,
-            noise: square(T::of(model.noise_rad)),
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE),
+        let heading = self.accepts_heading(time, innovation.wide()).then(|| {
+            let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE);
+            let noise = square(T::of(model.noise_rad));
+            ScalarMeasurement::new(Channel::Yaw, innovation, noise, sensitivity)
         });
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
+        let mut report = self.update_one(time, heading, trace);
         if lost {
             report.was_fused([off.wide()]);
         }

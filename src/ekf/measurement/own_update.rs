@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::history::LookBack;
 use super::super::innovation::Channel;
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -67,17 +66,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.relax(trace);
         let mut axes = [None; 6];
-        let channel = (Channel::Own(measurement.sensor()), Group::Own);
+        let channel = Channel::Own(measurement.sensor());
         for (axis, row) in axes.iter_mut().zip(rows.iter()) {
             let noise = T::of(square(row.sigma)) + self.aged_noise(row, &back);
-            *axis = Some(ScalarMeasurement {
-                sensitivity: self.own_sensitivity(row, &back, arm.0.cast()),
-                ..ScalarMeasurement::new(channel, T::of(row.residual), noise)
-            });
+            let sensitivity = self.own_sensitivity(row, &back, arm.0.cast());
+            *axis = Some(ScalarMeasurement::new(channel, T::of(row.residual), noise, sensitivity));
         }
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Ok(report)
+        Ok(self.update_axes(time, &axes, trace))
     }
 
     /// Variance that the inertial sensors' noise since the reading adds to its innovation.

@@ -3,7 +3,6 @@
 use super::super::covariance::Sensitivity;
 use super::super::estimator_config::Rangefinder;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout, POSITION};
 use super::super::scalar::Scalar;
@@ -168,15 +167,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if steps.contains(&(square(innovation) / variance)) {
             self.open_parameter(state, square(innovation), trace);
         }
-        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
-        let channel = (Channel::Range, Group::Range);
-        scalars[0] = Some(ScalarMeasurement {
-            sensitivity,
-            ..ScalarMeasurement::new(channel, T::of(innovation), T::of(noise))
-        });
-        let mut report = Report::default();
-        self.update_sequentially(time, &scalars, &mut report, trace);
-        Ok(report)
+        let (innovation, noise) = (T::of(innovation), T::of(noise));
+        let range = ScalarMeasurement::new(Channel::Range, innovation, noise, sensitivity);
+        Ok(self.update_one(time, Some(range), trace))
     }
 }
 

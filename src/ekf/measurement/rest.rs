@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{GYRO_BIAS, Layout, VELOCITY};
 use super::super::scalar::Scalar;
@@ -78,39 +77,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let velocity = self.state.velocity_mps.to_array();
         // A vehicle may glide as smoothly as one at rest: the mean velocity of the fixes limits how far it is at rest.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
-        let mut axes = [const { None }; 6];
-        let (rates, velocities) = axes.split_at_mut(3);
-        for axis in 0..3 {
-            let (Some(slot), Some(&channel), Some(&off)) =
-                (rates.get_mut(axis), RATES.get(axis), off.get(axis))
-            else {
-                continue;
-            };
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: Group::RestRate,
-                innovation: off - self.estimate(GYRO_BIAS + axis),
-                noise: T::of(square(RATE_SIGMA_RADPS)),
-                sensitivity: Sensitivity::default().with(GYRO_BIAS + axis, T::ONE),
-            });
-            let (Some(slot), Some(&channel), Some(&velocity), Some(&fixes_mps)) = (
-                velocities.get_mut(axis),
-                VELOCITIES.get(axis),
-                velocity.get(axis),
-                fixes_mps.get(axis),
-            ) else {
-                continue;
-            };
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: Group::RestVelocity,
-                innovation: -velocity,
-                noise: T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps))),
-                sensitivity: Sensitivity::default().with(VELOCITY + axis, T::ONE),
-            });
+        let rates = RATES.into_iter().zip(off).enumerate().map(|(axis, (channel, off))| {
+            let state = GYRO_BIAS + axis;
+            let noise = T::of(square(RATE_SIGMA_RADPS));
+            let sensitivity = Sensitivity::default().with(state, T::ONE);
+            ScalarMeasurement::new(channel, off - self.estimate(state), noise, sensitivity)
+        });
+        let velocities =
+            VELOCITIES.into_iter().zip(velocity.into_iter().zip(fixes_mps)).enumerate();
+        let velocities = velocities.map(|(axis, (channel, (velocity, fixes_mps)))| {
+            let noise = T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps)));
+            let sensitivity = Sensitivity::default().with(VELOCITY + axis, T::ONE);
+            ScalarMeasurement::new(channel, -velocity, noise, sensitivity)
+        });
+        let mut axes = [None; 6];
+        for (slot, measurement) in axes.iter_mut().zip(rates.chain(velocities)) {
+            *slot = Some(measurement);
         }
-        let mut report = Report::default();
-        self.update_sequentially(self.state.time, &axes, &mut report, trace);
-        Some(report)
+        Some(self.update_axes(self.state.time, &axes, trace))
     }
 }

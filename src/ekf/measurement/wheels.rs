@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
@@ -58,7 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return None;
         }
         self.relax(trace);
-        let mut axes = [const { None }; 6];
+        let mut axes = [None; 6];
         let mut normalised = [0.0; 2];
         let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
         for ((slot, size), (across, channel)) in axes.iter_mut().zip(&mut normalised).zip(channels)
@@ -67,9 +66,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let noise = T::of(variance.into());
             let own = self.covariance.project(&sensitivity).1;
             *size = single(-left_mps / (own + noise).sqrt());
-            let measurement =
-                ScalarMeasurement::new((channel, Group::RestVelocity), -left_mps, noise);
-            *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
+            *slot = Some(ScalarMeasurement::new(channel, -left_mps, noise, sensitivity));
         }
         if wheels.is_violated(normalised, self.config.gate.sigmas as f32) {
             // The constraint of the last seconds was wrong.
@@ -81,9 +78,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             trace.reset(ATTITUDE..POSITION);
             return None;
         }
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Some(report)
+        Some(self.update_axes(time, &axes, trace))
     }
 
     fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
