@@ -290,7 +290,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match self.filter.predict_traced(sample, trace) {
             Ok(Prediction::Stepped) => {
                 if self.filter.samples.suspicion.hides_motion() {
-                    self.search.monitor(self.filter.state.body_to_ned);
+                    self.monitor_heading();
                 } else {
                     self.observe_sample(sample, time.seconds_since(before));
                 }
@@ -359,12 +359,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let [forward, right, _] = force_mps2.to_array();
             self.wheels.observe_sample([single(forward), single(right)], single(interval_s));
         }
-        self.search.observe_sample(
-            mean.angular_rate_radps - errors.gyro_bias_radps,
-            force_mps2,
-            self.filter.step_variances,
-            interval_s,
-        );
+        if let Some(search) = self.search.bank() {
+            let rate_radps = mean.angular_rate_radps - errors.gyro_bias_radps;
+            let variances = self.filter.step_variances;
+            search.observe_sample(rate_radps, force_mps2, variances, interval_s);
+        }
+    }
+
+    /// Monitors the heading of the filter from the next fix on.
+    fn monitor_heading(&mut self) {
+        if let Some(search) = self.search.bank() {
+            search.monitor(self.filter.state.body_to_ned);
+        }
     }
 
     /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
@@ -406,20 +412,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if report.contradicts_itself() {
             return;
         }
-        let filter = &self.filter;
-        let receiver = Receiver {
-            model: &filter.config.gps,
-            sigmas: filter.fix_sigmas(fix),
-            antenna: filter.mounting.antenna_from_imu().cast(),
-            bias_radps: filter.imu_errors().gyro_bias_radps,
-        };
-        self.search.fix(fix, &receiver, &filter.history);
+        if let Some(search) = self.search.bank() {
+            let filter = &self.filter;
+            let receiver = Receiver {
+                model: &filter.config.gps,
+                sigmas: filter.fix_sigmas(fix),
+                antenna: filter.mounting.antenna_from_imu().cast(),
+                bias_radps: filter.imu_errors().gyro_bias_radps,
+            };
+            search.fix(fix, &receiver, &filter.history);
+        }
         if searches {
             self.follow_search(trace, notify);
         } else {
             self.watch_heading(fix, trace, notify);
         }
-        let is_confirmed = self.search.is_confirmed() && mechanisms.confirmed_heading;
+        let is_confirmed = self.search.bank().is_some_and(|search| search.is_confirmed())
+            && mechanisms.confirmed_heading;
         self.filter.gates.set_heading_consistent(is_confirmed);
         self.monitor_tilt(fix, &report, trace, notify);
     }
@@ -436,7 +445,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let body_to_ned = filter.state.body_to_ned;
-        let better = self.search.better(fix.time, body_to_ned, own_sigma_rad);
+        let search = self.search.bank();
+        let better = search.and_then(|search| search.judge(fix.time, body_to_ned, own_sigma_rad));
         let Some(better) = better.filter(|_| filter.config.mechanisms.heading_monitor) else {
             return;
         };
@@ -453,7 +463,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.monitor(filter.state.body_to_ned);
+        self.monitor_heading();
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }

@@ -137,7 +137,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let (baseline_m, model) = (self.aligner.config().baseline_m, self.antenna_heading);
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
-            if let Some(motion) = self.search.motion_at(baseline, reading.heading_rad) {
+            let search = self.search.bank();
+            if let Some(motion) =
+                search.and_then(|search| search.motion_at(baseline, reading.heading_rad))
+            {
                 let least_rad = motion.heading_sigma_rad;
                 self.accept_heading(&motion, (reading.time, least_rad), trace, notify);
             }
@@ -157,9 +160,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Searching && report.any_accepted() {
             self.filter.attitude_lost = None;
             self.phase = Phase::Navigating;
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         } else if report.any_reopened() {
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         }
     }
 }

@@ -29,7 +29,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// checks roll and pitch.
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
         if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
             return;
         }
@@ -59,7 +59,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Searches all headings from a start whose attitude about `axis` is unknown.
     pub(super) fn search_all(&mut self, start: &Start, axis: Vector<Ned>) {
-        self.search.start(start, axis, self.filter.config.imu.gyro_bias_sigma_radps);
+        if let Some(search) = self.search.bank() {
+            search.start(start, axis, self.filter.config.imu.gyro_bias_sigma_radps);
+        }
         self.phase = Phase::Searching;
     }
 
@@ -71,7 +73,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             Scalar::sqrt(variances.fold(0.0, f64::max))
         };
         let others = [largest(ATTITUDE, 2), largest(GYRO_BIAS, 3)];
-        self.search.start_about(filter.state.body_to_ned, sigma_rad, others);
+        if let Some(search) = self.search.bank() {
+            search.start_about(filter.state.body_to_ned, sigma_rad, others);
+        }
         self.phase = Phase::Searching;
     }
 
@@ -82,7 +86,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let Some(motion) = self.search.motion() else { return };
+        let Some(motion) = self.search.bank().and_then(HeadingSearch::motion) else { return };
         if motion.is_found {
             let time = self.filter.state.time;
             // A heading from motion alone is unconfirmed; readings of two antennas go on to correct theirs.
@@ -106,7 +110,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         self.phase = Phase::Navigating;
         self.wheels.forget();
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
         let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }

@@ -138,7 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         } else {
             self.filter.open_heading(FOUND_SIGMA_RAD);
             self.phase = Phase::Navigating;
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         }
     }
 }

@@ -82,6 +82,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.filter.restart(start);
         self.wheels.forget();
         self.phase = Phase::Navigating;
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
     }
 }

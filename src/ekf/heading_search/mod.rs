@@ -20,7 +20,7 @@ mod motion;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
 pub(super) use monitor::BetterHeading;
-pub use motion::GuessedMotion;
+pub(super) use motion::GuessedMotion;
 
 use super::config::GpsModel;
 use super::history::History;
@@ -112,7 +112,7 @@ pub struct HeadingSearch<T = f64> {
 
 /// Error model, antenna and gyro bias for a fix, as the filter assumes them.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver<'a, T> {
+pub(super) struct Receiver<'a, T> {
     /// Error model of the receiver.
     pub model: &'a GpsModel,
     /// One-sigmas of position, m, and velocity, m/s, NED.
@@ -176,7 +176,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Restarts as the monitor of a heading, from the next fix on.
     // In place: a new value would be built on the stack first.
-    fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+    pub(super) fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.guesses.fill(Guess::NONE);
         self.start_to_ned = body_to_ned;
         self.axis = DOWN;
@@ -200,7 +200,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Starts a search from a start whose attitude about `axis` is unknown. The gyro bias has the one-sigma
     /// `bias_sigma_radps` unless the start states one.
-    fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
+    pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
         self.monitor(start.state.body_to_ned.cast());
         self.is_monitor = false;
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
@@ -213,7 +213,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Starts a search about a heading of one-sigma `sigma_rad`, with one-sigmas of tilt, rad, and gyro bias, rad/s.
-    fn start_about(
+    pub(super) fn start_about(
         &mut self,
         body_to_ned: Rotation<Body, Ned, T>,
         sigma_rad: f64,
@@ -228,7 +228,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Adds a bias-corrected inertial sample whose noise adds `variances` to angle, rad², and velocity, (m/s)².
-    fn observe_sample(
+    pub(super) fn observe_sample(
         &mut self,
         rate_radps: Vector<Body, T>,
         force_mps2: Vector<Body, T>,
@@ -292,7 +292,8 @@ impl<T: Scalar> HeadingSearch<T> {
     ///
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
-    fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
+    #[inline(never)]
+    pub(super) fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
         let Some(since) = history.motion_since(fix.time, self.body_to_start) else { return };
         if since.duration_s > self.felt_s {
             // The fix is older than the bank's start.

@@ -44,6 +44,11 @@ impl Judgement {
 }
 
 impl<T: Scalar> HeadingSearch<T> {
+    /// Whether recent motion confirmed the last judged heading.
+    pub(in super::super) fn is_confirmed(&self) -> bool {
+        self.judgement.is_confirmed
+    }
+
     /// Turn from an attitude's heading to that of the guesses; `None` while the guesses disagree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         let best = self.best().filter(|_| self.has_begun())?;
@@ -56,7 +61,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// The better heading, once the heading of an attitude with one-sigma `own_sigma_rad` has been wrong or suspect for
     /// [`WRONG_S`].
-    pub(super) fn judge(
+    pub(in super::super) fn judge(
         &mut self,
         time: Time,
         body_to_ned: Rotation<Body, Ned, T>,

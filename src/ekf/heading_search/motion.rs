@@ -34,7 +34,8 @@ impl<T: Scalar> HeadingSearch<T> {
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
-    pub(super) fn motion(&mut self) -> Option<GuessedMotion<T>> {
+    #[inline(never)]
+    pub(in super::super) fn motion(&mut self) -> Option<GuessedMotion<T>> {
         let best = *self.best().filter(|_| self.has_begun())?;
         self.motion_of(&best)
     }
@@ -100,7 +101,8 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Motion by the guess that points a baseline of the body nearest to `heading_rad`, clockwise from north. `None` if
     /// the fixes contradict that guess.
-    pub(super) fn motion_at(
+    #[inline(never)]
+    pub(in super::super) fn motion_at(
         &mut self,
         baseline: Vector<Body>,
         heading_rad: f64,
