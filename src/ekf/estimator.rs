@@ -224,10 +224,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match event {
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
-                if fix.time > self.due_until() {
+                if fix.time > self.filter.due_until() {
                     self.store_fix(fix, trace, notify);
                 } else {
-                    self.fuse_at_once(fix, trace, notify);
+                    self.gps(fix, trace, notify);
                 }
             }
             Event::Baro(reading) => self.barometer(reading, trace, notify),
@@ -267,7 +267,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Checks the time of a measurement that is compared with the present state. A time from another clock would block
     /// all later measurements. Within a gap of the inertial samples the present state is unknown.
     fn check_time(&self, time: Time) -> Result<(), Unusable> {
-        match self.time() - time {
+        match self.filter.state.time - time {
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
             age_s if age_s < -self.filter.config.imu.gap_s => Err(Unusable::AheadOfImu),
             _ => Ok(()),
@@ -325,7 +325,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             }
             self.suspected = time;
         }
-        self.fuse_waiting(self.due_until(), trace, notify);
+        self.fuse_waiting(self.filter.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
@@ -388,7 +388,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         let mechanisms = self.filter.config.mechanisms;
         if self.repeats(fix) && mechanisms.repeated_fixes {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
@@ -404,7 +404,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
         }
-        notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
+        notify(Notice::of_update(fix.time, Aid::Gps, result.map(|()| report)));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
@@ -479,17 +479,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     // Compiled once, with a stack frame of its own, because it is long.
     #[inline(never)]
     pub fn solution(&self) -> Option<Solution<T>> {
-        match self.phase {
-            Phase::Aligning => None,
-            Phase::Searching | Phase::Navigating => Some(self.filter.solution()),
-        }
-    }
-
-    fn time(&self) -> Time {
-        match self.phase {
-            Phase::Aligning => Time::ZERO,
-            Phase::Searching | Phase::Navigating => self.filter.state().time,
-        }
+        (self.phase != Phase::Aligning).then(|| self.filter.solution())
     }
 }
 

@@ -37,7 +37,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             .navigating()
             .and_then(|filter| filter.fuse_attitude(time, reference, &mut report, trace));
         self.note_heading(&report);
-        notify(Notice::of_report(time, Aid::Attitude, result, &report));
+        notify(Notice::of_update(time, Aid::Attitude, result.map(|()| report)));
     }
 
     #[inline(never)]
@@ -51,13 +51,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
-        if self.check_time(time).is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
+        let checked = self.check_time(time);
+        if checked.is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
             let (aid, reason) = (Aid::Magnetometer, Unusable::Outlier);
             notify(Notice::NotUsed { time, aid, reason });
             return;
         }
         let declination_rad = self.aligner.config().declination_rad;
-        let result = self.check_time(time).and_then(|()| self.navigating()).and_then(|filter| {
+        let result = checked.and_then(|()| self.navigating()).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
         if let Ok(report) = &result {
