@@ -39,6 +39,7 @@ mod unknown_heading;
 mod vehicle_kind;
 mod wheels;
 
+use crate::matrix::square;
 use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
@@ -69,10 +70,6 @@ pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// The filter of the command line, with the blocks of [`layout::Full`], in `f64`.
 pub type FullEkf = Ekf<layout::Full, 28>;
-
-fn square<T: scalar::Scalar>(value: T) -> T {
-    value * value
-}
 
 /// Converts to single precision, enough for quantities with errors of their own.
 fn single<T: scalar::Scalar>(value: T) -> f32 {

@@ -40,13 +40,6 @@ pub struct Covariance<T, const N: usize> {
     mirrored: bool,
 }
 
-#[inline(always)]
-fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T; N]) {
-    for (value, &term) in row.iter_mut().zip(other) {
-        *value += factor * term;
-    }
-}
-
 impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// All zero.
     #[must_use]

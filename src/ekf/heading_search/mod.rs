@@ -25,7 +25,7 @@ pub(super) use motion::GuessedMotion;
 use super::config::GpsModel;
 use super::history::History;
 use super::scalar::Scalar;
-use super::square;
+use super::{single, square};
 use crate::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
@@ -79,7 +79,7 @@ pub struct HeadingSearch<T = f64> {
     /// Attitude at the start of the bank, before it is turned for each guess.
     start_to_ned: Rotation<Body, Ned, T>,
     /// Axis, NED, about which the attitude was unknown at the start.
-    axis: [f32; 3],
+    axis: Vector<Ned, f32>,
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite if unknown.
     prior_sigma_rad: f64,
@@ -204,7 +204,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.monitor(start.state.body_to_ned.cast());
         self.is_monitor = false;
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
-        self.axis = axis.to_array().map(|part| part as f32);
+        self.axis = axis.cast();
         self.prior = Prior {
             axis: self.axis,
             tilt_sigma_rad: tilt_rad as f32,
@@ -254,7 +254,7 @@ impl<T: Scalar> HeadingSearch<T> {
     fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
         let before = self.filter_bias_radps.replace(bias_radps);
         if let Some(before) = before.filter(|_| !self.is_monitor) {
-            let change = (bias_radps - before).to_array().map(|part| part.wide() as f32);
+            let change = (bias_radps - before).cast();
             for guess in &mut self.guesses {
                 guess.correct_bias(change);
             }
@@ -266,9 +266,8 @@ impl<T: Scalar> HeadingSearch<T> {
     fn motion_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> MeasuredMotion {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
         let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
-        let single = |value: T| value.wide() as f32;
         let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| MeasuredMotion {
-            velocity_mps: velocity_mps.to_array().map(single),
+            velocity_mps: velocity_mps.cast(),
             duration_s: single(duration_s),
             turned_s: self.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
             variances: self.variances.map(|variance| single(variance * share)),
@@ -312,7 +311,7 @@ impl<T: Scalar> HeadingSearch<T> {
             Some(interval_s) => moved_m * T::of(1.0 / interval_s),
             None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),
         };
-        measured.swing_mps = swing.to_array().map(|part| part.wide() as f32);
+        measured.swing_mps = swing.cast();
         let Some(interval_s) = interval_s.filter(|_| self.has_begun()) else {
             self.begin(&measured);
             return;
@@ -362,10 +361,10 @@ impl<T: Scalar> HeadingSearch<T> {
                 let value = values.get(axis).copied().flatten()?;
                 finite(value, square(sigma_mps))
             });
-            return Measured { axes, is_mean: false, swing_mps: [0.0; 3] };
+            return Measured { axes, is_mean: false, swing_mps: Vector::ZERO };
         }
         let Some(((_, place), interval_s)) = before else {
-            return Measured { axes: [None; 3], is_mean: true, swing_mps: [0.0; 3] };
+            return Measured { axes: [None; 3], is_mean: true, swing_mps: Vector::ZERO };
         };
         let moved_m = fix.position.displacement_from(&place).to_array();
         let share = square(gps.position_wander_share.min(1.0));
@@ -380,7 +379,7 @@ impl<T: Scalar> HeadingSearch<T> {
             let value = at(&moved_m, axis) / interval_s;
             finite(value, variance / square(interval_s))
         });
-        Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
+        Measured { axes, is_mean: true, swing_mps: Vector::ZERO }
     }
 
     /// Whether the guesses have started at a fix.
@@ -394,8 +393,7 @@ impl<T: Scalar> HeadingSearch<T> {
             Some(best) if best.is_sound() => best.start_to_ned,
             _ => self.start_to_ned.cast(),
         };
-        let [north, east, down] = self.prior.axis;
-        let axis = Vector::<Ned, f32>::new(north, east, down);
+        let axis = self.prior.axis;
         let mut sum = 0.0;
         for (number, guess) in self.guesses.iter_mut().enumerate() {
             let turn_rad = wrap_angle(2.0 * GUESS_SIGMA_RAD * number as f64);
@@ -468,7 +466,7 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
 }
 
 /// Down, NED.
-const DOWN: [f32; 3] = [0.0, 0.0, 1.0];
+const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
 
 /// An element of an array of three, zero beyond.
 fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
@@ -479,11 +477,10 @@ fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
 fn turn_between(
     from: Rotation<Body, Ned, f32>,
     to: Rotation<Body, Ned, f32>,
-    axis: [f32; 3],
+    axis: Vector<Ned, f32>,
 ) -> f64 {
     let [x, y, z, w] = (to * from.inverse()).to_array();
-    let [a, b, c] = axis;
-    wrap_angle(2.0 * f64::from((x * a + y * b + z * c).atan2(w)))
+    wrap_angle(2.0 * f64::from(Vector::new(x, y, z).dot(axis).atan2(w)))
 }
 
 /// Share of its information by which a fix weighs the guesses. A share s of the one-sigma drifts with correlation time

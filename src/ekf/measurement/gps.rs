@@ -19,6 +19,7 @@ use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
+use crate::matrix::{product, skew};
 use crate::time::Time;
 
 /// Largest and least learned variance, relative to the configured one.
@@ -319,7 +320,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
             turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
-            gyro_bias: product(skew(-arm), back.turn_s),
+            gyro_bias: product(&skew((-arm).to_array()), &back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
         };
@@ -356,7 +357,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
             turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
-            gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
+            gyro_bias: product(&body_to_ned.rows(), &skew(antenna_arm.0.to_array())),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),
         };
@@ -418,19 +419,4 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
     let squared = v.dot(v);
     // The condition is written so that a NaN gives zero.
     if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
-}
-
-/// [v ×], row by row: the matrix whose product with w is v × w.
-fn skew<F, T: Scalar>(v: Vector<F, T>) -> [[T; 3]; 3] {
-    let [x, y, z] = v.to_array();
-    [[T::ZERO, -z, y], [z, T::ZERO, -x], [-y, x, T::ZERO]]
-}
-
-/// The product of two matrices, row by row.
-fn product<T: Scalar>(a: [[T; 3]; 3], b: [[T; 3]; 3]) -> [[T; 3]; 3] {
-    a.map(|row| {
-        core::array::from_fn(|column| {
-            row[0] * b[0][column] + row[1] * b[1][column] + row[2] * b[2][column]
-        })
-    })
 }

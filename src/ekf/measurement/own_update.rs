@@ -11,8 +11,9 @@ use super::super::trace::Trace;
 use super::own::{Expected, Measurement, Row, Rows};
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::earth::Local;
-use crate::frames::{Body, Vector};
+use crate::frames::{Body, Ned, Vector};
 use crate::ins::LeverArm;
+use crate::matrix::combined;
 use crate::time::Time;
 
 /// Largest times, s, by which a reading may be valid after the last inertial sample, and before it.
@@ -101,18 +102,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [force_m, force_mps] =
             [back.force_m, back.force_mps].map(|force| self.level_force.of_motion(force));
         // The rows of the integral of the direction cosines, combined by a vector in NED.
-        let turned = |by: [T; 3]| {
-            let mut sum = [T::ZERO; 3];
-            for (row, by) in back.turn_s.iter().zip(by) {
-                for (sum, &turn_s) in sum.iter_mut().zip(row) {
-                    *sum += by * turn_s;
-                }
-            }
-            Vector::<Body, T>::from(sum)
+        let turned = |by: Vector<Ned, T>| {
+            Vector::<Body, T>::from(combined(by.to_array(), back.turn_s.each_ref()))
         };
-        let gyro_bias = turned(attitude.to_array()) - row.angular_rate.cast()
+        let gyro_bias = turned(attitude) - row.angular_rate.cast()
             + (body_to_ned.inverse() * velocity).cross(arm);
-        let accel_bias = turned((velocity - position * (T::of(0.5) * back.age_s)).to_array());
+        let accel_bias = turned(velocity - position * (T::of(0.5) * back.age_s));
         let now = attitude + force_m.cross(position) + velocity.cross(force_mps);
         Sensitivity::default()
             .with_block(ATTITUDE, now.to_array())
