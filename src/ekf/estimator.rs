@@ -427,9 +427,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         } else {
             self.watch_heading(fix, trace, notify);
         }
-        let is_confirmed = self.search.bank().is_some_and(|search| search.is_confirmed())
-            && mechanisms.confirmed_heading;
-        self.filter.gates.set_heading_consistent(is_confirmed);
+        let is_confirmed = self.search.bank().is_some_and(|search| search.is_confirmed());
+        self.filter.gates.heading_is_consistent = is_confirmed && mechanisms.confirmed_heading;
         self.monitor_tilt(fix, &report, trace, notify);
     }
 

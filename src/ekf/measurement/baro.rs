@@ -76,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // The check omits the wind's increased weight as white noise, which would hide how far off a reading is.
         let own = self.covariance.project(&sensitivity).1;
         let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
-        self.gates.set_baro_disagrees(square(innovation) > likely);
+        self.gates.baro_disagrees = square(innovation) > likely;
         let noise = noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let height = ScalarMeasurement::new(Channel::BaroHeight, innovation, noise, sensitivity);
         self.update_one(time, Some(height), trace)

@@ -174,7 +174,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
         // A height that a barometer confirms is right, and so are the biases behind it.
-        stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
+        stepped.down_far = stepped.down_far.filter(|_| !self.gates.agrees(Group::Baro, fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()

@@ -238,7 +238,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.add_variance(POSITION + 2, opened);
                 // If a barometer agrees with the filter, its level was wrong too: it is opened together with the
                 // height.
-                if let Some(level) = L::BARO.filter(|_| self.gates.barometer_agrees(time)) {
+                if let Some(level) = L::BARO.filter(|_| self.gates.agrees(Group::Baro, time)) {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
                     self.covariance.set_cross(POSITION + 2, level, cross + opened);
