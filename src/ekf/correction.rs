@@ -77,13 +77,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and raises the variances that depend on it.
-    /// The filter rejects the heading source until the source agrees again for [`AGREED_S`].
+    /// The filter rejects the heading source until the source agrees again for some time.
     pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
-        self.heading_disagreed_at = Some(time);
+        self.heading.disagreed_at = Some(time);
         self.heading_revision.replaced(turn_rad);
         self.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
         self.attitude_lost = None;
@@ -108,7 +108,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// [`ATTITUDE_RESET_S`] after a gap, if its source is not suspect.
     pub(super) fn shall_reset_attitude(&mut self, time: Time) -> bool {
         let lost = self.attitude_lost.take();
-        self.heading_disagreed_at.is_none()
+        self.heading.disagreed_at.is_none()
             && lost.is_some_and(|lost| time - lost < ATTITUDE_RESET_S)
     }
 
@@ -244,33 +244,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
         if self.field_watch.heading_sigma_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
-
-    /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the
-    /// source, the source must first agree for [`AGREED_S`].
-    pub(super) fn accepts_heading(&mut self, time: Time, off_rad: f64) -> bool {
-        is_accepted(&mut self.heading_disagreed_at, time, off_rad)
-    }
-}
-
-/// Whether a heading source is accepted, at an innovation of `off_rad`. `disagreed_at` is the time of its last
-/// disagreement, if suspect.
-pub(super) fn is_accepted(disagreed_at: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
-    let Some(disagreed) = *disagreed_at else { return true };
-    if libm::fabs(off_rad) > DISAGREED_RAD {
-        *disagreed_at = Some(time);
-    } else if time - disagreed > AGREED_S {
-        *disagreed_at = None;
-    }
-    disagreed_at.is_none()
 }
 
 /// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
 const TURNED_TILT_RAD: f64 = 0.07;
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// Largest innovation, rad, of a rejected heading source that agrees again, and the time, s, of agreement before it is
-/// used.
-const DISAGREED_RAD: f64 = 0.3;
-const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
 /// against the attitude from the fixes.
 const ATTITUDE_RESET_S: f64 = 5.0;

@@ -16,6 +16,7 @@ mod excess;
 mod field_watch;
 mod filter;
 mod gate;
+mod heading_memory;
 mod heading_revision;
 mod heading_search;
 mod history;

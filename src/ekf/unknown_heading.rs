@@ -4,6 +4,7 @@
 use super::antenna::AntennaOffset;
 use super::excess::Excess;
 use super::filter::Ekf;
+use super::heading_memory::HeadingMemory;
 use super::heading_search::GuessedMotion;
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
@@ -176,9 +177,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether a source other than motion gave the heading shortly before `time`.
     pub(super) fn had_heading(&self, time: Time) -> bool {
-        let lately = |used: Time| time - used < HEADING_GIVEN_S;
-        let by_attitude =
-            self.heading_disagreed_at.is_none() && self.attitude_used.is_some_and(lately);
-        by_attitude || lately(self.antenna_heading.used)
+        let lately = |memory: &HeadingMemory| memory.since_used_s(time) < HEADING_GIVEN_S;
+        self.heading.disagreed_at.is_none() && lately(&self.heading)
+            || lately(&self.antenna_heading)
     }
 }

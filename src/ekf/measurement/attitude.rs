@@ -36,7 +36,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether an attitude at `time` is late enough after the last used one.
     pub(in super::super) fn is_attitude_due(&self, time: Time) -> bool {
-        self.attitude_used.is_none_or(|used| time - used >= self.config.attitude.interval_s)
+        self.heading.since_used_s(time) >= self.config.attitude.interval_s
     }
 
     /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
@@ -52,12 +52,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
-        let elapsed_s = self.attitude_used.map_or(f64::INFINITY, |used| time - used);
+        let elapsed_s = self.heading.since_used_s(time);
         if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        self.attitude_used = Some(time);
+        self.heading.used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
         self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
         self.heading_revision.is_magnetic = false;
@@ -71,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own = self.state.body_to_ned;
         let mut left = off(self) - wander;
         let is_far = left.z().abs() > T::of(FAR_RAD);
-        let accepts_heading = self.accepts_heading(time, left.z().wide());
+        let accepts_heading = self.heading.accepts(time, left.z().wide());
         if is_far || !accepts_heading {
             let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
             let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));

@@ -16,7 +16,6 @@ mod update;
 mod wander;
 mod wheels;
 
-pub(super) use antenna_heading::AntennaHeadingMemory;
 pub use derivatives::{WrongRows, check_derivatives};
 pub(super) use gps::stated_times;
 pub use own::{Expected, Measurement, Row, Rows};
