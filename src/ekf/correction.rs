@@ -3,8 +3,8 @@
 use super::covariance::{Relaxation, Transition};
 use super::excess::Stepped;
 use super::filter::{Ekf, MOST_HIDDEN_RAD};
+use super::ground::Ground;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::measurement::Ground;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;

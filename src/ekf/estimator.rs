@@ -5,6 +5,7 @@ mod lost_heading;
 mod lost_level;
 mod notice;
 mod own;
+mod phase;
 mod start;
 mod waiting;
 
@@ -31,7 +32,7 @@ use crate::imu::ImuSample;
 use crate::ins::Aligner;
 use crate::setup::SetupCheck;
 use crate::time::Time;
-use lost_level::Level;
+use phase::{Level, Phase};
 
 /// From events to solutions: alignment, a heading search if necessary, then the filter.
 ///
@@ -115,13 +116,6 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     wheels: WheelWatch,
     /// Time of the last suspect sample.
     suspected: Time,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    Aligning,
-    Searching,
-    Navigating,
 }
 
 /// Least one-sigma of a newly found heading, rad (10°): errors that the model lacks are common to all hypotheses.

@@ -3,11 +3,13 @@
 
 use super::covariance::{Relaxation, Transition};
 use super::filter::{Ekf, MOST_HIDDEN_RAD};
-use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
+use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
+use super::level_force::AVERAGED_S;
 use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
 use super::trace::Trace;
 use super::{single, square};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
@@ -246,6 +248,41 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
         }
+    }
+
+    /// Updates the error variance of the mean horizontal force; called at intervals, because it changes slowly.
+    ///
+    /// # Source
+    /// Equation (K23) of docs/equations.md.
+    fn judge_level_force(&mut self) {
+        if !self.config.mechanisms.level_force {
+            self.level_force.variance = T::ZERO;
+            return;
+        }
+        let [north, east, _] = self.state.body_to_ned.rows();
+        let over_s = T::of(2.0 * AVERAGED_S);
+        let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
+        let gravity = T::of(STANDARD_GRAVITY_MPS2);
+        let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
+        let east = self.level_variance(&east, ATTITUDE, gravity);
+        self.level_force.variance = sensed + (north + east).max(T::ZERO);
+    }
+
+    /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
+    /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
+    fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
+        let value = |one: usize, other: usize| self.covariance.value(one, other);
+        let mut variance = square(gravity) * value(tilt, tilt);
+        // Turns: 3.
+        for axis in 0..3 {
+            let bias = ACCEL_BIAS + axis;
+            let next = (axis + 1) % 3;
+            let twice = T::of(2.0) * row[axis];
+            variance += square(row[axis]) * value(bias, bias)
+                + twice * row[next] * value(bias, ACCEL_BIAS + next)
+                - twice * gravity * value(tilt, bias);
+        }
+        variance
     }
 
     /// Variance of the accelerometers' mean error over `over_s`, (m/s²)², summed over the three axes.

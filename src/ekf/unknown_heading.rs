@@ -2,13 +2,14 @@
 //! position, height and the errors of its sensors.
 
 use super::antenna::AntennaOffset;
+use super::bias_shift::BiasShift;
 use super::excess::Excess;
 use super::filter::Ekf;
 use super::heading_memory::HeadingMemory;
 use super::heading_search::GuessedMotion;
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
-use super::measurement::{BiasShift, Report, Unusable};
+use super::measurement::{Report, Unusable};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;

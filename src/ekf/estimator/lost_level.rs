@@ -14,21 +14,11 @@ use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::lost_heading::open_about;
-use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use super::phase::{Level, Phase};
+use super::{Estimator, FOUND_SIGMA_RAD, Notice};
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
-
-/// State of the check of roll and pitch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Level {
-    /// No evidence against roll and pitch.
-    Believed,
-    /// A second alignment is running.
-    Doubted,
-    /// Roll and pitch were wrong, and are searched together with the heading.
-    Lost,
-}
 
 /// Error of roll and pitch, rad (15°), beyond which the filter recovers slowly or not at all.
 const LOST_RAD: f64 = 0.26;

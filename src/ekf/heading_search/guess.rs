@@ -2,9 +2,16 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD, at};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::matrix::{add_scaled, combined, dot, product, skew, times};
+
+/// Number of guesses.
+pub(super) const GUESSES: usize = 12;
+/// One-sigma of the heading of a guess at its start, rad: neighbours overlap at one sigma.
+pub(super) const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
+/// Gravity, m/s².
+const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 
 /// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
 /// and gyro bias, body, rad/s.
@@ -300,3 +307,8 @@ const UNKNOWN_MPS: f32 = 10.0;
 
 /// North, east and down.
 const UNITS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// An element of an array of three, zero beyond.
+pub(super) fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
+    values.get(axis).copied().unwrap_or_default()
+}

@@ -26,20 +26,14 @@ use super::config::GpsModel;
 use super::history::History;
 use super::scalar::Scalar;
 use super::{single, square};
-use crate::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
+use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use guess::{Guess, Measured, MeasuredMotion, Prior, Surprise};
+use guess::{GUESS_SIGMA_RAD, GUESSES, Guess, Measured, MeasuredMotion, Prior, Surprise, at};
 use monitor::Judgement;
 
-/// Number of guesses.
-const GUESSES: usize = 12;
-/// One-sigma of the heading of a guess at its start, rad: neighbours overlap at one sigma.
-const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
-/// Gravity, m/s².
-const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
@@ -467,11 +461,6 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
 
 /// Down, NED.
 const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
-
-/// An element of an array of three, zero beyond.
-fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
-    values.get(axis).copied().unwrap_or_default()
-}
 
 /// Turn about an axis from one attitude of the same axes to another, rad: the twist of their relative rotation.
 fn turn_between(

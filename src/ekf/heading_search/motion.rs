@@ -2,10 +2,8 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::guess::{Block, Guess, STATES};
-use super::{
-    AGREED_RAD, GUESS_SIGMA_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between,
-};
+use super::guess::{Block, GUESS_SIGMA_RAD, Guess, STATES};
+use super::{AGREED_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 
 /// Motion by the best guess, and its covariance over all guesses.

@@ -15,42 +15,9 @@ const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
-/// One-sigma of the change of a gyro bias when a vehicle sets off, rad/s, unless the assumed one-sigma of the bias is
-/// smaller: shaking rectifies, motors warm the inertial unit. The rest itself has measured the bias since power-on.
-const SHAKEN_RADPS: f64 = 0.003;
-
 const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
-
-/// Change of gyro biases between rest and motion: limited by their assumed size and by the effect of shaking, until a
-/// rest after a motion has shown less.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct BiasShift {
-    /// Variance, (rad/s)²; infinite before the first rest after a motion.
-    learned: f32,
-    /// Whether the last second but one was at rest, or nothing is known of it.
-    rests: bool,
-}
-
-impl BiasShift {
-    /// State before the first rest.
-    pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
-
-    /// Variance to which the biases open when a rest ends.
-    fn variance(&self, assumed: f64) -> f64 {
-        f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
-    }
-
-    /// Learns from the largest square of the bias errors found in a rest.
-    fn learn(&mut self, found: f64) {
-        let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
-        self.learned = (before + NEWEST * (found - before)) as f32;
-    }
-}
-
-/// Weight of the newest rest.
-const NEWEST: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses zero velocity and the Earth's rate while the vehicle rests. Samples and fixes must have shown rest for two
