@@ -154,13 +154,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let rows = self.state.body_to_ned.rows();
         let [.., downwards] = rows.map(|row| row.map(Scalar::wide));
         let down_mps2 = stepped.down_far.map_or(0.0, |growth| growth.rate_mps2);
-        let accels = downwards.map(|share| square(accel).max(square(down_mps2 * share)));
-        let mut relaxation = Relaxation::default();
-        for (first, variances) in [(GYRO_BIAS, [square(gyro); 3]), (ACCEL_BIAS, accels)] {
-            for (noise, variance) in relaxation.noise.iter_mut().skip(first).zip(variances) {
-                *noise = T::of(variance);
-            }
-        }
+        let gyro = square(gyro);
+        let [x, y, z] = downwards.map(|share| square(accel).max(square(down_mps2 * share)));
+        let relaxation = Relaxation::opening(GYRO_BIAS, [gyro, gyro, gyro, x, y, z]);
         let since_s = match stepped.down_far {
             _ if stepped.far => STEPPED_S,
             growth => growth.map_or(0.0, |growth| growth.left_s),
@@ -190,11 +186,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         variance: f64,
         trace: &mut impl Trace<T, N>,
     ) {
-        let mut relaxation = Relaxation::default();
         self.covariance.add_variance(state, variance);
-        if let Some(noise) = relaxation.noise.get_mut(state) {
-            *noise = T::of(variance);
-        }
+        let relaxation = Relaxation::opening(state, [variance]);
         trace.propagated(&Transition::of_relaxation(relaxation));
     }
 
@@ -202,10 +195,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(super) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
-        let mut relaxation = Relaxation::default();
-        for (axis, noise) in relaxation.noise.iter_mut().skip(GYRO_BIAS).take(3).enumerate() {
-            *noise = T::of((variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0));
-        }
+        let missing = |axis| (variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0);
+        let relaxation = Relaxation::opening(GYRO_BIAS, [0, 1, 2].map(missing));
         self.propagate(&Transition::of_relaxation(relaxation), trace);
     }
 
@@ -213,12 +204,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// which of the two is wrong.
     pub(super) fn suspect_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
-        let opened = T::of(square(off_rad));
-        let mut relaxation = Relaxation::default();
-        let wander = L::ATTITUDE_REFERENCE.and_then(|first| relaxation.noise.get_mut(first + 2));
-        if let Some(noise) = wander {
-            *noise = opened;
-        }
+        let opened = square(off_rad);
+        let relaxation = match L::ATTITUDE_REFERENCE {
+            Some(first) => Relaxation::opening(first + 2, [opened]),
+            None => Relaxation::default(),
+        };
+        let opened = T::of(opened);
         let attitude_noise = [T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, opened];
         let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
         self.propagate(&opening, trace);
