@@ -310,9 +310,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.constrain_to_road(trace, notify);
         }
         let suspicion = &self.filter.samples.suspicion;
-        if self.phase == Phase::Navigating
-            && (suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken)
-        {
+        if self.phase == Phase::Navigating && suspicion.is_suspect() {
             if time - self.suspected > SUSPECT_S {
                 let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });

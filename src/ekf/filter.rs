@@ -369,7 +369,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.watch_samples(sample, &motion, increment.interval_s, gap);
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
-        if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
+        if suspicion.is_suspect() || held {
             self.gates.suspect_filter(sample.time);
         }
         if held {
@@ -406,7 +406,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
-        let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck.any());
+        let suspicion = &self.samples.suspicion;
+        let whole = !(suspicion.is_clipped() || suspicion.stuck.any());
         self.samples.self_contradiction.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }

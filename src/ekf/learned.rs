@@ -60,9 +60,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let integrity = &self.samples.integrity;
         let vibration = [integrity.gyro_vibration(), integrity.accel_vibration()];
         let ones = Vector::new(T::ONE, T::ONE, T::ONE);
-        // A reading of zero interval leaves the scatter of the copy unchanged.
-        let mut barometer = self.barometer;
-        let baro_variance = barometer.scatter(0.0, 0.0, 0.0, self.config.baro.noise_m);
+        let baro_variance = self.barometer.noise_variance(self.config.baro.noise_m);
         Learned {
             vibration: vibration.map(|axes| axes.map(Scalar::wide)),
             suspicion: self.samples.suspicion.cast(),

@@ -304,8 +304,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K4) of docs/equations.md.
     fn noise(&mut self, increment: &Increment<T>) -> ([T; 3], [T; 3]) {
         let Increment { interval_s, rotation_rad, .. } = *increment;
-        // The growth of the squared net turn, and the present turn. The latter is that of two different samples, so that
-        // vibration does not count as turning.
+        // Growth of the squared net turn, and present turn. The latter multiplies the rates of two different samples, so
+        // that vibration does not count as turning.
         let (net_turn, turned) = match L::GYRO_SCALE {
             Some(_) => ([T::ZERO; 3], [T::ZERO; 3]),
             None => {

@@ -70,6 +70,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         self.entry(state, state)
     }
 
+    /// Largest one-sigma of some states.
+    pub(super) fn largest_sigma(&self, states: core::ops::Range<usize>) -> f64 {
+        Scalar::sqrt(states.map(|state| self.variance(state)).fold(0.0, f64::max))
+    }
+
     /// Covariance of two states; zero for an absent state.
     #[must_use]
     pub fn entry(&self, row: usize, column: usize) -> f64 {

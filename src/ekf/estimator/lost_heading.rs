@@ -5,7 +5,7 @@
 //! After such a gap the heading is searched again, about the last known one.
 
 use super::super::heading_search::{GuessedMotion, HeadingMethod, HeadingSearch};
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
@@ -69,11 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Searches about the present heading, of one-sigma `sigma_rad`.
     fn search_about(&mut self, sigma_rad: f64) {
         let filter = &self.filter;
-        let largest = |first: usize, count: usize| {
-            let variances = (first..first + count).map(|state| filter.covariance.variance(state));
-            Scalar::sqrt(variances.fold(0.0, f64::max))
-        };
-        let others = [largest(ATTITUDE, 2), largest(GYRO_BIAS, 3)];
+        let others = [ATTITUDE..ATTITUDE + 2, GYRO_BIAS..ACCEL_BIAS]
+            .map(|states| filter.covariance.largest_sigma(states));
         if let Some(search) = self.search.bank() {
             search.start_about(filter.state.body_to_ned, sigma_rad, others);
         }

@@ -8,7 +8,7 @@
 use super::super::gate::Group;
 use super::super::heading_search::HeadingMethod;
 use super::super::innovation::Verdict;
-use super::super::layout::{GYRO_BIAS, Layout};
+use super::super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
@@ -109,12 +109,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Restarts from an alignment and keeps the gyro biases; searches the heading if it is unknown.
     fn restart_from(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
         let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
-        let variance = (0..3)
-            .map(|axis| self.filter.covariance.variance(GYRO_BIAS + axis))
-            .fold(0.0, f64::max);
-        let sigma_radps = Some(Scalar::sqrt(variance));
+        let sigma_radps = self.filter.covariance.largest_sigma(GYRO_BIAS..ACCEL_BIAS);
         let start =
-            Start { gyro_bias_radps, gyro_bias_sigma_radps: sigma_radps, ..alignment.start };
+            Start { gyro_bias_radps, gyro_bias_sigma_radps: Some(sigma_radps), ..alignment.start };
         let [.., down] = alignment.axis.to_array();
         let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };

@@ -219,9 +219,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
         // A velocity error of this size came through the attitude.
+        self.reopen_tilt();
+        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+    }
+
+    /// Opens roll and pitch after a velocity error that came through them.
+    pub(super) fn reopen_tilt(&mut self) {
         self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
         self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
-        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
     /// Opens the states that an axis measures by the size of its innovation.

@@ -11,10 +11,8 @@ use super::super::{single, square};
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
 
-/// Possible errors of a vehicle that was held to a road while it left that road: velocity, m/s, and tilt, rad, by which
-/// the filter explained the velocity.
+/// Possible velocity error of a vehicle that was held to a road while it left that road, m/s.
 const OFF_ROAD_MPS: f64 = 2.0;
-const OFF_ROAD_TILT_RAD: f64 = 0.05;
 
 /// The velocity across the line along which the vehicle rolls.
 struct Slip<T> {
@@ -73,8 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             for axis in 0..3 {
                 self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
             }
-            self.covariance.add_variance(ATTITUDE, square(OFF_ROAD_TILT_RAD));
-            self.covariance.add_variance(ATTITUDE + 1, square(OFF_ROAD_TILT_RAD));
+            self.reopen_tilt();
             trace.reset(ATTITUDE..POSITION);
             return None;
         }
