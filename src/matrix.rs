@@ -7,7 +7,6 @@ pub(crate) fn square<T: Scalar>(value: T) -> T {
 }
 
 /// Inner product, summed from the first element on.
-#[inline(always)]
 pub(crate) fn dot<T: Scalar, const N: usize>(row: &[T; N], vector: &[T; N]) -> T {
     // −0 is the neutral element of addition, for −0 too.
     row.iter().zip(vector).fold(-T::ZERO, |sum, (&a, &b)| sum + a * b)
@@ -21,7 +20,6 @@ pub(crate) fn times<T: Scalar, const R: usize, const C: usize>(
 }
 
 /// `sum[i] += factor · addend[i]`.
-#[inline(always)]
 pub(crate) fn add_scaled<T: Scalar, const N: usize>(sum: &mut [T; N], factor: T, addend: &[T; N]) {
     for (sum, &addend) in sum.iter_mut().zip(addend) {
         *sum += factor * addend;
@@ -35,7 +33,6 @@ pub(crate) fn difference<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N]) -> [
 }
 
 /// Sum of scaled rows.
-#[inline(always)]
 pub(crate) fn combined<T: Scalar, const K: usize, const C: usize>(
     factors: [T; K],
     rows: [&[T; C]; K],
@@ -48,7 +45,6 @@ pub(crate) fn combined<T: Scalar, const K: usize, const C: usize>(
 }
 
 /// Product of two matrices.
-#[inline(always)]
 pub(crate) fn product<T: Scalar, const R: usize, const K: usize, const C: usize>(
     a: &[[T; K]; R],
     b: &[[T; C]; K],
@@ -62,7 +58,6 @@ pub(crate) fn cross<T: Scalar>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [T; 3] {
 }
 
 /// [v ×]: the matrix whose product with w is v × w.
-#[inline(always)]
 pub(crate) fn skew<T: Scalar>([x, y, z]: [T; 3]) -> [[T; 3]; 3] {
     [[T::ZERO, -z, y], [z, T::ZERO, -x], [-y, x, T::ZERO]]
 }

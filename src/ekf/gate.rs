@@ -324,6 +324,7 @@ impl Gates {
 
     /// Whether a group is open and its innovations are unbiased. A barometer that agrees with the filter contradicts a
     /// receiver that disagrees about the height.
+    #[inline(never)]
     pub fn agrees(&self, group: Group, time: Time) -> bool {
         let is_biased = self.gate(group).bias_sigmas.abs() > UNBIASED_SIGMAS;
         let denies = group == Group::Baro && self.baro_disagrees;
@@ -400,7 +401,8 @@ impl Gates {
 
     /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].
     pub fn is_open(&self, group: Group, time: Time) -> bool {
-        self.gate(group).rejections == 0 && self.was_open_lately(group, time)
+        let gate = self.gate(group);
+        gate.rejections == 0 && gate.was_open_lately(time)
     }
 
     /// How long ago a group was last accepted, s.
@@ -410,11 +412,8 @@ impl Gates {
 
     /// Whether a group has no recent measurement, neither accepted nor rejected.
     pub fn is_absent(&self, group: Group, time: Time) -> bool {
-        self.gate(group).rejections == 0 && !self.was_open_lately(group, time)
-    }
-
-    fn was_open_lately(&self, group: Group, time: Time) -> bool {
-        self.gate(group).was_open_lately(time)
+        let gate = self.gate(group);
+        gate.rejections == 0 && !gate.was_open_lately(time)
     }
 
     /// Whether the last accepted fix is too old to bound the filter's error.

@@ -8,7 +8,6 @@ use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VE
 use super::super::scalar::Scalar;
 use super::sensitivity::MOST;
 use super::{Covariance, Sensitivity};
-use crate::matrix::dot;
 
 /// Sensitivity of three axes of a fix, north, east and down, to states other than their own error.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +36,12 @@ pub struct FixSensitivity<T> {
     pub age_s: T,
 }
 
+// Written out: as a fold over any number of elements it takes 0.7 kB more of program.
+#[inline(always)]
+fn dot<T: Scalar>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> T {
+    a * x + b * y + c * z
+}
+
 impl<T: Scalar> AxesSensitivity<T> {
     /// Part of H x from attitude and biases; `at` gives a state's error.
     #[inline(always)]
@@ -45,8 +50,8 @@ impl<T: Scalar> AxesSensitivity<T> {
         let (turned, gyro, accel) = (three(ATTITUDE), three(GYRO_BIAS), three(ACCEL_BIAS));
         let ([u, v, w], [p, q, r]) = (self.turning, turned);
         let [x, y, z] = [v * r - w * q, w * p - u * r, u * q - v * p];
-        let [a, b, c] = self.gyro_bias.map(|row| dot(&row, &gyro));
-        let [d, e, f] = self.accel_bias.map(|row| dot(&row, &accel));
+        let [a, b, c] = self.gyro_bias.map(|row| dot(row, gyro));
+        let [d, e, f] = self.accel_bias.map(|row| dot(row, accel));
         [x + a + d, y + b + e, z + c + f]
     }
 }

@@ -118,7 +118,9 @@ impl Gates {
                 || time < self.unconfirmed_until,
             velocity_agrees: match group {
                 // A single rejected velocity among accepted ones is no disagreement.
-                Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
+                Group::HorizontalPosition => {
+                    self.gate(Group::HorizontalVelocity).was_open_lately(time)
+                }
                 // A biased vertical velocity follows the height.
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
                 _ => false,

@@ -44,22 +44,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let velocity = self.state.velocity_mps.to_array();
         // A vehicle may glide as smoothly as one at rest: the mean velocity of the fixes limits how far it is at rest.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
-        let rates = RATES.into_iter().zip(off).enumerate().map(|(axis, (channel, off))| {
+        let mut axes = [None; 6];
+        let (rates, velocities) = axes.split_at_mut(3);
+        let noise = T::of(square(RATE_SIGMA_RADPS));
+        for (axis, ((slot, channel), off)) in rates.iter_mut().zip(RATES).zip(off).enumerate() {
             let state = GYRO_BIAS + axis;
-            let noise = T::of(square(RATE_SIGMA_RADPS));
             let sensitivity = Sensitivity::default().with(state, T::ONE);
-            ScalarMeasurement::new(channel, off - self.estimate(state), noise, sensitivity)
-        });
-        let velocities =
-            VELOCITIES.into_iter().zip(velocity.into_iter().zip(fixes_mps)).enumerate();
-        let velocities = velocities.map(|(axis, (channel, (velocity, fixes_mps)))| {
+            let innovation = off - self.estimate(state);
+            *slot = Some(ScalarMeasurement::new(channel, innovation, noise, sensitivity));
+        }
+        let slots = velocities.iter_mut().zip(VELOCITIES).zip(velocity.into_iter().zip(fixes_mps));
+        for (axis, ((slot, channel), (velocity, fixes_mps))) in slots.enumerate() {
             let noise = T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps)));
             let sensitivity = Sensitivity::default().with(VELOCITY + axis, T::ONE);
-            ScalarMeasurement::new(channel, -velocity, noise, sensitivity)
-        });
-        let mut axes = [None; 6];
-        for (slot, measurement) in axes.iter_mut().zip(rates.chain(velocities)) {
-            *slot = Some(measurement);
+            *slot = Some(ScalarMeasurement::new(channel, -velocity, noise, sensitivity));
         }
         Some(self.update_axes(self.state.time, &axes, trace))
     }
