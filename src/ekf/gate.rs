@@ -212,7 +212,7 @@ const HEADING_S: f64 = 120.0;
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
-const AMBIGUITY_MOST_S: f32 = 200.0;
+const AMBIGUITY_MOST_S: f32 = position_drift::MOST_MEMORY_S;
 /// Least ambiguity, m; a smaller one is set to zero.
 const AMBIGUITY_LEAST_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.

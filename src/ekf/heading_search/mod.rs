@@ -14,6 +14,7 @@
 //! P. Riseborough's EKF-GSF in PX4.
 
 mod guess;
+mod judgement;
 mod method;
 mod monitor;
 mod motion;
@@ -32,7 +33,7 @@ use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
 use guess::{GUESS_SIGMA_RAD, GUESSES, Guess, Measured, MeasuredMotion, Prior, Surprise, at};
-use monitor::Judgement;
+use judgement::Judgement;
 
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.

@@ -11,9 +11,6 @@ const WRONG_SIGMAS: f64 = 4.0;
 /// Least error of a suspect heading, rad (5°), and in one-sigmas of both headings.
 const SUSPECT_RAD: f64 = 0.09;
 const SUSPECT_SIGMAS: f64 = 2.5;
-/// Least duration, s, and least number of fixes of a disagreement.
-const WRONG_S: f64 = 5.0;
-const WRONG_FIXES: u8 = 4;
 
 /// Heading confirmed by the fixes while the heading of the filter is wrong or suspect.
 #[derive(Clone, Copy, Debug)]
@@ -24,23 +21,6 @@ pub struct BetterHeading {
     pub sigma_rad: f64,
     /// Whether the filter's heading is wrong and must be replaced; otherwise it is suspect and its one-sigma grows.
     pub replaces: bool,
-}
-
-/// Disagreement of the fixes with a heading.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judgement {
-    wrong_since: Option<Time>,
-    wrong_fixes: u8,
-    /// Whether the guesses agree with the heading, and recent motion was enough to show it.
-    pub is_confirmed: bool,
-}
-
-impl Judgement {
-    pub const NONE: Self = Self { wrong_since: None, wrong_fixes: 0, is_confirmed: false };
-
-    pub fn forget(&mut self) {
-        (self.wrong_fixes, self.is_confirmed) = (0, false);
-    }
 }
 
 impl<T: Scalar> HeadingSearch<T> {
@@ -60,7 +40,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// The better heading, once the heading of an attitude with one-sigma `own_sigma_rad` has been wrong or suspect for
-    /// [`WRONG_S`].
+    /// some seconds.
     pub(in super::super) fn judge(
         &mut self,
         time: Time,
@@ -73,22 +53,9 @@ impl<T: Scalar> HeadingSearch<T> {
         };
         let off = self.off(body_to_ned);
         let suspect = off.filter(is_suspect);
-        let has_evidence = self.has_evidence(1.0);
-        let judgement = &mut self.judgement;
-        judgement.is_confirmed = off.is_some() && suspect.is_none() && has_evidence;
-        let Some(better) = suspect else {
-            judgement.wrong_fixes = 0;
-            return None;
-        };
-        if judgement.wrong_fixes == 0 {
-            judgement.wrong_since = Some(time);
-        }
-        judgement.wrong_fixes = judgement.wrong_fixes.saturating_add(1);
-        let since = judgement.wrong_since.is_some_and(|since| time - since >= WRONG_S);
-        let lasts = since && judgement.wrong_fixes >= WRONG_FIXES;
-        if lasts {
-            judgement.wrong_fixes = 0;
-        }
-        lasts.then_some(better)
+        let is_confirmed = off.is_some() && suspect.is_none() && self.has_evidence(1.0);
+        self.judgement.is_confirmed = is_confirmed;
+        let lasts = self.judgement.lasts(time, suspect.is_some());
+        suspect.filter(|_| lasts)
     }
 }
