@@ -97,10 +97,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Sets the slow error of the heading source to zero, with a one-sigma of `sigma_rad`.
     pub(super) fn forget_heading_error(&mut self, sigma_rad: f64) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
-            self.covariance.set_variance(first + 2, square(sigma_rad));
-            if let Some(error) = self.parameters.get_mut(first + 2) {
-                *error = T::ZERO;
-            }
+            self.reset_parameter(first + 2, square(sigma_rad));
+        }
+    }
+
+    /// Sets the estimate of a parameter to zero with the variance `variance`, and clears its correlations.
+    pub(super) fn reset_parameter(&mut self, state: usize, variance: f64) {
+        self.covariance.set_variance(state, variance);
+        if let Some(parameter) = self.parameters.get_mut(state) {
+            *parameter = T::ZERO;
         }
     }
 

@@ -124,10 +124,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in 0..2 {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
             if let Some(state) = L::GPS_VELOCITY.map(|first| first + axis) {
-                if let Some(error) = self.parameters.get_mut(state) {
-                    *error = T::ZERO;
-                }
-                self.covariance.set_variance(state, square(slow));
+                self.reset_parameter(state, square(slow));
                 self.covariance.set_cross(VELOCITY + axis, state, -square(slow));
             }
             self.covariance.open_to(POSITION + axis, place);

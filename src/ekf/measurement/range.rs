@@ -68,11 +68,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             height_m
         } else {
             let variance = self.covariance.variance(POSITION + 2) + noise;
-            self.covariance.set_variance(state, 0.0);
+            self.reset_parameter(state, 0.0);
             self.open_parameter(state, square(OPENED) * variance, trace);
-            if let Some(parameter) = self.parameters.get_mut(state) {
-                *parameter = T::ZERO;
-            }
             *self.ground.height_m.insert(own_m - hit.z())
         };
         let per_metre = 1.0 / beam.z();
