@@ -298,7 +298,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Variances that the inertial sensors add over one step, in body axes: of rotation, rad², and of velocity change,
-    /// (m/s)².
+    /// (m/s)². The step is added to the net turn.
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
