@@ -34,8 +34,8 @@ impl Kind {
         Self::R50,
     ];
 
-    /// Parts that the equations decouple into. Each is identified on its own, with the motion of the others as known
-    /// inputs. Empty for equations that do not decouple.
+    /// Parts into which the equations decouple. Each part is identified on its own, with the motion of the other parts
+    /// as known inputs. Empty for equations that do not decouple.
     #[must_use]
     pub const fn parts(self) -> &'static [Self] {
         match self {
@@ -45,7 +45,7 @@ impl Kind {
         }
     }
 
-    /// The delay of a part with a single stick of its own.
+    /// Name of the delay parameter of a part that has a stick of its own.
     pub(super) const fn own_delay(self) -> Option<&'static str> {
         match self {
             Self::Yaw => Some("tau_ped"),

@@ -48,8 +48,8 @@ pub struct Estimate {
     pub bound: f64,
     /// The bound for white innovations.
     pub white_bound: f64,
-    /// Insensitivity: change of the parameter alone that raises the cost equally, 1/√ of its own information. Never
-    /// above the white bound.
+    /// Insensitivity: change of the parameter, with all others fixed, that raises the cost by the same amount for each
+    /// parameter. It is 1/√ of the parameter's own information and never above the white bound.
     pub insensitivity: f64,
 }
 
@@ -105,8 +105,8 @@ impl Estimates {
     }
 
     /// Factor by which white innovations would understate the variances of the estimates `names` together. It is the
-    /// mean of the eigenvalues of W⁻¹V, with their two covariances. The likelihood is overstated by this factor. `None`
-    /// where none of them was estimated, or a variance is unknown.
+    /// mean of the eigenvalues of W⁻¹V, with W the covariance for white innovations and V the covariance. The
+    /// likelihood is overstated by this factor. `None` where no estimate of `names` exists, or a variance is unknown.
     ///
     /// # Source
     /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of

@@ -104,7 +104,7 @@ impl Problem<'_> {
         (0..n - structure.trailing_errors()).chain(n..all).collect()
     }
 
-    /// Sensitivities to the solved own values in `records`.
+    /// Sensitivities of the innovations to the own values of `records` that are solved for.
     pub fn own_rows(structure: &Structure, predictor: &Predictor, records: &[Record]) -> OwnRows {
         let lengths = records.iter().map(|record| record.samples);
         OwnRows::new(structure, predictor, Self::solved(structure), lengths)

@@ -95,8 +95,8 @@ pub fn refine(
     })
 }
 
-/// The sum of squared errors of a predictor x(k+1) = Ā x + B̄ u + K y, ŷ = C x + D u, where
-/// Ā = A − K C and B̄ = B − K D. Without K it is the simulation.
+/// The sum of squared errors of a predictor x(k+1) = Ā x + B̄ u + K y, ŷ = C x + D u. Here Ā = A − K C and B̄ = B − K
+/// D. Without K it is the simulation.
 struct OutputError<'a> {
     experiment: &'a Experiment,
     /// Inputs and, where K is free, outputs in adjacent columns: the signals that drive the predictor.
