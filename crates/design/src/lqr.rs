@@ -121,7 +121,8 @@ impl Regulator {
 ///
 /// `process`, n×n, is the noise on ẋ: its density for a continuous model, its covariance per step for a discrete model.
 /// `measurement`, p×p, is the density or covariance of the noise on y. For a continuous model L corrects ẋ̂ by L(y −
-/// Cx̂), and P belongs to x̂. For a discrete model L corrects the predicted state, and P belongs to this prediction.
+/// Cx̂), and P is the covariance for x̂. For a discrete model L corrects the predicted state, and P is the covariance
+/// for this prediction.
 ///
 /// # Errors
 /// [`DesignError`] as [`lqr`], with inputs and outputs exchanged: an undamped mode that is not observable is rejected.

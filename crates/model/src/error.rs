@@ -45,7 +45,7 @@ pub enum ModelError {
     /// A name is empty or occurs twice.
     #[error("{list}: found the name \"{name}\" {found}, expected each name once")]
     Name {
-        /// List that was searched, for example `states`.
+        /// List that contains the name, for example `states`.
         list: &'static str,
         /// The name.
         name: String,

@@ -1,4 +1,4 @@
-//! Detection of a discrete matrix used as a continuous one, from its damping terms.
+//! Detection of a discrete A that is used as a continuous A, from its damping terms.
 
 use std::fmt;
 

@@ -200,7 +200,7 @@ pub enum Cut {
     Outputs,
 }
 
-/// `whole` with the position error in the axes of the heading as further states: the integrals of u, v and w.
+/// `whole` with the position error in the axes of the heading as additional states: the integrals of u, v and w.
 fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     let n = whole.states().len();
     let mut a = whole.a().clone().resize(n + 3, n + 3, 0.0);

@@ -25,7 +25,7 @@ pub(super) struct Perturbed {
 
 impl Perturbed {
     /// `of` plants with every derivative changed by up to the fraction `share`. If `model` has a covariance and slopes
-    /// of its parameters, as many plants are drawn from the covariance.
+    /// of its parameters, the same number of plants is also drawn from the covariance.
     pub fn new(
         design: &HoverDesign,
         model: &StateSpace,

@@ -80,8 +80,8 @@ impl UncertainLoop {
     ///
     /// With T(z) from the rows to the columns at a frequency, the loop becomes unstable where I − Σ ξₖ MₖT is singular.
     /// Let Φ(X) = Σ (MₖT)* X MₖT. For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest
-    /// eigenvalue of X^-½ Φ(X) X^-½. The smallest of these over all X is the spectral radius of Φ, which is a positive
-    /// map. Iterations of Φ converge to this radius, and every intermediate X gives a bound.
+    /// eigenvalue of X^-½ Φ(X) X^-½. The smallest such eigenvalue over all X is the spectral radius of the positive map
+    /// Φ. Iterations of Φ converge to this radius, and every intermediate X gives a bound.
     ///
     /// # Source
     /// Full D scaling of one block ξᵀ ⊗ I: Packard and Doyle (1993), *The complex structured singular value*,

@@ -71,7 +71,7 @@ impl HoverDesign {
             },
         )?;
         // A slow integral would absorb a short saturation of the pedal and release it as slowly as it integrates. A
-        // fast one releases it in time, and must track the limited command to avoid windup.
+        // fast integral releases it in time, and must track the limited command to avoid windup.
         let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
         let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
         if integral_s > SLOW_INTEGRAL * self.tracking_s {

@@ -118,7 +118,8 @@ impl Equation<'_> {
 
     /// Newton's method from a stabilising gain, until convergence.
     ///
-    /// Where no stabilising solution exists, it converges slowly to one on the border of stability, which is rejected.
+    /// Where no stabilising solution exists, the iteration converges slowly to a solution on the border of stability,
+    /// which is rejected.
     pub fn descended(&self, mut gain: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut before: Option<DMatrix<f64>> = None;
         for _ in 0..MOST_STEPS {

@@ -24,7 +24,7 @@ const YAW_COUPLING: &[Row] =
     &[("Ncol", "rad/s²", 0.0, -200.0, 200.0), ("Nv", "rad/(s m)", 0.0, -10.0, 10.0)];
 /// Parameters of heave.
 const HEAVE: &[Row] = &[("Zw", "1/s", -0.7, -10.0, 5.0), ("Zcol", "m/s²", -15.0, -500.0, 500.0)];
-/// Drag of forward and side velocity.
+/// Damping of forward and side velocity.
 const TRANSLATION: &[Row] = &[("Xu", "1/s", -0.05, -5.0, 5.0), ("Yv", "1/s", -0.1, -5.0, 5.0)];
 /// Roll and pitch moments due to speed.
 const SPEED_MOMENTS: &[Row] = &[
@@ -251,7 +251,7 @@ impl Kind {
     }
 
     /// Initial σ of each process noise of [`Kind::structure`]. Gusts and unmodelled dynamics are accelerations per
-    /// sample of `period_s`; the noise of the velocity's `error` starts at half the σ of `error`.
+    /// sample of `period_s`; the noise of the velocity error starts at half the σ that explains `error`.
     #[must_use]
     pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {

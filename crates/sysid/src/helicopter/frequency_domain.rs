@@ -93,7 +93,7 @@ impl FrequencyDomain {
     /// are fixed one by one, the least identifiable first.
     ///
     /// # Errors
-    /// [`FrequencyError`] where no stick moved independently, or no output responds to one coherently.
+    /// [`FrequencyError`] where no stick moved independently, or no output responds coherently to a stick.
     ///
     /// # Source
     /// Tischler & Remple, chapters 9 to 12.

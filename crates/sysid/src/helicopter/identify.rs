@@ -62,8 +62,8 @@ pub struct Identification {
     pub estimation: Fit,
     /// Fit over the validation test points, if any, of the model identified without them.
     pub validation: Option<Fit>,
-    /// Time by which the vehicle responds before its sticks move in the record, s; `None` if sampling can explain it.
-    /// The stick record is late by this time plus the lag of the servos.
+    /// Time by which the vehicle responds before its sticks move in the record, s. `None` unless it is longer than
+    /// sampling can explain. The stick record is late by this time plus the lag of the servos.
     pub answers_early_s: Option<f64>,
     /// Parameters on which time and frequency domain differ by more than chance allows.
     pub conflicts: Vec<Conflict>,

@@ -1,4 +1,4 @@
-//! The part of the helicopter to identify.
+//! Kinds of models: the part of the helicopter to identify, and its level of detail.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ pub enum Kind {
     Heave,
     /// p, q, φ, θ, u, v from the cyclic, with instantaneous flapping: the thesis's reduced model.
     RollPitch,
-    /// The same with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
+    /// As [`RollPitch`](Self::RollPitch), with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
     Flapping,
     /// All ten states of equations 3.50–3.57, flapping included.
     Hybrid,

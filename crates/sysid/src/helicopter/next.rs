@@ -1,4 +1,4 @@
-//! Advice for the next flight, with which every reason of a verdict ends.
+//! Advice for the next flight, at the end of the reasons of a verdict.
 
 /// The stick that a parameter's derivative belongs to, by its name.
 pub(super) fn stick_of(name: &str) -> &'static str {

@@ -213,7 +213,7 @@ impl Judge {
         }
     }
 
-    /// Judges the `fit` to the validation data, which are not used for the parameters.
+    /// Judges the `fit` to the validation data by the model that was identified without them.
     fn held_back(&mut self, fit: &Fit) {
         let is_direct = |channel: &&ChannelFit| DIRECT.iter().any(|(own, _)| *own == channel.name);
         for channel in fit.channels().0.iter().filter(is_direct) {

@@ -1,8 +1,8 @@
 //! Aliased vibration: narrow tones, detected and notched out.
 //!
-//! A rotor's harmonics alias to spectral lines within the band of the dynamics. A predictor would count them as process
-//! noise and weight all other motion at that frequency down. Every signal of a record, including inputs, passes through
-//! the same notches, so that a linear model between them stays valid.
+//! A rotor's harmonics alias to spectral lines within the band of the dynamics. A predictor would count these lines as
+//! process noise and give all other motion at their frequencies a low weight. Every signal of a record, including
+//! inputs, passes through the same notches, so that a linear model between them stays valid.
 //!
 //! A pilot or an autopilot responds to noise, so the notches are causal. A zero-phase notch would make the stick depend
 //! on later noise and bias the identification. A notch also removes the noise in its band. That matters for a signal

@@ -1,4 +1,4 @@
-//! From a spectral matrix at one frequency to responses, each conditioned on the other inputs.
+//! Responses at one frequency from a spectral matrix, each conditioned on the other inputs.
 
 use nalgebra::{Complex, DMatrix, DVector};
 

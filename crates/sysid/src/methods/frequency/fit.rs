@@ -76,7 +76,7 @@ pub struct ResponseCosts {
     pub points: DMatrix<usize>,
 }
 
-/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as one of 1 dB.
+/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as an error of 1 dB.
 pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.

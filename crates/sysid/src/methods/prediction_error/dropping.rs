@@ -176,8 +176,8 @@ fn weigh_priors(
 /// First search for the structure's own parameters. All noise is fixed, that of the outputs at a tenth of their
 /// standard deviation.
 ///
-/// Process noise can replace the response to the sticks and explain each sample by the one before. That is a second
-/// optimum of the likelihood, in which a search from a distant start may end.
+/// Process noise can replace the response to the sticks and explain each sample by the previous sample. That is a
+/// second optimum of the likelihood, in which a search from a distant start may end.
 fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
     /// σ of an output's noise, as a fraction of the output's standard deviation.
     const NOISE: f64 = 0.1;

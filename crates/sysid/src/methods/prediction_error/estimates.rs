@@ -76,7 +76,7 @@ impl Estimate {
 /// Parameters of an identified structure with their correlations, noises last.
 ///
 /// Printed like CIFER's identification summary: value, Cramér–Rao bound and insensitivity in percent, then the strongly
-/// correlated pairs. CIFER's bound is twice this one.
+/// correlated pairs. CIFER's bound is twice the bound printed here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimates {
     /// Parameters in the structure's order, then σ of each process noise (of a state's rate, per sample), then σ of

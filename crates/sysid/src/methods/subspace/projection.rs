@@ -1,4 +1,4 @@
-//! The future projected on the past.
+//! Projection of the future outputs on the past inputs and outputs.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! From the observability matrix to A and C, and to the whole model.
+//! A, C and the whole model from the observability matrix.
 
 use nalgebra::DMatrix;
 
