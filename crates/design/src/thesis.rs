@@ -1,8 +1,8 @@
 //! The design printed by Paw (2005): continuous gains for a continuous model.
 //!
-//! For reproduction and comparison only, not for flight. Held between samples at 33 Hz it is violently unstable, see
-//! [`PrintedDesign::spectral_radii`]. [`HoverDesign`](super::hover::HoverDesign) designs at the sample rate of the
-//! loop.
+//! The design serves reproduction and comparison only, not flight. With sticks held between samples at 33 Hz it is
+//! violently unstable, see [`PrintedDesign::spectral_radii`]. [`HoverDesign`](super::hover::HoverDesign) designs at the
+//! sample rate of the loop.
 //!
 //! ```
 //! use hovernav_design::thesis::PrintedDesign;

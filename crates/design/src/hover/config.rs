@@ -42,11 +42,11 @@ pub struct HoverDesign {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RollPitchWeights {
-    /// Weights of p, q, φ, θ, u, v squared, per (rad/s)², rad², (m/s)².
+    /// Weights of the squares of p, q, φ, θ, u, v, per (rad/s)², rad², (m/s)².
     pub states: [f64; 6],
-    /// Weights of the integrals of u and v squared, per m².
+    /// Weights of the squared integrals of u and v, per m².
     pub integrals: [f64; 2],
-    /// Weights of lateral and longitudinal stick squared.
+    /// Weights of the squares of lateral and longitudinal stick.
     pub sticks: [f64; 2],
     /// Smallest decay rate of every disturbance, α, 1/s.
     pub decay_per_s: f64,
@@ -56,11 +56,11 @@ pub struct RollPitchWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AttitudeWeights {
-    /// Weights of p, q, φ, θ squared.
+    /// Weights of the squares of p, q, φ, θ.
     pub states: [f64; 4],
-    /// Weights of the integrals of φ and θ squared.
+    /// Weights of the squared integrals of φ and θ.
     pub integrals: [f64; 2],
-    /// Weights of lateral and longitudinal stick squared.
+    /// Weights of the squares of lateral and longitudinal stick.
     pub sticks: [f64; 2],
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,
@@ -70,11 +70,11 @@ pub struct AttitudeWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct YawWeights {
-    /// Weights of r and ψ squared.
+    /// Weights of the squares of r and ψ.
     pub states: [f64; 2],
-    /// Weight of the integral of ψ squared.
+    /// Weight of the squared integral of ψ.
     pub integral: f64,
-    /// Weight of pedal squared.
+    /// Weight of the square of the pedal.
     pub stick: f64,
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,

@@ -39,7 +39,8 @@ pub(super) struct UncertainLoop {
 }
 
 impl UncertainLoop {
-    /// The loop whose `step` changes by `moves` for each ξₖ; `None` where nothing changes it.
+    /// The loop with the transition matrix `step`, which each ξₖ changes by its matrix in `moves`. `None` where no ξₖ
+    /// changes it.
     pub fn new(step: &DMatrix<f64>, moves: &[DMatrix<f64>], period_s: f64) -> Option<Self> {
         let n = step.nrows();
         let is_moved = |entries: &dyn Fn(&DMatrix<f64>) -> f64| {
@@ -141,7 +142,7 @@ impl UncertainLoop {
     }
 }
 
-/// The largest eigenvalue of X^-½ Y X^-½, both Hermitian and X positive definite.
+/// The largest eigenvalue of X^-½ Y X^-½, with Hermitian X and Y and positive definite X.
 fn relative_size(y: &DMatrix<Complex<f64>>, x: &DMatrix<Complex<f64>>) -> Option<f64> {
     let factor = x.clone().cholesky()?.unpack();
     let half = factor.solve_lower_triangular(y)?;

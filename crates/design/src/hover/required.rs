@@ -255,7 +255,7 @@ pub struct PerturbedStability {
 
 impl PerturbedStability {
     /// Number of stable models with `gains` among 500 whose derivatives change independently by up to 20 %; kinematics
-    /// and gravity stay. The search uses other models.
+    /// and gravity stay unchanged. The search uses other models.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.

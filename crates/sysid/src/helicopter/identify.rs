@@ -273,7 +273,7 @@ impl Search<'_> {
         }
     }
 
-    /// Identifies each part of `kind` on its own, or all of it at once where it has no parts.
+    /// Identifies each part of `kind` on its own; a `kind` without parts as a whole.
     fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
         match kind.parts() {
             [] => Ok(vec![self.best(kind)?]),
@@ -451,8 +451,8 @@ impl Search<'_> {
     /// Selects between `known` and the result of a search with `structure`, which adds a stabiliser bar.
     fn with_bar(&self, known: Identified, kind: Kind, structure: &Structure) -> Found {
         // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so its rate of
-        // tilt scales with the speed of the rotor. From the default start, noise sometimes replaces the effect of the
-        // bar.
+        // tilt scales with the speed of the rotor. With the default initial noise, noise sometimes replaces the effect
+        // of the bar.
         let rotor = structure.parameter("tau_f");
         let faster = rotor.map_or(1.0, |own| known.values()[own] / structure.parameters[own].start);
         let noises = structure.noises.iter().zip(known.process_sigma());

@@ -15,8 +15,8 @@ use super::identify::Search;
 use super::measured::Measured;
 use crate::methods::prediction_error;
 
-/// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds [`FACTOR`] ·
-/// J + [`MARGIN`], with J that of the frequency-domain fit.
+/// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds a limit. The
+/// limit is [`FACTOR`] times the cost of the frequency-domain fit, plus [`MARGIN`].
 const FACTOR: f64 = 2.0;
 /// Difference of the cost J in the rejection of the time domain, see [`FACTOR`].
 const MARGIN: f64 = 10.0;

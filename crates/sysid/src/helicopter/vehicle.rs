@@ -119,8 +119,8 @@ impl Identified {
         LinearModel::of_states(time, a, b)
     }
 
-    /// The vehicle's poles by rising real part, the positive imaginary part of a pair first. Their covariance follows
-    /// from that of the parameters through central differences.
+    /// The vehicle's poles in order of rising real part. In a pair the pole with positive imaginary part comes first.
+    /// Their covariance follows from that of the parameters through central differences.
     ///
     /// # Errors
     /// [`ModelError::Eigenvalues`] where the computation does not converge.

@@ -84,7 +84,7 @@ pub struct InputReport {
 const STILL_PART: f64 = 0.4;
 /// Largest fraction of an input's variance that the other inputs may explain.
 const COLLINEAR: f64 = 0.9;
-/// Tischler & Remple's limit for the average coherence of two controls (section 5.7).
+/// Largest average coherence of two inputs: the limit of Tischler & Remple, section 5.7.
 const COHERENT: f64 = 0.5;
 
 /// Checks each input, each pair, and all inputs together.

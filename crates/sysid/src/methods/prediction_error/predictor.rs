@@ -48,7 +48,8 @@ pub(super) struct Derivative {
     pub gain: DMatrix<f64>,
     /// L⁻¹ dS L⁻ᵀ.
     pub whitened_innovations: DMatrix<f64>,
-    /// Input that this parameter delays or lags, and its index among the inputs' derivatives.
+    /// Inputs that this parameter delays or lags, each with the index of its derivative among the derivatives of the
+    /// inputs.
     pub shifts: Vec<(usize, usize)>,
 }
 

@@ -159,7 +159,7 @@ pub(super) struct Forcing {
     group: usize,
     /// (states · group) × z, with the rows of a state adjacent.
     state: DMatrix<f64>,
-    /// Parameter, output, entry of z, value.
+    /// Entries of the matrix: parameter, output, index in z, value.
     output: Vec<(usize, usize, usize, f64)>,
 }
 

@@ -52,8 +52,8 @@ pub struct Refined {
     pub model: InnovationModel,
     /// The state at the first sample.
     pub initial_state: DVector<f64>,
-    /// Sum over outputs and samples of squared errors, before and after; each output in units of its own mean square
-    /// deviation.
+    /// Sum of squared errors over outputs and samples, before and after the refinement. Each output is scaled by its
+    /// own root mean square deviation.
     pub cost: [f64; 2],
     /// Number of linearisations.
     pub steps: usize,

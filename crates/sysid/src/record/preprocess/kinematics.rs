@@ -112,7 +112,7 @@ const ROUGHLY: [f64; 2] = [0.3, 3.0];
 /// Smallest explained fraction of a correct balance of gravity and drag.
 const ROUGHLY_RELATED: f64 = 0.5;
 
-/// Checks every relation of which `channels` names all signals.
+/// Checks every kinematic relation whose signals are all named in `channels`.
 ///
 /// Two relations are φ̇ = p + tan θ (q sin φ + r cos φ) and θ̇ = q cos φ − r sin φ. The others compare the body-axis
 /// velocity with specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the
