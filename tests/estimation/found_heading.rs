@@ -7,8 +7,8 @@ use hovernav_sim::GpsConfig;
 
 use crate::{blocks, unaided};
 
-/// One-sigma of the height, m, one second before the heading is found and five seconds after, with or without a
-/// barometer at 10 Hz.
+/// Standard deviation of the height, m, one second before the heading is found and five seconds after, with or without
+/// a barometer at 10 Hz.
 fn sigmas_m(with_barometer: bool) -> [f64; 2] {
     let gps = GpsConfig { rate_hz: 1.0, ..GpsConfig::default() };
     let (recording, mut estimator) =

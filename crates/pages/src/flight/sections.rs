@@ -300,7 +300,7 @@ impl Sections<'_, '_> {
     }
 }
 
-/// One-sigma of u, v and w, m/s, from those of velocity and attitude, which are taken as independent.
+/// Standard deviation of u, v and w, m/s, from those of velocity and attitude, which are taken as independent.
 fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     let ned_to_body = solution.body_to_ned.inverse().matrix();
     let sigma = solution.velocity_sigma_mps.to_array();

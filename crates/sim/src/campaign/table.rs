@@ -45,7 +45,7 @@ impl Measure {
         Self { name: "collective_mean", of: |_, held| held.sticks_mean[2] },
     ];
 
-    /// Number of measures that precede the time of the power loss in the columns of a flight.
+    /// Number of measures whose columns precede the time of the power loss in the row of a flight.
     const FIRST: usize = 20;
 
     /// The value of one flight; NaN if the flight ended before the evaluation.
