@@ -172,7 +172,7 @@ impl FlightPlan {
         three_times(plan, |plan| plan.yaw_doublet(25f64.to_radians(), 1.5))
     }
 
-    /// Duration so far, s.
+    /// Duration of the legs in the plan, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.legs.iter().map(|leg| leg.duration_s).sum()

@@ -78,8 +78,8 @@ pub struct Vehicle {
     airframe: Airframe,
     servos: [SimulatedServo; 4],
     /// Transport delays of the sticks' commands.
-    /// Time since the start, s.
     transports: [Transport; 4],
+    /// Time since the start, s.
     time_s: f64,
     /// Servos that are jammed.
     jammed: [bool; 4],
@@ -96,7 +96,6 @@ impl Vehicle {
     /// A `helicopter` in hover at `position`, heading `heading_rad`.
     ///
     /// # Errors
-    ///
     /// [`ConfigError`] with the invalid value of `config`.
     pub fn hovering(
         config: &VehicleConfig,

@@ -2,7 +2,7 @@
 //!
 //! | device | emulates | from |
 //! |---|---|---|
-//! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: commands `R r c a P C G`, three packet formats, polled or continuous | packets or inertial samples |
+//! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: `R r c a P C G`, three formats, polled or continuous | packets or samples |
 //! | [`GpsDevice`] | a receiver with TSIP, NMEA 0183 or UBX, configured like a real one | fixes |
 //! | [`RecordedDevice`] | nothing: it replays the bytes of a flight record | bytes with their times |
 //!

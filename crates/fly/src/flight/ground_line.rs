@@ -137,8 +137,8 @@ impl Udp {
         let wait = self.clock.until(deadline).max(LEAST_WAIT);
         let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
         read.unwrap_or_else(|_| {
-            // The read returns at once if nobody listens at the other end, and a read does not advance an emulated
-            // clock. Therefore this waits until the deadline.
+            // The read returns at once if no program listens at the other end. A read also does not advance an
+            // emulated clock. Therefore this waits until the deadline.
             self.clock.sleep_until(deadline);
             0
         })

@@ -57,8 +57,8 @@ pub struct SensorMonitor {
     missing: f64,
     missing_in_all: f64,
     /// Specific forces of the last two samples, m/s².
-    /// Sums of the squared second differences of the specific force per axis, m²/s⁴.
     before: [Option<Vector<Body>>; 2],
+    /// Sums of the squared second differences of the specific force per axis, m²/s⁴.
     bends: [f64; 3],
     lost: Lasting,
     shaken: Lasting,

@@ -13,8 +13,8 @@ const OFF_S: f64 = 2.0;
 #[derive(Clone, Copy, Debug)]
 pub struct UtcClock {
     /// UTC since 1970 minus the flight clock, ns, according to this computer.
-    /// UTC since 1970 minus the flight clock, ns, as last reported from the receiver.
     system_ns: i64,
+    /// UTC since 1970 minus the flight clock, ns, as last reported from the receiver.
     reported_ns: Option<i64>,
 }
 

@@ -258,7 +258,6 @@ impl FlightConfig {
     /// The vehicle at the start of the flight, and its stick positions in hover.
     ///
     /// # Errors
-    ///
     /// [`FlightError`] for an airframe that cannot fly, and for events that the airframe cannot simulate.
     pub fn hovering(&self) -> Result<(Vehicle, Sticks), FlightError> {
         if let Some(model) = &self.model {
