@@ -134,7 +134,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The default directory, next to that of `hovernav estimate` for the same log, whose files have the same names.
+/// The default directory. It differs from the directory of `hovernav estimate` for the same log, because the names of
+/// the files are the same.
 fn default_out(log: &Path) -> PathBuf {
     Path::new("out").join(output::name_of(log) + "-identify")
 }
