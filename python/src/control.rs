@@ -132,8 +132,9 @@ impl Model {
 /// ----------
 /// log : Log or path
 ///     A flight with `controls`.
-/// kind : str
-///     Axes of the helicopter to identify: "yaw", "heave", "roll-pitch", "flapping", "hybrid", "hover" or "r50".
+/// kind : str, optional
+///     Axes to identify: "yaw", "heave", "roll-pitch", "flapping", "hybrid", "hover" or "r50". By default "hybrid", or
+///     "hover" for a vehicle whose rotors do not flap.
 /// config : path or dict, optional
 ///     Settings that override those of the log.
 ///
@@ -147,14 +148,15 @@ impl Model {
 /// ModelError
 ///     If no model can be identified; the message states the reason.
 #[pyfunction]
-#[pyo3(signature = (log, *, kind="hybrid", config=None))]
+#[pyo3(signature = (log, *, kind=None, config=None))]
 pub fn identify(
     py: Python<'_>,
     log: &Bound<'_, PyAny>,
-    kind: &str,
+    kind: Option<&str>,
     config: Option<&Bound<'_, PyAny>>,
 ) -> Result<Model> {
-    let kind: Kind = kind.parse().map_err(|why| Error::Config(format!("kind: {why}")))?;
+    let kind: Option<Kind> =
+        kind.map(str::parse).transpose().map_err(|why| Error::Config(format!("kind: {why}")))?;
     let settings = config.map(Settings::of).transpose()?;
     let log = log_of(log)?;
     let log = log.get();

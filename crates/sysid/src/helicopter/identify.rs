@@ -71,7 +71,9 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-/// Identifies a helicopter of `kind` from a flight.
+/// Identifies a model of `kind` from a flight. Without a kind it is [`Hybrid`](Kind::Hybrid), or [`Hover`](Kind::Hover)
+/// for a vehicle whose rotors do not flap: the rotor's
+/// time constant is then on its limit, and Akaike's criterion prefers the model without flapping.
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
 /// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
@@ -83,9 +85,11 @@ pub struct Identification {
 pub fn identify(
     dataset: &Dataset,
     solutions: &[Solution],
-    kind: Kind,
+    kind: impl Into<Option<Kind>>,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
+    let requested = kind.into();
+    let mut kind = requested.unwrap_or(Kind::Hybrid);
     let flown = FlightRecord::new(dataset, solutions, velocity)?;
     let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
@@ -101,7 +105,7 @@ pub fn identify(
     test_points.retain(|point| {
         point.start >= record.start && point.end <= end && record.is_whole(point.start, point.end)
     });
-    let structure = kind.structure();
+    let mut structure = kind.structure();
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
         if !structure.inputs.iter().any(|input| input == stick) {
@@ -164,6 +168,10 @@ pub fn identify(
         .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
     let mut parts = search.parts(kind)?;
+    if requested.is_none() && parts.iter_mut().any(|part| search.drop_flapping(part)) {
+        kind = Kind::Hover;
+        structure = kind.structure();
+    }
     let answers_early_s = search.answers_early_s(&parts);
     // The velocity held from fix to fix serves for comparison only.
     let measured = |held_back: &[&TestPoint]| match velocity {
@@ -279,6 +287,22 @@ impl Search<'_> {
             [] => Ok(vec![self.best(kind)?]),
             parts => parts.par_iter().map(|&part| self.best(part)).collect(),
         }
+    }
+
+    /// Replaces `part` by roll and pitch without flapping, if its rotor flaps as fast as the limit allows and the data
+    /// are more likely without flapping, by Akaike's criterion. Returns whether it did. A multirotor's motors then count
+    /// as lags of the inputs.
+    fn drop_flapping(&self, part: &mut Found) -> bool {
+        let rotor = part.identified.estimates.get("tau_f");
+        if part.kind != Kind::Flapping || rotor.is_none_or(|own| own.status != Status::OnBound) {
+            return false;
+        }
+        let rigid = self.best(Kind::RollPitch).ok();
+        let Some(rigid) = rigid.filter(|own| own.identified.aic < part.identified.aic) else {
+            return false;
+        };
+        *part = rigid;
+        true
     }
 
     /// Continues the search of each part on the data of this search. A stabiliser bar that these data do not justify is
