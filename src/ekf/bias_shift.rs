@@ -2,17 +2,18 @@
 
 use super::square;
 
-/// One-sigma of the change of a gyro bias when a vehicle sets off, rad/s, unless the assumed one-sigma of the bias is
-/// smaller: shaking rectifies, motors warm the inertial unit. The rest itself has measured the bias since power-on.
+/// One-sigma of the change of a gyro bias when a vehicle starts to move, rad/s. The assumed one-sigma of the bias
+/// applies if it is smaller. Vibration is rectified, and motors warm the inertial unit. The bias since power-on was
+/// measured during the rest.
 const SHAKEN_RADPS: f64 = 0.003;
 
-/// Change of gyro biases between rest and motion: limited by their assumed size and by the effect of shaking, until a
-/// rest after a motion has shown less.
+/// Change of gyro biases between rest and motion. Its variance is limited by the assumed variance of the biases and by
+/// the effect of vibration. A rest after a motion may show a smaller variance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BiasShift {
     /// Variance, (rad/s)²; infinite before the first rest after a motion.
     learned: f32,
-    /// Whether the last second but one was at rest, or nothing is known of it.
+    /// Whether the vehicle has stayed at rest since the last update at rest; true before the first one.
     pub rests: bool,
 }
 
@@ -20,7 +21,7 @@ impl BiasShift {
     /// State before the first rest.
     pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
 
-    /// Variance to which the biases open when a rest ends.
+    /// Variance to which the bias variances are raised when a rest ends, (rad/s)².
     pub fn variance(&self, assumed: f64) -> f64 {
         f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }

@@ -13,7 +13,7 @@ pub(super) struct Ground {
     last: Option<Seen>,
 }
 
-/// A reading, and the time since which it has been the same.
+/// The last reading, and the time since which its value has been the same.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     time: Time,
@@ -23,7 +23,7 @@ struct Seen {
     since: Time,
     /// Horizontal part of the beam's direction at `since`.
     beam: [f32; 2],
-    /// Distance travelled since, m.
+    /// Distance travelled since `since`, m.
     moved_m: f32,
 }
 
@@ -77,9 +77,11 @@ impl Ground {
 
 /// Longest interval between two readings that counts, s: beyond it the path of the beam is unknown.
 const LONGEST_S: f64 = 10.0;
-/// A sensor is stuck if it repeats a distance bit for bit for this long, s, during a motion. The motion is a turn
-/// above `TURNED_RAD`, rad, or a path above `MOVED_M`, m, at a speed above `STANDING_MPS`, m/s.
+/// Time, s, for which a distance must repeat bit for bit during a motion before the sensor counts as stuck.
 const STUCK_S: f64 = 1.0;
+/// Smallest turn of the beam, rad, that counts as such a motion.
 const TURNED_RAD: f64 = 0.02;
+/// Smallest path, m, that counts as such a motion.
 const MOVED_M: f64 = 0.3;
+/// Speed, m/s, that adds nothing to that path.
 const STANDING_MPS: f64 = 0.3;

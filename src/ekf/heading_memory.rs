@@ -2,9 +2,9 @@
 
 use crate::time::Time;
 
-/// Largest innovation, rad, of a rejected heading source that agrees again, and the time, s, of agreement before it is
-/// used.
+/// Largest innovation, rad, at which a rejected heading source agrees again.
 const DISAGREED_RAD: f64 = 0.3;
+/// Time of agreement, s, before a rejected heading source is used again.
 const AGREED_S: f64 = 20.0;
 
 /// Previous readings of a heading source.

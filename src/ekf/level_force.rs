@@ -1,22 +1,22 @@
-//! Share of the horizontal specific force that is motion and makes the heading observable.
+//! Fraction of the horizontal specific force that is motion and makes the heading observable.
 
 use super::scalar::Scalar;
 use crate::frames::{Ned, Vector};
 
 /// Averaging time of the horizontal specific force, s.
 pub(super) const AVERAGED_S: f64 = 1.0;
-/// Least squared mean force that counts as motion, in multiples of its own variance.
+/// Smallest squared mean force that counts as motion, in multiples of the variance of its error.
 const VARIANCES: f64 = 2.0;
 
-/// Recent mean of the horizontal specific force, and the share of it that is motion.
+/// Recent mean of the horizontal specific force, and the fraction of it that is motion.
 ///
 /// A heading error rotates every measured change of velocity. It also rotates noise, and the gravity component from an
-/// unknown tilt, but fixes cannot observe that rotation. Counted as motion, they would make the filter's heading more
-/// certain every second in a calm hover, without any information.
+/// unknown tilt, but fixes cannot observe that rotation. If both counted as motion, the filter's heading would become
+/// more certain every second in a calm hover, without any information.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelForce<T> {
     mean_mps2: [T; 2],
-    /// Variance of the mean's own error, both axes together, (m/s²)².
+    /// Variance of the mean's error, both axes together, (m/s²)².
     pub variance: T,
     share: T,
 }
@@ -25,7 +25,7 @@ impl<T: Scalar> LevelForce<T> {
     /// State before the first sample: the whole force counts as motion.
     pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
-    /// Feeds the velocity change by specific force over a step, NED, m/s.
+    /// Feeds the velocity change by specific force over a sample interval, NED, m/s.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
@@ -39,7 +39,8 @@ impl<T: Scalar> LevelForce<T> {
         self.share = if squared > unsure { T::ONE - unsure / squared } else { T::ZERO };
     }
 
-    /// Part of a change of velocity or position by specific force that makes the heading observable.
+    /// Change of velocity or position by specific force, `force`, reduced horizontally to the fraction that makes the
+    /// heading observable.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
@@ -139,7 +140,7 @@ mod tests {
         assert!((0.6..1.4).contains(&normalised), "{normalised}");
     }
 
-    /// Force beyond its own error counts almost fully and at once.
+    /// Force beyond its own error counts almost fully and at once as motion.
     #[test]
     fn a_manoeuvre_is_motion_within_a_tenth_of_a_second() {
         let mut force = LevelForce::<f64> { variance: 0.002, ..LevelForce::NONE };

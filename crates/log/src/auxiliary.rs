@@ -1,4 +1,4 @@
-//! `baro.csv` and `mag.csv`: aids of a dataset other than inertial unit and GPS.
+//! Tables `baro.csv` and `mag.csv`: readings of the barometer and the magnetometer.
 
 use std::path::Path;
 
@@ -83,7 +83,8 @@ fn pressure_fault(pressure_pa: f64) -> &'static str {
     }
 }
 
-/// All rows with known numbers from which `value` makes a value, in time order; others are counted with the reason.
+/// Reads the rows of `table`, in time order. `value` makes a value from the numbers of a row, or states the reason to
+/// reject the row. Rejected rows are counted by reason.
 fn read_timed<T, const N: usize>(
     mut table: Table,
     file: &'static str,

@@ -9,8 +9,8 @@ use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 
-/// Description of a dataset, by its [`Display`](fmt::Display): sensors, rates, spans, gaps, vibration, notes and
-/// warnings.
+/// Description of a dataset as text, by its [`Display`](fmt::Display): sensors, rates, spans, gaps, vibration, notes
+/// and warnings.
 #[derive(Clone, Copy, Debug)]
 pub struct Info<'a>(pub &'a Dataset);
 

@@ -1,4 +1,4 @@
-//! Statistics of inertial samples as they pass.
+//! Statistics of inertial samples, gathered sample by sample.
 
 use crate::clock::Gaps;
 use hovernav::imu::ImuSample;

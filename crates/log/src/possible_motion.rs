@@ -1,4 +1,4 @@
-//! Check of a trajectory's rows against what a vehicle can do.
+//! Check whether the motion in a trajectory's rows is possible for a vehicle.
 
 use crate::fix_gate::no_place;
 use crate::remarks::Remarks;

@@ -67,9 +67,9 @@ pub struct SensorSurvey {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct ImuSurvey {
-    /// Share of samples with the unit's own attitude.
+    /// Fraction of samples with the inertial unit's own attitude.
     pub with_attitude: f64,
-    /// Share of samples with a magnetic field.
+    /// Fraction of samples with a magnetic field.
     pub with_magnetic_field: f64,
     /// Mean angular rate, rad/s.
     pub mean_rate_radps: [f64; 3],
@@ -87,9 +87,9 @@ pub struct ImuSurvey {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct GpsSurvey {
-    /// Share of fixes with velocity.
+    /// Fraction of fixes with velocity.
     pub with_velocity: f64,
-    /// Share of fixes with a stated one-sigma of position.
+    /// Fraction of fixes with a stated one-sigma of position.
     pub with_position_sigma: f64,
     /// Median of the stated horizontal one-sigma, m.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -102,7 +102,7 @@ pub struct GpsSurvey {
 }
 
 impl Survey {
-    /// Surveys `dataset`; where the filter can be run over it, it is.
+    /// Surveys `dataset`. Runs the filter over it if that is possible.
     #[must_use]
     pub fn of(dataset: &Dataset) -> Self {
         let nothing_to_run = dataset.fixes.is_empty() || dataset.sample_count() == 0;

@@ -1,4 +1,4 @@
-//! One guess at the attitude: a Kalman filter of nine states from fix to fix.
+//! One hypothesis of the attitude: a Kalman filter of nine states from fix to fix.
 
 use super::super::scalar::Scalar;
 use super::super::square;
@@ -6,25 +6,26 @@ use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::matrix::{add_scaled, combined, dot, product, skew, times};
 
-/// Number of guesses.
+/// Number of hypotheses.
 pub(super) const GUESSES: usize = 12;
-/// One-sigma of the heading of a guess at its start, rad: neighbours overlap at one sigma.
+/// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
 pub(super) const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 
-/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
-/// and gyro bias, body, rad/s.
+/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the hypothesis to the truth,
+/// rad; and gyro bias, body, rad/s.
 pub const STATES: usize = 9;
+/// Index of the first attitude error.
 const ATTITUDE: usize = 3;
 
 /// One value for each state.
 type Row = [f32; STATES];
 
-/// Covariance of the states of a guess.
+/// Covariance of the states of a hypothesis.
 pub type Block = [Row; STATES];
 
-/// Share of a velocity change that counts as error: fixes and samples differ in time.
+/// Fraction of a velocity change that counts as error: fixes and samples differ in time.
 const TIMING: f32 = 0.1;
 
 /// Motion between two fixes, in the body axes at the start of the bank.
@@ -34,7 +35,7 @@ pub(super) struct MeasuredMotion {
     pub velocity_mps: Vector<Body, f32>,
     /// Duration, s.
     pub duration_s: f32,
-    /// Integral of the direction cosines from the body's axes, s.
+    /// Integral of the direction cosines from the body axes of each sample, s.
     pub turned_s: [[f32; 3]; 3],
     /// Variance by sensor noise of each angle, rad², and of each velocity, (m/s)².
     pub variances: [f32; 2],
@@ -75,10 +76,10 @@ pub(super) struct Surprise {
     pub minus_two_log: f32,
 }
 
-/// Prior common to all guesses at their first fix.
+/// Prior common to all hypotheses at their first fix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
-    /// Direction about which the attitude is open, NED.
+    /// Axis about which the attitude is unknown, NED.
     pub axis: Vector<Ned, f32>,
     /// One-sigma of the attitude across `axis`, rad.
     pub tilt_sigma_rad: f32,
@@ -86,7 +87,7 @@ pub(super) struct Prior {
     pub bias_sigma_radps: f32,
 }
 
-/// A guess at the attitude.
+/// A hypothesis of the attitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guess {
     pub weight: f64,
@@ -98,7 +99,7 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// Empty guess, of weight zero.
+    /// Empty hypothesis, of weight zero.
     pub const NONE: Self = Self {
         weight: 0.0,
         start_to_ned: Rotation::IDENTITY,
@@ -107,7 +108,7 @@ impl Guess {
         covariance: [[0.0; STATES]; STATES],
     };
 
-    /// Starts at a fix, with the present attitude of the guess.
+    /// Starts at a fix, with the present attitude of the hypothesis.
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
         let swing = (self.start_to_ned * measured.swing_mps).to_array();
         let velocity = |axis| match at(&measured.axes, axis) {
@@ -162,7 +163,7 @@ impl Guess {
         }
     }
 
-    /// Subtracts a gyro bias that the caller from now on removes from the rates.
+    /// Subtracts a gyro bias that the caller removes from the rates from now on.
     pub fn correct_bias(&mut self, bias_radps: Vector<Body, f32>) {
         self.bias_radps -= bias_radps;
     }
@@ -293,7 +294,7 @@ impl Guess {
         total
     }
 
-    /// Whether rounding has left a valid covariance.
+    /// Whether attitude, velocity, bias and variances are still valid: rounding may have spoilt them.
     pub fn is_sound(&self) -> bool {
         self.start_to_ned.is_finite()
             && self.velocity_mps.is_finite()
@@ -305,10 +306,10 @@ impl Guess {
 /// One-sigma of a velocity that no fix has measured, m/s.
 const UNKNOWN_MPS: f32 = 10.0;
 
-/// North, east and down.
+/// Unit vectors north, east and down.
 const UNITS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// An element of an array of three, zero beyond.
+/// An element of an array of three, zero beyond its end.
 pub(super) fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
     values.get(axis).copied().unwrap_or_default()
 }

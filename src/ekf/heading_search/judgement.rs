@@ -2,8 +2,9 @@
 
 use crate::time::Time;
 
-/// Least duration, s, and least number of fixes of a disagreement.
+/// Minimum duration of a disagreement, s.
 const WRONG_S: f64 = 5.0;
+/// Minimum number of fixes of a disagreement.
 const WRONG_FIXES: u8 = 4;
 
 /// Disagreement of the fixes with a heading.
@@ -11,7 +12,7 @@ const WRONG_FIXES: u8 = 4;
 pub(super) struct Judgement {
     wrong_since: Option<Time>,
     wrong_fixes: u8,
-    /// Whether the guesses agree with the heading, and recent motion was enough to show it.
+    /// Whether the hypotheses agree with the heading, and recent motion was enough to show it.
     pub is_confirmed: bool,
 }
 

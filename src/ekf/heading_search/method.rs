@@ -3,7 +3,7 @@
 use super::super::scalar::Scalar;
 use super::HeadingSearch;
 
-/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if nothing gives it at the start:
+/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if no source gives it at the start:
 /// [`HeadingSearch`], or [`NoHeadingSearch`] without a search. Sealed.
 pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 

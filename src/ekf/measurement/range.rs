@@ -11,12 +11,12 @@ use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::event::RangeReading;
 
-/// The beam points down by at least the cosine of 60°.
+/// Minimum downward component of the beam's direction: the cosine of 60°.
 const LEAST_DOWN: f64 = 0.5;
-/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. This costs
-/// the height a hundredth of its variance.
+/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. The first
+/// reading then changes the variance of the height by at most a hundredth.
 const OPENED: f64 = 10.0;
-/// Innovations beyond this, in one-sigmas, but within the gate, count as a step of the ground.
+/// Smallest innovation, in one-sigmas, of a reading within the gate that counts as a step of the ground.
 const STEP_SIGMAS: f64 = 4.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -27,7 +27,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M12) of docs/equations.md.
-    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    // Not inlined, so that its stack frame is not part of a caller's that updates several sensors.
     #[inline(never)]
     pub fn update_range(
         &mut self,
@@ -90,5 +90,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Least one-sigma of a reading, m.
+/// Minimum one-sigma of a reading, m.
 const LEAST_NOISE_M: f64 = 0.005;

@@ -10,7 +10,7 @@ use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement};
 use crate::earth::Local;
 
-/// One-sigma of the rate of a vehicle at rest over a second, rad/s: wind, hands, warming up.
+/// One-sigma of the rate of a vehicle at rest over a second, rad/s, due to wind, hands and warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
@@ -42,7 +42,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
-        // A vehicle may glide as smoothly as one at rest: the mean velocity of the fixes limits how far it is at rest.
+        // A vehicle may glide as smoothly as a vehicle at rest. So the noise of the zero velocity includes the mean
+        // velocity of the fixes.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
         let mut axes = [None; 6];
         let (rates, velocities) = axes.split_at_mut(3);

@@ -5,7 +5,7 @@
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
-/// A message that is read.
+/// A type of message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Message {
     SystemTime,

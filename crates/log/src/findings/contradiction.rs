@@ -6,7 +6,7 @@ use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Longest time, s, between contradictions of one finding.
+/// Longest time, s, between two contradictions of one finding.
 const APART_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -54,7 +54,8 @@ impl Dataset {
         findings
     }
 
-    /// Events in a `run` over this log, in order of time, and the errors of the set-up that need no further run.
+    /// Events in a `run` over this log, in order of time. The second value has the errors of the set-up that need no
+    /// further run.
     pub(crate) fn events_and_setup(&self, run: &Run) -> (Vec<Finding>, Vec<SetupFinding>) {
         let log = Judged { dataset: self, run };
         let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);
@@ -129,7 +130,7 @@ impl Looked {
     }
 }
 
-/// A log and a run over it.
+/// A log, and a run over it.
 #[derive(Clone, Copy)]
 struct Judged<'a> {
     dataset: &'a Dataset,
@@ -137,7 +138,7 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// The solution at `time_s` or the first after it.
+    /// The solution at `time_s`, or the first one after it.
     fn solution_at(&self, time_s: f64) -> Option<&Solution> {
         let solutions = &self.run.solutions;
         let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);

@@ -1,7 +1,7 @@
 //! Gauss coefficients of the World Magnetic Model.
 //!
-//! Rows of g, h, nT, and their change ġ, ḣ, nT a year, by degree from 1 to 12 and within it by order from 0 to the
-//! degree.
+//! Each row has g and h, nT, and their changes ġ and ḣ, nT a year. Rows are ordered by degree from 1 to 12, and within
+//! a degree by order from 0 to the degree.
 //!
 //! # Source
 //! NOAA NCEI and British Geological Survey, *The US/UK World Magnetic Model for 2020–2025*

@@ -23,11 +23,11 @@ use hovernav::frames::{Ned, Vector};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagneticField {
-    /// North, east and down, gauss.
+    /// Field north, east and down, gauss.
     pub field_gauss: Vector<Ned>,
 }
 
-/// Why the World Magnetic Model does not apply.
+/// Reason why the World Magnetic Model does not apply.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OutsideModel {
     /// The time is outside the years of the model.
@@ -95,7 +95,7 @@ impl MagneticField {
         self.field_gauss.norm()
     }
 
-    /// Strength of its horizontal part, gauss; below 0.02 a compass is useless.
+    /// Strength of the horizontal field, gauss; below 0.02 a compass is useless.
     #[must_use]
     pub fn horizontal_gauss(&self) -> f64 {
         libm::hypot(self.field_gauss.x(), self.field_gauss.y())
@@ -120,7 +120,8 @@ const DEGREE: usize = 12;
 struct Model {
     /// The decimal year of the coefficients.
     epoch: f64,
-    /// g, h, nT, and ġ, ḣ, nT a year, by degree n from 1 on and order m from 0 to n.
+    /// Coefficients g and h, nT, and their changes ġ and ḣ, nT a year. The order is by degree n from 1 on, then by
+    /// order m from 0 to n.
     coefficients: [[f64; 4]; DEGREE * (DEGREE + 3) / 2],
 }
 
@@ -181,7 +182,7 @@ fn geocentric(place: &Geodetic) -> [f64; 3] {
 #[derive(Clone, Copy, Default)]
 struct Legendre {
     value: f64,
-    /// Derivative by the latitude.
+    /// Derivative of the value with respect to the latitude.
     slope: f64,
     /// Value divided by the cosine of the latitude, finite at the poles; meaningless at order 0.
     over_cos: f64,
