@@ -270,6 +270,7 @@ fn margins_on_the_vehicle_are_those_promised_in_wind_of_5_mps() {
 /// A model without the bar would give this flight a rotor that is too slow, with its spring wrong by 7 bounds. Pitch
 /// would then have a cost of 104.
 #[test]
+#[ignore = "ten seconds: a flight and its identification"]
 fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     let (found, vehicle) = identified(407);
     let truth = truth(407);
@@ -307,6 +308,7 @@ fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
 /// If the error of the vertical velocity were unlimited, the collective of this flight would be too weak by 4.2 of its
 /// bounds. Heave would then have a cost of 196.
 #[test]
+#[ignore = "ten seconds: a flight and its identification"]
 fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let (found, vehicle) = identified(505);
     let truth = truth(505);
