@@ -77,6 +77,7 @@ pub mod gps;
 pub mod health;
 pub mod imu;
 pub mod ins;
+mod matrix;
 pub mod prelude;
 pub mod scalar;
 #[cfg(any(feature = "nmea", feature = "tsip", feature = "ubx"))]

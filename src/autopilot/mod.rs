@@ -17,7 +17,6 @@ mod guidance;
 mod hover;
 mod limits;
 mod maneuver;
-mod matrix;
 mod mode;
 mod pid;
 mod programme;

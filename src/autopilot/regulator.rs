@@ -1,7 +1,7 @@
 //! Linear-quadratic regulator with integral action, and a prediction of the states that no sensor measures.
 
 use super::check::{ConfigError, finite, within};
-use super::matrix::{add, difference, dot, times};
+use crate::matrix::{add_scaled, difference, dot, times};
 use crate::scalar::Scalar;
 
 /// Gains of a [`Regulator`] with `Y` measured states, `H` hidden states and `U` controls, at one sample period.
@@ -171,13 +171,13 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
     pub fn advance(&mut self, applied: &[T; U]) {
         let gains = &self.gains;
         let mut hidden = times(&gains.hidden_from_hidden, &self.hidden);
-        add(&mut hidden, &times(&gains.hidden_from_measured, &self.measured), T::ONE);
-        add(&mut hidden, &times(&gains.hidden_from_pending, &self.pending), T::ONE);
+        add_scaled(&mut hidden, T::ONE, &times(&gains.hidden_from_measured, &self.measured));
+        add_scaled(&mut hidden, T::ONE, &times(&gains.hidden_from_pending, &self.pending));
         self.hidden = hidden;
         self.pending = *applied;
-        add(&mut self.integral, &times(&gains.integral_per_s, &self.error), -self.period_s);
+        add_scaled(&mut self.integral, -self.period_s, &times(&gains.integral_per_s, &self.error));
         let follow = (self.period_s / gains.tracking_time_s).min(T::ONE);
-        add(&mut self.integral, &difference(applied, &self.wanted), follow);
+        add_scaled(&mut self.integral, follow, &difference(applied, &self.wanted));
     }
 }
 

@@ -36,43 +36,6 @@ pub struct EkfConfig {
     pub mechanisms: Mechanisms,
 }
 
-impl EkfConfig {
-    /// Sets the errors of the inertial sensors.
-    #[must_use]
-    pub const fn with_imu(mut self, imu: ImuModel) -> Self {
-        self.imu = imu;
-        self
-    }
-
-    /// Sets the errors of the GPS.
-    #[must_use]
-    pub const fn with_gps(mut self, gps: GpsModel) -> Self {
-        self.gps = gps;
-        self
-    }
-
-    /// Sets the errors of attitude and heading references.
-    #[must_use]
-    pub const fn with_attitude(mut self, attitude: AttitudeModel) -> Self {
-        self.attitude = attitude;
-        self
-    }
-
-    /// Sets the errors of the barometer.
-    #[must_use]
-    pub const fn with_baro(mut self, baro: BaroModel) -> Self {
-        self.baro = baro;
-        self
-    }
-
-    /// Sets the gates.
-    #[must_use]
-    pub const fn with_gate(mut self, gate: GateConfig) -> Self {
-        self.gate = gate;
-        self
-    }
-}
-
 settings! {
     /// Errors of the inertial sensors.
     ImuModel {

@@ -3,8 +3,8 @@
 use super::covariance::{Relaxation, Transition};
 use super::excess::Stepped;
 use super::filter::{Ekf, MOST_HIDDEN_RAD};
+use super::ground::Ground;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::measurement::Ground;
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -77,13 +77,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and raises the variances that depend on it.
-    /// The filter rejects the heading source until the source agrees again for [`AGREED_S`].
+    /// The filter rejects the heading source until the source agrees again for some time.
     pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
-        self.heading_disagreed_at = Some(time);
+        self.heading.disagreed_at = Some(time);
         self.heading_revision.replaced(turn_rad);
         self.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
         self.attitude_lost = None;
@@ -97,10 +97,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Sets the estimate of the heading source's slow error to zero, with a one-sigma of `sigma_rad`.
     pub(super) fn forget_heading_error(&mut self, sigma_rad: f64) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
-            self.covariance.set_variance(first + 2, square(sigma_rad));
-            if let Some(error) = self.parameters.get_mut(first + 2) {
-                *error = T::ZERO;
-            }
+            self.reset_parameter(first + 2, square(sigma_rad));
+        }
+    }
+
+    /// Sets the estimate of a parameter to zero with the variance `variance`, and clears its correlations.
+    pub(super) fn reset_parameter(&mut self, state: usize, variance: f64) {
+        self.covariance.set_variance(state, variance);
+        if let Some(parameter) = self.parameters.get_mut(state) {
+            *parameter = T::ZERO;
         }
     }
 
@@ -108,7 +113,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// [`ATTITUDE_RESET_S`] after a gap, if its source is not suspect.
     pub(super) fn shall_reset_attitude(&mut self, time: Time) -> bool {
         let lost = self.attitude_lost.take();
-        self.heading_disagreed_at.is_none()
+        self.heading.disagreed_at.is_none()
             && lost.is_some_and(|lost| time - lost < ATTITUDE_RESET_S)
     }
 
@@ -155,13 +160,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let rows = self.state.body_to_ned.rows();
         let [.., downwards] = rows.map(|row| row.map(Scalar::wide));
         let down_mps2 = stepped.down_far.map_or(0.0, |growth| growth.rate_mps2);
-        let accels = downwards.map(|share| square(accel).max(square(down_mps2 * share)));
-        let mut relaxation = Relaxation::default();
-        for (first, variances) in [(GYRO_BIAS, [square(gyro); 3]), (ACCEL_BIAS, accels)] {
-            for (noise, variance) in relaxation.noise.iter_mut().skip(first).zip(variances) {
-                *noise = T::of(variance);
-            }
-        }
+        let gyro = square(gyro);
+        let [x, y, z] = downwards.map(|share| square(accel).max(square(down_mps2 * share)));
+        let relaxation = Relaxation::opening(GYRO_BIAS, [gyro, gyro, gyro, x, y, z]);
         let since_s = match stepped.down_far {
             _ if stepped.far => STEPPED_S,
             growth => growth.map_or(0.0, |growth| growth.left_s),
@@ -192,11 +193,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         variance: f64,
         trace: &mut impl Trace<T, N>,
     ) {
-        let mut relaxation = Relaxation::default();
         self.covariance.add_variance(state, variance);
-        if let Some(noise) = relaxation.noise.get_mut(state) {
-            *noise = T::of(variance);
-        }
+        let relaxation = Relaxation::opening(state, [variance]);
         trace.propagated(&Transition::of_relaxation(relaxation));
     }
 
@@ -204,10 +202,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(super) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
-        let mut relaxation = Relaxation::default();
-        for (axis, noise) in relaxation.noise.iter_mut().skip(GYRO_BIAS).take(3).enumerate() {
-            *noise = T::of((variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0));
-        }
+        let missing = |axis| (variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0);
+        let relaxation = Relaxation::opening(GYRO_BIAS, [0, 1, 2].map(missing));
         self.propagate(&Transition::of_relaxation(relaxation), trace);
     }
 
@@ -215,12 +211,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// which of the two is wrong.
     pub(super) fn suspect_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
-        let opened = T::of(square(off_rad));
-        let mut relaxation = Relaxation::default();
-        let wander = L::ATTITUDE_REFERENCE.and_then(|first| relaxation.noise.get_mut(first + 2));
-        if let Some(noise) = wander {
-            *noise = opened;
-        }
+        let opened = square(off_rad);
+        let relaxation = match L::ATTITUDE_REFERENCE {
+            Some(first) => Relaxation::opening(first + 2, [opened]),
+            None => Relaxation::default(),
+        };
+        let opened = T::of(opened);
         let attitude_noise = [T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO, opened];
         let opening = Transition { attitude_noise, ..Transition::of_relaxation(relaxation) };
         self.propagate(&opening, trace);
@@ -246,34 +242,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
         if self.field_watch.heading_sigma_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
-
-    /// Whether the heading source is accepted, at an innovation of `off_rad`. After the filter turned away from the
-    /// source, the source must first agree for [`AGREED_S`].
-    pub(super) fn accepts_heading(&mut self, time: Time, off_rad: f64) -> bool {
-        is_accepted(&mut self.heading_disagreed_at, time, off_rad)
-    }
-}
-
-/// Whether a heading source is accepted, at an innovation of `off_rad`. `disagreed_at` is the time of its last
-/// disagreement, if suspect.
-pub(super) fn is_accepted(disagreed_at: &mut Option<Time>, time: Time, off_rad: f64) -> bool {
-    let Some(disagreed) = *disagreed_at else { return true };
-    if libm::fabs(off_rad) > DISAGREED_RAD {
-        *disagreed_at = Some(time);
-    } else if time - disagreed > AGREED_S {
-        *disagreed_at = None;
-    }
-    disagreed_at.is_none()
 }
 
 /// One-sigma of roll and pitch after the heading was turned, rad.
 const TURNED_TILT_RAD: f64 = 0.07;
 /// One-sigma of velocity after the heading was turned, m/s.
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// Largest innovation, rad, at which a rejected heading source agrees again.
-const DISAGREED_RAD: f64 = 0.3;
-/// Time of agreement, s, before a rejected heading source is used again.
-const AGREED_S: f64 = 20.0;
 /// Longest time after a gap, s, within which a measured attitude replaces the filter's own attitude. A later
 /// measurement is fused in an ordinary update.
 const ATTITUDE_RESET_S: f64 = 5.0;

@@ -5,6 +5,7 @@ mod lost_heading;
 mod lost_level;
 mod notice;
 mod own;
+mod phase;
 mod start;
 mod waiting;
 
@@ -31,7 +32,7 @@ use crate::imu::ImuSample;
 use crate::ins::Aligner;
 use crate::setup::SetupCheck;
 use crate::time::Time;
-use lost_level::Level;
+use phase::{Level, Phase};
 
 /// Estimator from events to solutions: alignment, a heading search if necessary, then the filter.
 ///
@@ -115,13 +116,6 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     wheels: WheelWatch,
     /// Time of the last suspect sample, which limits the rate of notices.
     suspected: Time,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    Aligning,
-    Searching,
-    Navigating,
 }
 
 /// Minimum one-sigma of a newly found heading, rad (10°): errors that the model lacks are common to all hypotheses.
@@ -225,10 +219,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match event {
             Event::Imu(sample) => self.imu(sample, trace, notify),
             Event::Gps(fix) => {
-                if fix.time > self.due_until() {
+                if fix.time > self.filter.due_until() {
                     self.store_fix(fix, trace, notify);
                 } else {
-                    self.fuse_at_once(fix, trace, notify);
+                    self.gps(fix, trace, notify);
                 }
             }
             Event::Baro(reading) => self.barometer(reading, trace, notify),
@@ -269,7 +263,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Checks the time of a measurement that is compared with the present state. A time from another clock would block
     /// all later measurements. Within a gap of the inertial samples the present state is unknown.
     fn check_time(&self, time: Time) -> Result<(), Unusable> {
-        match self.time() - time {
+        match self.filter.state.time - time {
             age_s if age_s > OF_ONE_CLOCK_S => Err(Unusable::TooOld),
             age_s if age_s < -self.filter.config.imu.gap_s => Err(Unusable::AheadOfImu),
             _ => Ok(()),
@@ -292,7 +286,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match self.filter.predict_traced(sample, trace) {
             Ok(Prediction::Stepped) => {
                 if self.filter.samples.suspicion.hides_motion() {
-                    self.search.monitor(self.filter.state.body_to_ned);
+                    self.monitor_heading();
                 } else {
                     self.observe_sample(sample, time.seconds_since(before));
                 }
@@ -318,16 +312,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.constrain_to_road(trace, notify);
         }
         let suspicion = &self.filter.samples.suspicion;
-        if self.phase == Phase::Navigating
-            && (suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken)
-        {
+        if self.phase == Phase::Navigating && suspicion.is_suspect() {
             if time - self.suspected > SUSPECT_S {
                 let suspicion = suspicion.cast();
                 notify(Notice::SampleSuspect { time, suspicion });
             }
             self.suspected = time;
         }
-        self.fuse_waiting(self.due_until(), trace, notify);
+        self.fuse_waiting(self.filter.due_until(), trace, notify);
         if let Some(angles) = sample.attitude.filter(|_| self.aiding.attitude) {
             self.attitude(sample.time, angles, sample.magnetic_field_gauss, trace, notify);
         } else if let Some(field) = sample.magnetic_field_gauss {
@@ -361,12 +353,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let [forward, right, _] = force_mps2.to_array();
             self.wheels.observe_sample([single(forward), single(right)], single(interval_s));
         }
-        self.search.observe_sample(
-            mean.angular_rate_radps - errors.gyro_bias_radps,
-            force_mps2,
-            self.filter.step_variances,
-            interval_s,
-        );
+        if let Some(search) = self.search.bank() {
+            let rate_radps = mean.angular_rate_radps - errors.gyro_bias_radps;
+            let variances = self.filter.step_variances;
+            search.observe_sample(rate_radps, force_mps2, variances, interval_s);
+        }
+    }
+
+    /// Monitors the heading of the filter from the next fix on.
+    fn monitor_heading(&mut self) {
+        if let Some(search) = self.search.bank() {
+            search.monitor(self.filter.state.body_to_ned);
+        }
     }
 
     /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
@@ -385,7 +383,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     #[inline(never)]
-    fn gps(&mut self, fix: &mut Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
+    fn gps(&mut self, fix: &Fix, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         let mechanisms = self.filter.config.mechanisms;
         if self.repeats(fix) && mechanisms.repeated_fixes {
             notify(Notice::of_update(fix.time, Aid::Gps, Err(Unusable::Repeated)));
@@ -401,7 +399,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
         }
-        notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
+        notify(Notice::of_update(fix.time, Aid::Gps, result.map(|()| report)));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
@@ -409,21 +407,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if report.contradicts_itself() {
             return;
         }
-        let filter = &self.filter;
-        let receiver = Receiver {
-            model: &filter.config.gps,
-            sigmas: filter.fix_sigmas(fix),
-            antenna: filter.mounting.antenna_from_imu().cast(),
-            bias_radps: filter.imu_errors().gyro_bias_radps,
-        };
-        self.search.fix(fix, &receiver, &filter.history);
+        if let Some(search) = self.search.bank() {
+            let filter = &self.filter;
+            let receiver = Receiver {
+                model: &filter.config.gps,
+                sigmas: filter.fix_sigmas(fix),
+                antenna: filter.mounting.antenna_from_imu().cast(),
+                bias_radps: filter.imu_errors().gyro_bias_radps,
+            };
+            search.fix(fix, &receiver, &filter.history);
+        }
         if searches {
             self.follow_search(trace, notify);
         } else {
             self.watch_heading(fix, trace, notify);
         }
-        let is_confirmed = self.search.is_confirmed() && mechanisms.confirmed_heading;
-        self.filter.gates.set_heading_consistent(is_confirmed);
+        let is_confirmed = self.search.bank().is_some_and(|search| search.is_confirmed());
+        self.filter.gates.heading_is_consistent = is_confirmed && mechanisms.confirmed_heading;
         self.monitor_tilt(fix, &report, trace, notify);
     }
 
@@ -439,7 +439,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let heading = ATTITUDE + 2;
         let own_sigma_rad = filter.covariance.value(heading, heading).max(T::ZERO).sqrt();
         let body_to_ned = filter.state.body_to_ned;
-        let better = self.search.better(fix.time, body_to_ned, own_sigma_rad);
+        let search = self.search.bank();
+        let better = search.and_then(|search| search.judge(fix.time, body_to_ned, own_sigma_rad));
         let Some(better) = better.filter(|_| filter.config.mechanisms.heading_monitor) else {
             return;
         };
@@ -456,7 +457,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(heading) = L::ATTITUDE_REFERENCE.map(|first| first + 2) {
             trace.reset(heading..heading + 1);
         }
-        self.search.monitor(filter.state.body_to_ned);
+        self.monitor_heading();
         trace.turned(Vector::new(0.0, 0.0, turn_rad));
         notify(Notice::HeadingReset { time: fix.time, turn_rad, sigma_rad });
     }
@@ -472,17 +473,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     // Compiled once, with a stack frame of its own, because it is long.
     #[inline(never)]
     pub fn solution(&self) -> Option<Solution<T>> {
-        match self.phase {
-            Phase::Aligning => None,
-            Phase::Searching | Phase::Navigating => Some(self.filter.solution()),
-        }
-    }
-
-    fn time(&self) -> Time {
-        match self.phase {
-            Phase::Aligning => Time::ZERO,
-            Phase::Searching | Phase::Navigating => self.filter.state().time,
-        }
+        (self.phase != Phase::Aligning).then(|| self.filter.solution())
     }
 }
 

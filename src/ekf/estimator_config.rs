@@ -73,31 +73,10 @@ impl EstimatorConfig {
         })
     }
 
-    /// Sets the kind of the vehicle.
-    #[must_use]
-    pub const fn with_vehicle_kind(mut self, kind: VehicleKind) -> Self {
-        self.vehicle_kind = Some(kind);
-        self
-    }
-
     /// Sets the mounting of the sensors.
     #[must_use]
     pub const fn with_mounting(mut self, mounting: Mounting) -> Self {
         self.mounting = mounting;
-        self
-    }
-
-    /// Sets the settings of the alignment.
-    #[must_use]
-    pub const fn with_alignment(mut self, alignment: AlignmentConfig) -> Self {
-        self.alignment = alignment;
-        self
-    }
-
-    /// Sets the settings of the filter.
-    #[must_use]
-    pub const fn with_ekf(mut self, ekf: EkfConfig) -> Self {
-        self.ekf = ekf;
         self
     }
 
@@ -112,20 +91,6 @@ impl EstimatorConfig {
     #[must_use]
     pub const fn with_gps(mut self, gps: GpsModel) -> Self {
         self.ekf.gps = gps;
-        self
-    }
-
-    /// Sets which sensors are used in addition to GPS.
-    #[must_use]
-    pub const fn with_aiding(mut self, aiding: Aiding) -> Self {
-        self.aiding = aiding;
-        self
-    }
-
-    /// Sets the rangefinder.
-    #[must_use]
-    pub const fn with_rangefinder(mut self, rangefinder: Rangefinder) -> Self {
-        self.rangefinder = rangefinder;
         self
     }
 }

@@ -7,16 +7,18 @@ use core::marker::PhantomData;
 use super::antenna::AntennaOffset;
 use super::attitude_watch::AttitudeWatch;
 use super::barometer::Barometer;
+use super::bias_shift::BiasShift;
 use super::config::EkfConfig;
 use super::covariance::Covariance;
 use super::excess::Excess;
 use super::field_watch::FieldWatch;
 use super::gate::{Gates, NEVER};
+use super::ground::Ground;
+use super::heading_memory::HeadingMemory;
 use super::heading_revision::HeadingRevision;
 use super::history::History;
 use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
-use super::measurement::{AntennaHeadingMemory, BiasShift, Ground};
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
 use super::prediction::{ImuFault, Prediction, ResetCause};
@@ -98,23 +100,21 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) covariance: Covariance<T, N>,
     pub(super) history: History<T>,
     pub(super) gates: Gates,
-    pub(super) attitude_used: Option<Time>,
+    /// Attitudes and magnetic headings.
+    pub(super) heading: HeadingMemory,
     pub(super) attitude_watch: AttitudeWatch,
     /// Slow error of the last heading source: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
     /// Additional one-sigma of the heading source's slow error, rad, according to the fixes.
     pub(super) extra_heading_sigma_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// Time of the last disagreement between heading source and filter, after the filter was turned away from the
-    /// source.
-    pub(super) heading_disagreed_at: Option<Time>,
     /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
     pub(super) heading_revision: HeadingRevision<T>,
     pub(super) barometer: Barometer,
     pub(super) ground: Ground,
-    pub(super) antenna_heading: AntennaHeadingMemory,
+    pub(super) antenna_heading: HeadingMemory,
     /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity horizontal and
     /// vertical, m/s.
     pub(super) gps_wander: Option<[f32; 4]>,
@@ -161,17 +161,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             covariance: Covariance::zero(),
             history: History::EMPTY,
             gates: Gates::NONE,
-            attitude_used: None,
+            heading: HeadingMemory::NONE,
             attitude_watch: AttitudeWatch::NONE,
             heading_wander: usual_heading_wander(&config),
             extra_heading_sigma_rad: 0.0,
             field_watch: FieldWatch::NONE,
-            heading_disagreed_at: None,
             attitude_lost: None,
             heading_revision: HeadingRevision::NONE,
             barometer: Barometer::BEFORE_FIRST_READING,
             ground: Ground::UNKNOWN,
-            antenna_heading: AntennaHeadingMemory::NONE,
+            antenna_heading: HeadingMemory::NONE,
             gps_wander: None,
             unpropagated: None,
             angular_rate_radps: Vector::ZERO,
@@ -193,17 +192,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.parameters.fill(T::ZERO);
         self.history.clear();
         self.gates.clear();
-        self.attitude_used = None;
+        self.heading = HeadingMemory::NONE;
         self.attitude_watch = AttitudeWatch::NONE;
         self.heading_wander = usual_heading_wander(&self.config);
         self.extra_heading_sigma_rad = 0.0;
         self.field_watch = FieldWatch::NONE;
-        self.heading_disagreed_at = None;
         self.attitude_lost = None;
         self.heading_revision = HeadingRevision::NONE;
         self.barometer = Barometer::BEFORE_FIRST_READING;
         self.ground = Ground::UNKNOWN;
-        self.antenna_heading = AntennaHeadingMemory::NONE;
+        self.antenna_heading = HeadingMemory::NONE;
         self.gps_wander = None;
         self.unpropagated = None;
         self.angular_rate_radps = Vector::ZERO;
@@ -372,7 +370,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.watch_samples(sample, &motion, increment.interval_s, gap);
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
-        if suspicion.is_clipped() || suspicion.stuck.any() || suspicion.shaken || held {
+        if suspicion.is_suspect() || held {
             self.gates.suspect_filter(sample.time);
         }
         if held {
@@ -409,7 +407,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
-        let whole = !(self.samples.suspicion.is_clipped() || self.samples.suspicion.stuck.any());
+        let suspicion = &self.samples.suspicion;
+        let whole = !(suspicion.is_clipped() || suspicion.stuck.any());
         self.samples.self_contradiction.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }

@@ -66,6 +66,11 @@ impl Group {
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
+    /// Whether the group is one of a fix.
+    pub const fn is_of_fix(self) -> bool {
+        (self as usize) < Self::GPS
+    }
+
     /// Whether the group has one axis and observes height, as [`is_biased`](Gates::is_biased) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
@@ -95,7 +100,7 @@ impl Contradiction {
 
     /// Whether the filter must not be reset to a measurement of this group.
     fn forbids_reset(self, group: Group) -> bool {
-        self.suspected && (group as usize) < Group::GPS
+        self.suspected && group.is_of_fix()
     }
 }
 
@@ -120,9 +125,9 @@ pub(super) struct Gates {
     position_off_m: f32,
     pub contradiction: Contradiction,
     /// Whether the last reading of the barometer disagrees with the filter's height.
-    baro_disagrees: bool,
+    pub baro_disagrees: bool,
     /// Whether the filter's heading is consistent with recent fixes.
-    heading_is_consistent: bool,
+    pub heading_is_consistent: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -145,8 +150,6 @@ struct Gate {
     rejections: u8,
     /// Whether a divergence of the filter explains the present rejections.
     filter_has_diverged: bool,
-    /// Whether the gate has ever been open.
-    was_open: bool,
 }
 
 impl Gate {
@@ -159,12 +162,16 @@ impl Gate {
         ambiguity_s: 0,
         rejections: 0,
         filter_has_diverged: false,
-        was_open: false,
     };
+
+    /// Whether the gate has ever been open.
+    fn was_open(&self) -> bool {
+        self.accepted != NEVER
+    }
 
     /// Whether the gate was open within the last [`ABSENCE_S`].
     fn was_open_lately(&self, time: Time) -> bool {
-        self.was_open && time - self.accepted <= ABSENCE_S
+        time - self.accepted <= ABSENCE_S
     }
 
     /// Reduces the ambiguity after another `taken_s` seconds of fused fixes.
@@ -207,7 +214,7 @@ const HEADING_S: f64 = 120.0;
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
-const AMBIGUITY_MOST_S: f32 = 200.0;
+const AMBIGUITY_MOST_S: f32 = position_drift::MOST_MEMORY_S;
 /// Minimum ambiguity, m; a smaller one is set to zero.
 const AMBIGUITY_LEAST_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.
@@ -276,11 +283,6 @@ impl Gates {
         time < self.diverged_until
     }
 
-    /// Notes whether the filter's heading is consistent with recent fixes.
-    pub fn set_heading_consistent(&mut self, is_confirmed: bool) {
-        self.heading_is_consistent = is_confirmed;
-    }
-
     /// Whether the fixes, or the other kind of measured heading, confirm the filter's heading against a measured
     /// heading of `group`.
     fn is_heading_confirmed(&self, group: Group, time: Time) -> bool {
@@ -293,14 +295,9 @@ impl Gates {
         by_fixes || self.is_open(other, time)
     }
 
-    /// Notes whether a reading of the barometer disagrees with the filter's height.
-    pub fn set_baro_disagrees(&mut self, denies: bool) {
-        self.baro_disagrees = denies;
-    }
-
     /// Whether the group belongs to a receiver with a proven contradiction.
     pub fn is_contradicted(&self, group: Group) -> bool {
-        self.contradiction.proven && (group as usize) < Group::GPS
+        self.contradiction.proven && group.is_of_fix()
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
@@ -323,12 +320,16 @@ impl Gates {
             }
     }
 
-    /// Whether a group is open and its innovations are unbiased.
-    fn agrees(&self, group: Group, time: Time) -> bool {
-        let is_biased = self
-            .gates
-            .get(group as usize)
-            .is_some_and(|gate| gate.bias_sigmas.abs() > UNBIASED_SIGMAS);
+    /// The gate of a group; a closed one for [`Group::Own`].
+    fn gate(&self, group: Group) -> &Gate {
+        self.gates.get(group as usize).unwrap_or(&Gate::NONE)
+    }
+
+    /// Whether a group is open and its innovations are unbiased. A barometer that agrees with the filter contradicts a
+    /// receiver that disagrees about the height.
+    #[inline(never)]
+    pub fn agrees(&self, group: Group, time: Time) -> bool {
+        let is_biased = self.gate(group).bias_sigmas.abs() > UNBIASED_SIGMAS;
         let denies = group == Group::Baro && self.baro_disagrees;
         self.is_open(group, time) && !(is_biased || denies)
     }
@@ -338,14 +339,14 @@ impl Gates {
         if let Some(gate) = self.gates.get_mut(group as usize) {
             let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
             match group {
-                Group::VerticalPosition if gate.was_open => self.height_fused_s += since_s,
-                Group::HorizontalPosition if gate.was_open => {
+                Group::VerticalPosition if gate.was_open() => self.height_fused_s += since_s,
+                Group::HorizontalPosition if gate.was_open() => {
                     self.position_fused_s += since_s;
                     self.drift.forget(since_s, self.position_fused_s);
                 }
                 _ => {}
             }
-            (gate.accepted, gate.was_open) = (time, true);
+            gate.accepted = time;
             gate.rejections = 0;
             gate.settle(since_s);
             gate.spread += NEWEST * (spread as f32 - gate.spread);
@@ -386,7 +387,7 @@ impl Gates {
     /// Distances, m, horizontal and vertical, to a previous position and height that may still be right.
     pub fn ambiguity_m(&self) -> [f32; 2] {
         let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gates.get(group as usize).map_or(0.0, |gate| gate.ambiguity_m));
+            .map(|group| self.gate(group).ambiguity_m);
         [level_m.max(self.drift.drifted_m()), vertical_m]
     }
 
@@ -404,35 +405,24 @@ impl Gates {
 
     /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].
     pub fn is_open(&self, group: Group, time: Time) -> bool {
-        self.gates
-            .get(group as usize)
-            .is_some_and(|gate| gate.rejections == 0 && gate.was_open_lately(time))
+        let gate = self.gate(group);
+        gate.rejections == 0 && gate.was_open_lately(time)
     }
 
     /// How long ago a group was last accepted, s.
     pub fn since_accepted_s(&self, group: Group, time: Time) -> f64 {
-        self.gates.get(group as usize).map_or(0.0, |gate| time - gate.accepted)
+        time - self.gate(group).accepted
     }
 
     /// Whether a group has no recent measurement, neither accepted nor rejected.
     pub fn is_absent(&self, group: Group, time: Time) -> bool {
-        self.gates
-            .get(group as usize)
-            .is_some_and(|gate| gate.rejections == 0 && !gate.was_open_lately(time))
-    }
-
-    fn was_open_lately(&self, group: Group, time: Time) -> bool {
-        self.gates.get(group as usize).is_some_and(|gate| gate.was_open_lately(time))
+        let gate = self.gate(group);
+        gate.rejections == 0 && !gate.was_open_lately(time)
     }
 
     /// Whether the last accepted fix is too old to bound the filter's error.
     pub fn lack_fixes(&self, time: Time) -> bool {
         self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
-    }
-
-    /// Whether a barometer agrees with the filter, and so contradicts a receiver that disagrees about the height.
-    pub fn barometer_agrees(&self, time: Time) -> bool {
-        self.agrees(Group::Baro, time)
     }
 }
 

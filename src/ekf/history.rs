@@ -24,17 +24,11 @@ const REACH_S: f64 = 0.5;
 /// a lag would appear as an additional GPS delay.
 pub(super) const ABOUT_NS: i64 = 60_000_000;
 
-/// Motion between two moments.
+/// Motion between two moments, corrected by the biases of the filter that recorded it.
 #[derive(Clone, Copy, Debug)]
 struct Entry<T> {
     end: Time,
     interval_s: T,
-    motion: EntryMotion<T>,
-}
-
-/// Motion of an entry, corrected by the biases of the filter that recorded it.
-#[derive(Clone, Copy, Debug)]
-struct EntryMotion<T> {
     /// Rotation vector from the body axes at the end to those at the start.
     rotation_rad: Vector<Body, T>,
     /// Velocity change by specific force, body axes at the start.
@@ -87,9 +81,14 @@ pub struct MotionSince<To, T> {
     pub angular_rate_radps: Vector<Body, T>,
 }
 
-impl<T: Scalar> EntryMotion<T> {
-    const NONE: Self =
-        Self { rotation_rad: Vector::ZERO, force_mps: Vector::ZERO, fall_mps: Vector::ZERO };
+impl<T: Scalar> Entry<T> {
+    const NONE: Self = Self {
+        end: Time::ZERO,
+        interval_s: T::ZERO,
+        rotation_rad: Vector::ZERO,
+        force_mps: Vector::ZERO,
+        fall_mps: Vector::ZERO,
+    };
 
     fn is_coasted(&self) -> bool {
         self.fall_mps == Vector::ZERO
@@ -98,50 +97,41 @@ impl<T: Scalar> EntryMotion<T> {
 
 impl<T: Scalar> History<T> {
     /// Empty history.
-    pub const EMPTY: Self = {
-        let entry = Entry { end: Time::ZERO, interval_s: T::ZERO, motion: EntryMotion::NONE };
-        Self { entries: [entry; CAPACITY], next: 0, len: 0 }
-    };
+    pub const EMPTY: Self = Self { entries: [Entry::NONE; CAPACITY], next: 0, len: 0 };
 
     /// Appends one mechanization step that ended at `end`.
     pub fn push(&mut self, end: Time, increment: &Increment<T>, advance: &Advance<T>) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
-        if let Some(Entry { end: entry_end, interval_s, motion }) = self.newest_mut(0)
-            && *interval_s + increment.interval_s <= T::of(ENTRY_S)
+        if let Some(entry) = self.newest_mut()
+            && entry.interval_s + increment.interval_s <= T::of(ENTRY_S)
         {
-            *entry_end = end;
-            *interval_s += increment.interval_s;
+            entry.end = end;
+            entry.interval_s += increment.interval_s;
             // Second order in the rotation within an entry: enough for 10 ms.
-            let (turned, turn) = (motion.rotation_rad, increment.rotation_rad);
-            motion.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
-            motion.rotation_rad = turned + turn + turned.cross(turn) * T::of(0.5);
-            motion.fall_mps += fall_mps;
+            let (turned, turn) = (entry.rotation_rad, increment.rotation_rad);
+            entry.force_mps += increment.velocity_mps + turned.cross(increment.velocity_mps);
+            entry.rotation_rad = turned + turn + turned.cross(turn) * T::of(0.5);
+            entry.fall_mps += fall_mps;
             return;
         }
-        if let Some(slot) = self.entries.get_mut(self.next) {
-            *slot = Entry {
-                end,
-                interval_s: increment.interval_s,
-                motion: EntryMotion {
-                    rotation_rad: increment.rotation_rad,
-                    force_mps: increment.velocity_mps,
-                    fall_mps,
-                },
-            };
-        }
-        self.advance_cursor();
+        self.append(Entry {
+            end,
+            interval_s: increment.interval_s,
+            rotation_rad: increment.rotation_rad,
+            force_mps: increment.velocity_mps,
+            fall_mps,
+        });
     }
 
     /// Appends a gap in the samples that ended at `end`, over which the state coasted.
     pub fn coast(&mut self, end: Time, interval_s: T, rotation_rad: Vector<Body, T>) {
-        if let Some(slot) = self.entries.get_mut(self.next) {
-            let motion = EntryMotion { rotation_rad, ..EntryMotion::NONE };
-            *slot = Entry { end, interval_s, motion };
-        }
-        self.advance_cursor();
+        self.append(Entry { end, interval_s, rotation_rad, ..Entry::NONE });
     }
 
-    fn advance_cursor(&mut self) {
+    fn append(&mut self, entry: Entry<T>) {
+        if let Some(slot) = self.entries.get_mut(self.next) {
+            *slot = entry;
+        }
         self.next = (self.next + 1) % CAPACITY;
         self.len = CAPACITY.min(self.len + 1);
     }
@@ -167,8 +157,8 @@ impl<T: Scalar> History<T> {
         self.entries.get(self.slot(back)?)
     }
 
-    fn newest_mut(&mut self, back: usize) -> Option<&mut Entry<T>> {
-        let slot = self.slot(back)?;
+    fn newest_mut(&mut self) -> Option<&mut Entry<T>> {
+        let slot = self.slot(0)?;
         self.entries.get_mut(slot)
     }
 
@@ -191,14 +181,14 @@ impl<T: Scalar> History<T> {
         };
         // Turns: at most CAPACITY, one an entry.
         for entry in self.newest_first() {
-            felt.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
+            felt.angular_rate_radps = entry.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = entry.end.seconds_since(time);
             if left_s <= T::ZERO {
                 return Some(felt);
             }
             let share = (left_s / entry.interval_s).min(T::ONE);
-            felt.attitude = felt.attitude.turned_in_from(entry.motion.rotation_rad * -share);
-            felt.velocity_mps += felt.attitude * entry.motion.force_mps * share;
+            felt.attitude = felt.attitude.turned_in_from(entry.rotation_rad * -share);
+            felt.velocity_mps += felt.attitude * entry.force_mps * share;
             felt.duration_s += share * entry.interval_s;
             if share < T::ONE {
                 return Some(felt);
@@ -239,7 +229,7 @@ impl<T: Scalar> History<T> {
         let mut change = Change::default();
         // Turns: at most CAPACITY, one an entry.
         while let Some(entry) = entries.next() {
-            back.angular_rate_radps = entry.motion.rotation_rad * (T::ONE / entry.interval_s);
+            back.angular_rate_radps = entry.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = back.state.time.seconds_since(time);
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
@@ -250,10 +240,10 @@ impl<T: Scalar> History<T> {
             if back.state.time <= time || share < T::ONE {
                 if with_acceleration {
                     let mut earlier = back.state;
-                    let rest = entry.motion.rotation_rad * -(T::ONE - share);
+                    let rest = entry.rotation_rad * -(T::ONE - share);
                     earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
                     for entry in entries.take_while(|entry| entry.end >= earliest) {
-                        let rotation_rad = entry.motion.rotation_rad;
+                        let rotation_rad = entry.rotation_rad;
                         earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
                         change.add(&earlier, entry);
                     }
@@ -279,7 +269,7 @@ struct Change<T> {
 impl<T: Scalar> Change<T> {
     /// Adds an entry that starts at about `state`.
     fn add(&mut self, state: &NavState<T>, entry: &Entry<T>) {
-        self.velocity_mps += state.body_to_ned * entry.motion.force_mps + entry.motion.fall_mps;
+        self.velocity_mps += state.body_to_ned * entry.force_mps + entry.fall_mps;
         self.interval_s += entry.interval_s;
     }
 
@@ -294,16 +284,16 @@ impl<T: Scalar> LookBack<T> {
     fn step(&mut self, entry: &Entry<T>, share: T) -> Vector<Ned, T> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;
-        state.body_to_ned = state.body_to_ned.turned_in_from(entry.motion.rotation_rad * -share);
+        state.body_to_ned = state.body_to_ned.turned_in_from(entry.rotation_rad * -share);
         // Resolved in the axes at the start of the stepped interval, also for a part of an entry.
-        let force = state.body_to_ned * entry.motion.force_mps * share;
+        let force = state.body_to_ned * entry.force_mps * share;
         let after = state.velocity_mps;
-        state.velocity_mps -= force + entry.motion.fall_mps * share;
+        state.velocity_mps -= force + entry.fall_mps * share;
         let travel_m = (after + state.velocity_mps) * (T::of(-0.5) * interval_s);
         state.time = state.time.offset_by(-interval_s);
         self.force_m += (self.force_mps + force * T::of(0.5)) * interval_s;
         self.force_mps += force;
-        if entry.motion.is_coasted() {
+        if entry.is_coasted() {
             self.hidden_s += interval_s.max(T::ZERO);
         } else {
             for (sum, row) in self.turn_s.iter_mut().zip(state.body_to_ned.rows()) {

@@ -1,5 +1,6 @@
 //! The result of an update, axis by axis.
 
+use super::gate::Group;
 use crate::time::Time;
 
 /// The quantity compared in a scalar update.
@@ -54,15 +55,28 @@ impl Channel {
     /// Whether the channel belongs to a fix: position or velocity.
     #[must_use]
     pub const fn is_of_fix(self) -> bool {
-        matches!(
-            self,
-            Self::PositionNorth
-                | Self::PositionEast
-                | Self::PositionDown
-                | Self::VelocityNorth
-                | Self::VelocityEast
-                | Self::VelocityDown
-        )
+        self.group().is_of_fix()
+    }
+
+    /// The group with which the channel is accepted or rejected.
+    pub(super) const fn group(self) -> Group {
+        match self {
+            Self::PositionNorth | Self::PositionEast => Group::HorizontalPosition,
+            Self::PositionDown => Group::VerticalPosition,
+            Self::VelocityNorth | Self::VelocityEast => Group::HorizontalVelocity,
+            Self::VelocityDown => Group::VerticalVelocity,
+            Self::Roll | Self::Pitch => Group::Tilt,
+            Self::Yaw => Group::Heading,
+            Self::BaroHeight => Group::Baro,
+            Self::Range => Group::Range,
+            Self::BaselineHeading => Group::BaselineHeading,
+            Self::RestRateX | Self::RestRateY | Self::RestRateZ => Group::RestRate,
+            Self::RestVelocityNorth | Self::RestVelocityEast | Self::RestVelocityDown => {
+                Group::RestVelocity
+            }
+            Self::WheelsRight | Self::WheelsDown => Group::RestVelocity,
+            Self::Own(_) => Group::Own,
+        }
     }
 
     /// The channel's name in files, with its unit.

@@ -45,7 +45,7 @@ pub struct Learned {
     /// Height of the ground beneath the rangefinder at its first reading, m (M12).
     pub ground_height_m: Option<f64>,
     /// Time of the last fused two-antenna heading.
-    pub antenna_heading_used: Time,
+    pub antenna_heading_used: Option<Time>,
     /// Mean angular rate over a second of rest that ended with the last sample, rad/s (M11).
     pub resting_rate_radps: Option<[f64; 3]>,
     /// Mean velocity of the last fixes of a vehicle at rest, m/s (M11).
@@ -60,9 +60,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let integrity = &self.samples.integrity;
         let vibration = [integrity.gyro_vibration(), integrity.accel_vibration()];
         let ones = Vector::new(T::ONE, T::ONE, T::ONE);
-        // A reading of zero interval leaves the scatter of the copy unchanged.
-        let mut barometer = self.barometer;
-        let baro_variance = barometer.scatter(0.0, 0.0, 0.0, self.config.baro.noise_m);
+        let baro_variance = self.barometer.noise_variance(self.config.baro.noise_m);
         Learned {
             vibration: vibration.map(|axes| axes.map(Scalar::wide)),
             suspicion: self.samples.suspicion.cast(),
@@ -78,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             ),
             // With zero noise and an interval of two seconds, the excess equals the swing.
             attitude_swing: self.attitude_watch.excess(0.0, 2.0),
-            attitude_used: self.attitude_used,
+            attitude_used: self.heading.used,
             attitude_lost: self.attitude_lost,
             baro: (self.barometer.level_m(), baro_variance),
             ground_height_m: self.ground.height_m,

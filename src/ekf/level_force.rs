@@ -1,15 +1,10 @@
 //! Fraction of the horizontal specific force that is motion and makes the heading observable.
-#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
-use super::filter::Ekf;
-use super::layout::{ACCEL_BIAS, ATTITUDE, Layout};
 use super::scalar::Scalar;
-use super::square;
-use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Ned, Vector};
 
 /// Averaging time of the horizontal specific force, s.
-const AVERAGED_S: f64 = 1.0;
+pub(super) const AVERAGED_S: f64 = 1.0;
 /// Smallest squared mean force that counts as motion, in multiples of the variance of its error.
 const VARIANCES: f64 = 2.0;
 
@@ -22,7 +17,7 @@ const VARIANCES: f64 = 2.0;
 pub(super) struct LevelForce<T> {
     mean_mps2: [T; 2],
     /// Variance of the mean's error, both axes together, (m/s²)².
-    variance: T,
+    pub variance: T,
     share: T,
 }
 
@@ -55,47 +50,9 @@ impl<T: Scalar> LevelForce<T> {
     }
 }
 
-impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Updates the variance of the mean horizontal force's error. It is called at intervals, because the variance
-    /// changes slowly.
-    ///
-    /// # Source
-    /// Equation (K23) of docs/equations.md.
-    pub(super) fn judge_level_force(&mut self) {
-        if !self.config.mechanisms.level_force {
-            self.level_force.variance = T::ZERO;
-            return;
-        }
-        let [north, east, _] = self.state.body_to_ned.rows();
-        let over_s = T::of(2.0 * AVERAGED_S);
-        let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
-        let gravity = T::of(STANDARD_GRAVITY_MPS2);
-        let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
-        let east = self.level_variance(&east, ATTITUDE, gravity);
-        self.level_force.variance = sensed + (north + east).max(T::ZERO);
-    }
-
-    /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
-    /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
-    fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
-        let value = |one: usize, other: usize| self.covariance.value(one, other);
-        let mut variance = square(gravity) * value(tilt, tilt);
-        // Turns: 3.
-        for axis in 0..3 {
-            let bias = ACCEL_BIAS + axis;
-            let next = (axis + 1) % 3;
-            let twice = T::of(2.0) * row[axis];
-            variance += square(row[axis]) * value(bias, bias)
-                + twice * row[next] * value(bias, ACCEL_BIAS + next)
-                - twice * gravity * value(tilt, bias);
-        }
-        variance
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{BaseEkf, EkfConfig};
+    use super::super::{BaseEkf, EkfConfig, square};
     use super::*;
     use crate::earth::Geodetic;
     use crate::frames::{Body, Rotation};

@@ -7,6 +7,7 @@ mod level_force;
 mod antenna;
 mod attitude_watch;
 mod barometer;
+mod bias_shift;
 mod config;
 mod correction;
 mod datasheet;
@@ -16,11 +17,12 @@ mod excess;
 mod field_watch;
 mod filter;
 mod gate;
+mod ground;
+mod heading_memory;
 mod heading_revision;
 mod heading_search;
 mod history;
 mod innovation;
-mod joint;
 mod learned;
 mod measurement;
 mod mechanisms;
@@ -40,6 +42,7 @@ mod unknown_heading;
 mod vehicle_kind;
 mod wheels;
 
+use crate::matrix::square;
 use crate::scalar;
 pub use config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
@@ -50,7 +53,6 @@ pub use estimator_config::{Aiding, EstimatorConfig, Rangefinder};
 pub use filter::Ekf;
 pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
 pub use innovation::{Channel, Innovation, Verdict};
-pub use joint::JointCovariance;
 #[doc(hidden)]
 pub use learned::Learned;
 pub use measurement::{
@@ -71,10 +73,6 @@ pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// The filter of the command line, with the blocks of [`layout::Full`], in `f64`.
 pub type FullEkf = Ekf<layout::Full, 28>;
-
-fn square<T: scalar::Scalar>(value: T) -> T {
-    value * value
-}
 
 /// Conversion to single precision, for quantities whose own errors are larger than its rounding.
 fn single<T: scalar::Scalar>(value: T) -> f32 {

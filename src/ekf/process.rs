@@ -3,11 +3,13 @@
 
 use super::covariance::{Relaxation, Transition};
 use super::filter::{Ekf, MOST_HIDDEN_RAD};
-use super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
+use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
+use super::level_force::AVERAGED_S;
 use super::motion_sum::{MotionSum, sum};
 use super::scalar::Scalar;
 use super::trace::Trace;
 use super::{single, square};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
@@ -166,14 +168,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         advance: &Advance<T>,
         trace: &mut impl Trace<T, N>,
     ) {
-        let net_turn = match L::GYRO_SCALE {
-            Some(_) => [T::ZERO; 3],
-            None => {
-                let memory_s = T::of(self.config.imu.net_turn_memory_s);
-                self.net_turn.push(increment.rotation_rad, increment.interval_s, memory_s)
-            }
-        };
-        let (angle_variance, velocity_variance) = self.noise(increment, net_turn);
+        let (angle_variance, velocity_variance) = self.noise(increment);
         let mean = |[x, y, z]: [T; 3]| (x + y + z) * T::of(1.0 / 3.0);
         self.step_variances = [mean(angle_variance), mean(velocity_variance)];
         self.level_force.push(advance.from_specific_force_mps, increment.interval_s);
@@ -249,54 +244,91 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
+    /// Updates the variance of the mean horizontal force's error. It is called at intervals, because the variance
+    /// changes slowly.
+    ///
+    /// # Source
+    /// Equation (K23) of docs/equations.md.
+    fn judge_level_force(&mut self) {
+        if !self.config.mechanisms.level_force {
+            self.level_force.variance = T::ZERO;
+            return;
+        }
+        let [north, east, _] = self.state.body_to_ned.rows();
+        let over_s = T::of(2.0 * AVERAGED_S);
+        let sensed = self.accel_noise(over_s) * T::of(2.0 / 3.0);
+        let gravity = T::of(STANDARD_GRAVITY_MPS2);
+        let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
+        let east = self.level_variance(&east, ATTITUDE, gravity);
+        self.level_force.variance = sensed + (north + east).max(T::ZERO);
+    }
+
+    /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
+    /// accelerometer biases and from the tilt, which projects `gravity` into the axis.
+    fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
+        let value = |one: usize, other: usize| self.covariance.value(one, other);
+        let mut variance = square(gravity) * value(tilt, tilt);
+        // Turns: 3.
+        for axis in 0..3 {
+            let bias = ACCEL_BIAS + axis;
+            let next = (axis + 1) % 3;
+            let twice = T::of(2.0) * row[axis];
+            variance += square(row[axis]) * value(bias, bias)
+                + twice * row[next] * value(bias, ACCEL_BIAS + next)
+                - twice * gravity * value(tilt, bias);
+        }
+        variance
+    }
+
     /// Variance of the accelerometers' mean error over `over_s`, (m/s²)², summed over the three axes.
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
     pub(super) fn accel_noise(&self, over_s: T) -> T {
+        self.accel_density(T::ZERO).into_iter().fold(T::ZERO, |sum, density| sum + density) / over_s
+    }
+
+    /// Variance per second that noise adds to the velocity, by axis, for samples every `interval_s`.
+    fn accel_density(&self, interval_s: T) -> [T; 3] {
         let imu = &self.config.imu;
-        let density = density(
+        density(
             imu.velocity_random_walk_mps,
             imu.accel_vibration_share,
-            T::of(imu.accel_vibration_time_s),
+            T::of(imu.accel_vibration_time_s).max(interval_s),
             self.samples.integrity.accel_vibration(),
-        );
-        density.into_iter().fold(T::ZERO, |sum, density| sum + density) / over_s
+        )
     }
 
     /// Variances that the inertial sensors add over one step, in body axes: of rotation, rad², and of velocity change,
-    /// (m/s)². `net_turn` is the growth of the squared net turn, rad².
+    /// (m/s)². The step is added to the net turn.
     ///
     /// # Source
     /// Equation (K4) of docs/equations.md.
-    fn noise(&self, increment: &Increment<T>, net_turn: [T; 3]) -> ([T; 3], [T; 3]) {
-        let interval_s = increment.interval_s;
+    fn noise(&mut self, increment: &Increment<T>) -> ([T; 3], [T; 3]) {
+        let Increment { interval_s, rotation_rad, .. } = *increment;
+        // Growth of the squared net turn, and product of rates from two different samples, so that vibration does not
+        // count as turning.
+        let (net_turn, turned) = match L::GYRO_SCALE {
+            Some(_) => ([T::ZERO; 3], [T::ZERO; 3]),
+            None => {
+                let memory_s = T::of(self.config.imu.net_turn_memory_s);
+                let [x, y, z] = rotation_rad.to_array();
+                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
+                let turned = [x * rate_x, y * rate_y, z * rate_z];
+                let net_turn = self.net_turn.push(rotation_rad, interval_s, memory_s);
+                (net_turn, turned.map(|turned| turned.max(T::ZERO)))
+            }
+        };
         let imu = &self.config.imu;
         let over_s = T::of(self.excess.factor()) * interval_s;
-        let sensed = |walk: f64, share: f64, alike_s: T, vibration: [T; 3]| {
-            density(walk, share, alike_s.max(interval_s), vibration).map(|density| density * over_s)
-        };
-        let gyro = sensed(
+        let gyro = density(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,
             interval_s,
             self.samples.integrity.gyro_vibration(),
-        );
-        let accel = sensed(
-            imu.velocity_random_walk_mps,
-            imu.accel_vibration_share,
-            T::of(imu.accel_vibration_time_s),
-            self.samples.integrity.accel_vibration(),
-        );
-        // Product of rates from two different samples, so that vibration does not count as turning.
-        let turned = match L::GYRO_SCALE {
-            Some(_) => [T::ZERO; 3],
-            None => {
-                let [x, y, z] = increment.rotation_rad.to_array();
-                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
-                [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO))
-            }
-        };
+        )
+        .map(|density| density * over_s);
+        let accel = self.accel_density(interval_s).map(|density| density * over_s);
         let own = square(T::of(imu.turn_error_share)) * T::of(imu.turn_error_time_s);
         let across = T::of(square(ACROSS)) * own;
         let [x, y, z] = turned;

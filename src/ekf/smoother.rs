@@ -43,6 +43,7 @@ use super::solution::Solution;
 use super::trace::Trace;
 use crate::frames::{Body, Vector};
 use crate::ins::NavState;
+use crate::matrix::add_scaled;
 
 /// Records a filter's forward run, then smooths it backward.
 ///
@@ -378,12 +379,6 @@ fn pull_back<L: Layout<N>, const N: usize, const M: usize>(
         let position = rows[POSITION + axis];
         rows[VELOCITY + axis] = *row;
         add_scaled(&mut rows[VELOCITY + axis], half, &position);
-    }
-}
-
-fn add_scaled<const M: usize>(row: &mut [f64; M], factor: f64, other: &[f64; M]) {
-    for (value, term) in row.iter_mut().zip(other) {
-        *value += factor * term;
     }
 }
 

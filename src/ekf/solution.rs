@@ -1,16 +1,15 @@
 //! The filter's output: the vehicle's motion and its one-sigma.
 #![expect(
     clippy::indexing_slicing,
-    reason = "axes count from 0 to 2 in arrays of three, rows from 0 to 8 in arrays of nine"
+    reason = "axes count from 0 to 2 in arrays of three, rows from 0 to 8 in three such arrays"
 )]
 
-use super::covariance::Covariance;
 use super::filter::Ekf;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
 use crate::earth::Geodetic;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
-use crate::ins::{Mounting, NavState};
+use crate::ins::LeverArm;
 use crate::time::Time;
 
 /// Position, velocity and attitude at one moment, with one-sigma and the removed biases.
@@ -137,7 +136,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// [`solution`](Self::solution), with the one-sigma of position from the covariance alone.
     pub(super) fn unambiguous_solution(&self) -> Solution<T> {
-        self.moment().solution(&self.mounting)
+        let lever_arm = self.mounting.solution_from_imu().cast::<T>();
+        let (state, errors) = (&self.state, self.imu_errors());
+        let rate_radps = self.angular_rate_radps;
+        let sigma = |terms: Terms<T>| self.form(&terms, &terms).max(T::ZERO).sqrt();
+        let [position, velocity, attitude] =
+            self.solution_terms(&lever_arm).map(|block| block.map(sigma));
+        Solution {
+            time: state.time,
+            position: lever_arm.position(&state.position, state.body_to_ned),
+            velocity_mps: lever_arm.velocity(state.velocity_mps, state.body_to_ned, rate_radps),
+            body_to_ned: state.body_to_ned,
+            angular_rate_radps: rate_radps,
+            heading_revision_rad: self.heading_revision.total_rad,
+            position_sigma_m: position.into(),
+            velocity_sigma_mps: velocity.into(),
+            attitude_sigma_rad: attitude.map(|sigma| sigma.min(T::of(core::f64::consts::PI))),
+            gyro_bias_radps: errors.gyro_bias_radps,
+            accel_bias_mps2: errors.accel_bias_mps2,
+            gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS),
+            accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS),
+        }
     }
 
     /// Covariance of the solution at its point: position north, east, down, m, velocity, m/s, then roll, pitch and yaw,
@@ -148,155 +167,76 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equations (K11) and (K12) of docs/equations.md.
     #[must_use]
     pub fn solution_covariance(&self) -> [[T; 9]; 9] {
-        self.moment().covariance(&self.mounting)
+        let blocks = self.solution_terms(&self.mounting.solution_from_imu().cast());
+        let terms = |row: usize| &blocks[row / 3][row % 3];
+        core::array::from_fn(|row| {
+            core::array::from_fn(|column| self.form(terms(row), terms(column)))
+        })
     }
 
+    /// Errors of position, velocity and roll, pitch and yaw at a point, as sums of the filter's states.
     #[inline(always)]
-    fn moment(&self) -> Estimate<'_, T, N> {
-        let errors = self.imu_errors();
-        Estimate {
-            state: &self.state,
-            covariance: &self.covariance,
-            angular_rate_radps: self.angular_rate_radps,
-            heading_revision_rad: self.heading_revision.total_rad,
-            gyro_bias_radps: errors.gyro_bias_radps,
-            accel_bias_mps2: errors.accel_bias_mps2,
-        }
-    }
-}
-
-/// The inputs of a solution.
-pub(super) struct Estimate<'a, T, const N: usize> {
-    pub state: &'a NavState<T>,
-    pub covariance: &'a Covariance<T, N>,
-    pub angular_rate_radps: Vector<Body, T>,
-    pub heading_revision_rad: T,
-    pub gyro_bias_radps: Vector<Body, T>,
-    pub accel_bias_mps2: Vector<Body, T>,
-}
-
-impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
-    /// The solution at its point.
-    pub fn solution(&self, mounting: &Mounting) -> Solution<T> {
-        let lever_arm = mounting.solution_from_imu().cast::<T>();
-        let state = self.state;
-        let relative_velocity = lever_arm.relative_velocity(self.angular_rate_radps);
-        Solution {
-            time: state.time,
-            position: lever_arm.position(&state.position, state.body_to_ned),
-            velocity_mps: lever_arm.velocity(
-                state.velocity_mps,
-                state.body_to_ned,
-                self.angular_rate_radps,
-            ),
-            body_to_ned: state.body_to_ned,
-            angular_rate_radps: self.angular_rate_radps,
-            heading_revision_rad: self.heading_revision_rad,
-            position_sigma_m: self.point_sigma(POSITION, lever_arm.0),
-            velocity_sigma_mps: self.point_sigma(VELOCITY, relative_velocity),
-            attitude_sigma_rad: self.euler_sigma(),
-            gyro_bias_radps: self.gyro_bias_radps,
-            accel_bias_mps2: self.accel_bias_mps2,
-            gyro_bias_sigma_radps: self.sigma_block(GYRO_BIAS).into(),
-            accel_bias_sigma_mps2: self.sigma_block(ACCEL_BIAS).into(),
-        }
-    }
-
-    /// Covariance of position, velocity and roll, pitch and yaw at the point of the solution.
-    fn covariance(&self, mounting: &Mounting) -> [[T; 9]; 9] {
-        let lever_arm = mounting.solution_from_imu().cast::<T>();
+    fn solution_terms(&self, point: &LeverArm<T>) -> [[Terms<T>; 3]; 3] {
         let turned = |vector: Vector<Body, T>| (self.state.body_to_ned * vector).to_array();
-        let position_arm = turned(lever_arm.0);
-        let velocity_arm = turned(lever_arm.relative_velocity(self.angular_rate_radps));
-        let euler_rows = self.euler_rows();
-        let terms: [[(usize, T); 3]; 9] = core::array::from_fn(|row| match row {
-            0..3 => point_terms(POSITION, position_arm, row),
-            3..6 => point_terms(VELOCITY, velocity_arm, row - 3),
-            _ => {
-                let [north, east, down] = euler_rows[row - 6];
-                [(ATTITUDE, north), (ATTITUDE + 1, east), (ATTITUDE + 2, down)]
-            }
-        });
-        let covariance = |row: usize, column: usize| {
-            let mut sum = T::ZERO;
-            for (i, a) in terms[row] {
-                for (j, b) in terms[column] {
-                    sum += a * b * self.covariance.value(i, j);
-                }
-            }
-            sum
-        };
-        core::array::from_fn(|row| core::array::from_fn(|column| covariance(row, column)))
-    }
-
-    fn sigma_block(&self, first: usize) -> [T; 3] {
-        core::array::from_fn(|axis| {
-            let state = first + axis;
-            self.covariance.value(state, state).max(T::ZERO).sqrt()
-        })
-    }
-
-    /// One-sigma of a position or velocity moved by a body vector that turns with the attitude.
-    ///
-    /// # Source
-    /// Equation (K11) of docs/equations.md.
-    fn point_sigma(&self, first: usize, moved_by: Vector<Body, T>) -> Vector<Ned, T> {
-        let arm = (self.state.body_to_ned * moved_by).to_array();
-        let p = self.covariance;
-        let sigma = |axis: usize| {
-            let terms = point_terms(first, arm, axis);
-            let mut variance = T::ZERO;
-            for (i, a) in terms {
-                for (j, b) in terms {
-                    variance += a * b * p.value(i, j);
-                }
-            }
-            variance.max(T::ZERO).sqrt()
-        };
-        Vector::new(sigma(0), sigma(1), sigma(2))
-    }
-
-    /// One-sigma of roll, pitch and yaw, rad, from the attitude error in NED.
-    ///
-    /// # Source
-    /// Equation (K12) of docs/equations.md.
-    fn euler_sigma(&self) -> [T; 3] {
-        let rows = self.euler_rows();
-        let p = self.covariance.block(ATTITUDE, ATTITUDE);
-        rows.map(|row| {
-            let mut variance = T::ZERO;
-            for (&a, line) in row.iter().zip(&p) {
-                for (&b, &value) in row.iter().zip(line) {
-                    variance += a * b * value;
-                }
-            }
-            variance.max(T::ZERO).sqrt().min(T::of(core::f64::consts::PI))
-        })
-    }
-
-    /// Derivative of roll, pitch and yaw with respect to the attitude error in NED.
-    #[inline(always)]
-    fn euler_rows(&self) -> [[T; 3]; 3] {
-        // Sines and cosines come from the direction of the forward axis.
-        let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
-        let level = (north * north + east * east).sqrt();
-        // With the forward axis vertical, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
-        let (sin_yaw, cos_yaw) =
-            if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
-        let cos_pitch = level.max(T::of(0.02));
-        let tan_pitch = -down / cos_pitch;
         [
-            [cos_yaw / cos_pitch, sin_yaw / cos_pitch, T::ZERO],
-            [-sin_yaw, cos_yaw, T::ZERO],
-            [cos_yaw * tan_pitch, sin_yaw * tan_pitch, T::ONE],
+            point_terms(POSITION, turned(point.0)),
+            point_terms(VELOCITY, turned(point.relative_velocity(self.angular_rate_radps))),
+            euler_terms(self.state.body_to_ned),
         ]
     }
+
+    /// Covariance of two sums of errors.
+    #[inline(always)]
+    fn form(&self, first: &Terms<T>, second: &Terms<T>) -> T {
+        let mut sum = T::ZERO;
+        for &(i, a) in first {
+            for &(j, b) in second {
+                sum += a * b * self.covariance.value(i, j);
+            }
+        }
+        sum
+    }
+
+    fn sigma_block(&self, first: usize) -> Vector<Body, T> {
+        let sigma = |state| self.covariance.value(state, state).max(T::ZERO).sqrt();
+        Vector::new(sigma(first), sigma(first + 1), sigma(first + 2))
+    }
 }
 
-/// Error of axis `axis` of a point's position or velocity, as a sum of the filter's states, which begin at `first`.
-/// δ(point) = δ(IMU) − [arm ×] ψ, with `arm` in NED.
+/// A sum of errors: states, and their factors.
+type Terms<T> = [(usize, T); 3];
+
+/// Errors of a point's position or velocity, whose states begin at `first`: δ(point) = δ(IMU) − [arm ×] ψ, with `arm`
+/// in NED.
+///
+/// # Source
+/// Equation (K11) of docs/equations.md.
 #[inline(always)]
-fn point_terms<T: Scalar>(first: usize, arm: [T; 3], axis: usize) -> [(usize, T); 3] {
-    let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-    [(first + axis, T::ONE), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])]
+fn point_terms<T: Scalar>(first: usize, arm: [T; 3]) -> [Terms<T>; 3] {
+    core::array::from_fn(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        [(first + axis, T::ONE), (ATTITUDE + next, arm[last]), (ATTITUDE + last, -arm[next])]
+    })
+}
+
+/// Errors of roll, pitch and yaw.
+///
+/// # Source
+/// Equation (K12) of docs/equations.md.
+#[inline(always)]
+fn euler_terms<T: Scalar>(body_to_ned: Rotation<Body, Ned, T>) -> [Terms<T>; 3] {
+    // Sines and cosines come from the direction of the forward axis.
+    let [[north, ..], [east, ..], [down, ..]] = body_to_ned.rows();
+    let level = (north * north + east * east).sqrt();
+    // With the forward axis vertical, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
+    let (sin_yaw, cos_yaw) =
+        if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
+    let cos_pitch = level.max(T::of(0.02));
+    let tan_pitch = -down / cos_pitch;
+    [
+        [cos_yaw / cos_pitch, sin_yaw / cos_pitch, T::ZERO],
+        [-sin_yaw, cos_yaw, T::ZERO],
+        [cos_yaw * tan_pitch, sin_yaw * tan_pitch, T::ONE],
+    ]
+    .map(|[north, east, down]| [(ATTITUDE, north), (ATTITUDE + 1, east), (ATTITUDE + 2, down)])
 }

@@ -2,12 +2,14 @@
 //! position, height and the errors of its sensors.
 
 use super::antenna::AntennaOffset;
+use super::bias_shift::BiasShift;
 use super::excess::Excess;
 use super::filter::Ekf;
+use super::heading_memory::HeadingMemory;
 use super::heading_search::GuessedMotion;
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
-use super::measurement::{BiasShift, Report, Unusable};
+use super::measurement::{Report, Unusable};
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
@@ -123,10 +125,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in 0..2 {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
             if let Some(state) = L::GPS_VELOCITY.map(|first| first + axis) {
-                if let Some(error) = self.parameters.get_mut(state) {
-                    *error = T::ZERO;
-                }
-                self.covariance.set_variance(state, square(slow));
+                self.reset_parameter(state, square(slow));
                 self.covariance.set_cross(VELOCITY + axis, state, -square(slow));
             }
             self.covariance.open_to(POSITION + axis, place);
@@ -177,9 +176,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether a source other than motion gave the heading shortly before `time`.
     pub(super) fn had_heading(&self, time: Time) -> bool {
-        let lately = |used: Time| time - used < HEADING_GIVEN_S;
-        let by_attitude =
-            self.heading_disagreed_at.is_none() && self.attitude_used.is_some_and(lately);
-        by_attitude || lately(self.antenna_heading.used)
+        let lately = |memory: &HeadingMemory| memory.since_used_s(time) < HEADING_GIVEN_S;
+        self.heading.disagreed_at.is_none() && lately(&self.heading)
+            || lately(&self.antenna_heading)
     }
 }

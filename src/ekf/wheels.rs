@@ -11,6 +11,7 @@
 use super::vehicle_kind::VehicleKind;
 use super::{root, square};
 use crate::earth::STANDARD_GRAVITY_MPS2;
+use crate::matrix::{cross, dot, times};
 use crate::time::Time;
 
 /// Monitor of the velocity to the right and downwards, observed while fixes are available.
@@ -137,19 +138,19 @@ impl Track {
         let [x, y, z] = self.information;
         let columns = [cross(y, z), cross(z, x), cross(x, y)];
         // Positive because of the prior.
-        let determinant = dot(x, cross(y, z));
+        let determinant = dot(&x, &cross(y, z));
         columns.map(|column| column.map(|value| value / determinant))
     }
 
     /// Slope, arm, m, and compliance, s²/m, with their covariance.
     fn found(&self) -> ([f32; CAUSES], [[f32; CAUSES]; CAUSES]) {
         let covariance = self.covariance();
-        (covariance.map(|row| dot(row, self.moments)), covariance)
+        (times(&covariance, &self.moments), covariance)
     }
 
     fn observe(&mut self, seen: &Seen, elapsed_s: f32) {
         let causes = seen.causes();
-        let left = seen.across_mps - dot(self.found().0, causes);
+        let left = seen.across_mps - dot(&self.found().0, &causes);
         let own_variance = seen.own_variance;
         let variance = square(USUAL_MPS) + own_variance;
         let weight = elapsed_s / variance;
@@ -185,14 +186,6 @@ impl Seen {
     fn causes(&self) -> [f32; CAUSES] {
         [self.forward_mps, self.rate_radps, self.force_mps2 * self.forward_mps]
     }
-}
-
-fn dot([a, b, c]: [f32; CAUSES], [x, y, z]: [f32; CAUSES]) -> f32 {
-    a * x + b * y + c * z
-}
-
-fn cross([a, b, c]: [f32; CAUSES], [x, y, z]: [f32; CAUSES]) -> [f32; CAUSES] {
-    [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
 impl WheelWatch {
@@ -232,7 +225,7 @@ impl WheelWatch {
         let elapsed_s = ((time - self.seen) as f32).clamp(0.0, LONGEST_S);
         self.seen = time;
         let size =
-            |seen: &Seen| dot(seen.causes(), [1.0; CAUSES]) + seen.across_mps + seen.own_variance;
+            |seen: &Seen| dot(&seen.causes(), &[1.0; CAUSES]) + seen.across_mps + seen.own_variance;
         // The comparison also rejects NaN.
         let sizes = size(right) + size(down) + bank;
         let speed_mps = right.forward_mps.abs();
@@ -316,7 +309,7 @@ impl WheelWatch {
         };
         let slope_sigma = SLOPE_SIGMA + BEYOND * beyond_mps;
         let causes = seen.causes();
-        let of_line = dot(covariance.map(|row| dot(row, causes)), causes);
+        let of_line = dot(&times(&covariance, &causes), &causes);
         let once =
             track.left.max(square(LEAST_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
         Line {

@@ -50,6 +50,11 @@ impl Fix {
         }
     }
 
+    /// Velocity down, m/s, if the fix measures the vertical.
+    pub(crate) fn measured_down_mps(&self) -> Option<f64> {
+        self.down_velocity_mps.filter(|_| !self.two_dimensional)
+    }
+
     /// This fix with a velocity, m/s.
     ///
     /// ```

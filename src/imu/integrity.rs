@@ -121,6 +121,11 @@ impl<T: Scalar> Suspicion<T> {
         self.stuck.any() || any(self.gyro_clipped)
     }
 
+    /// Whether the sample is suspect: a sensor at full scale, a stuck axis, or a vibration far beyond the usual.
+    pub(crate) fn is_suspect(&self) -> bool {
+        self.is_clipped() || self.stuck.any() || self.shaken
+    }
+
     /// Whether any sensor is at full scale.
     #[must_use]
     pub fn is_clipped(&self) -> bool {

@@ -109,47 +109,36 @@ impl<T: Scalar> Integrator<T> {
         }
         let interval_s = time.seconds_since(previous.time);
         self.previous = Some(Previous { time, motion, interval_s });
-        Some(match (previous.motion, motion) {
-            (
-                Motion::Rates { angular_rate_radps: w0, specific_force_mps2: f0 },
-                Motion::Rates { angular_rate_radps: w1, specific_force_mps2: f1 },
-            ) => from_rates(
-                interval_s,
-                [errors.rate(w0, T::ONE), errors.rate(w1, T::ONE)],
-                [errors.force(f0, T::ONE), errors.force(f1, T::ONE)],
-            ),
-            (Motion::Rates { .. }, Motion::Increments { angle_rad, velocity_mps }) => {
-                let angle = errors.rate(angle_rad, interval_s);
-                let velocity = errors.force(velocity_mps, interval_s);
-                from_increments(interval_s, [angle; 2], [velocity; 2])
+        Some(match motion {
+            Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                let read = |rate, force| (errors.rate(rate, T::ONE), errors.force(force, T::ONE));
+                let (rate, force) = read(angular_rate_radps, specific_force_mps2);
+                let (rate_before, force_before) = match previous.motion {
+                    Motion::Rates { angular_rate_radps, specific_force_mps2 } => {
+                        read(angular_rate_radps, specific_force_mps2)
+                    }
+                    Motion::Increments { .. } => (rate, force),
+                };
+                from_rates(interval_s, [rate_before, rate], [force_before, force])
             }
-            (
-                Motion::Increments { angle_rad: angle_before, velocity_mps: velocity_before },
-                Motion::Increments { angle_rad, velocity_mps },
-            ) => {
-                let angle = errors.rate(angle_rad, interval_s);
-                let velocity = errors.force(velocity_mps, interval_s);
+            Motion::Increments { angle_rad, velocity_mps } => {
+                let read = |angle, velocity| {
+                    (errors.rate(angle, interval_s), errors.force(velocity, interval_s))
+                };
+                let (angle, velocity) = read(angle_rad, velocity_mps);
                 // The previous increment is scaled to the present interval. The first increment of a log has no known
                 // length.
-                let (angle_before, velocity_before) = if previous.interval_s > T::ZERO {
-                    let scale = interval_s / previous.interval_s;
-                    (
-                        errors.rate(angle_before * scale, interval_s),
-                        errors.force(velocity_before * scale, interval_s),
-                    )
-                } else {
-                    (angle, velocity)
+                let (angle_before, velocity_before) = match previous.motion {
+                    Motion::Increments { angle_rad, velocity_mps }
+                        if previous.interval_s > T::ZERO =>
+                    {
+                        let scale = interval_s / previous.interval_s;
+                        read(angle_rad * scale, velocity_mps * scale)
+                    }
+                    _ => (angle, velocity),
                 };
                 from_increments(interval_s, [angle_before, angle], [velocity_before, velocity])
             }
-            (
-                Motion::Increments { .. },
-                Motion::Rates { angular_rate_radps: rate, specific_force_mps2: force },
-            ) => from_rates(
-                interval_s,
-                [errors.rate(rate, T::ONE); 2],
-                [errors.force(force, T::ONE); 2],
-            ),
         })
     }
 }

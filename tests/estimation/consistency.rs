@@ -57,7 +57,7 @@ fn ekf_config() -> EkfConfig {
     let mut gps = GpsModel::default();
     // The simulated receiver measures its velocity at one moment.
     gps.velocity_smoothing_s = 0.0;
-    EkfConfig::default().with_imu(imu_model()).with_gps(gps)
+    EkfConfig { imu: imu_model(), gps, ..EkfConfig::default() }
 }
 
 /// The same inertial unit for the simulation. Without `noisy` it only has its biases, which are equal for equal seeds.

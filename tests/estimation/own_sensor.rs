@@ -97,7 +97,7 @@ fn flown(error: &[f64; 12]) -> BaseEkf {
         ..ImuModel::default()
     };
     let mounting = Mounting::default().with_imu_lever_arm_m(UNIT_M);
-    let mut filter = BaseEkf::new(EkfConfig::default().with_imu(imu), mounting, start);
+    let mut filter = BaseEkf::new(EkfConfig { imu, ..EkfConfig::default() }, mounting, start);
     for step in 1..=100 {
         let time = Time::from_seconds(f64::from(step) * PERIOD_S);
         let rate_radps = Vector::new(0.4, -0.3, 0.9);

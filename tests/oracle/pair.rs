@@ -196,7 +196,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         model: &AntennaHeadingModel,
     ) {
         let baseline_m = mounted.map_or(Vector::x(), |baseline| body(&baseline));
-        let since_s = reading.time - self.shipped.learned().antenna_heading_used;
+        let used = self.shipped.learned().antenna_heading_used;
+        let since_s = Filter::<L, N>::since_s(reading.time, used);
         self.measure(
             "heading of two antennas",
             |shipped, recorder| shipped.update_antenna_heading(reading, mounted, model, recorder),

@@ -36,6 +36,7 @@ pub struct FixSensitivity<T> {
     pub age_s: T,
 }
 
+// Written out: as a fold over any number of elements it takes 0.7 kB more of program.
 #[inline(always)]
 fn dot<T: Scalar>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> T {
     a * x + b * y + c * z

@@ -11,7 +11,8 @@ use super::super::layout::Layout;
 use super::super::scalar::Scalar;
 use super::fix_sensitivity::FixSensitivity;
 use super::sensitivity::MOST;
-use super::{Covariance, Gain, Sensitivity, add_scaled};
+use super::{Covariance, Gain, Sensitivity};
+use crate::matrix::add_scaled;
 
 /// Sensitivities of the measurements of one moment.
 #[derive(Clone, Copy, Debug)]

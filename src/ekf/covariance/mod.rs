@@ -40,13 +40,6 @@ pub struct Covariance<T, const N: usize> {
     mirrored: bool,
 }
 
-#[inline(always)]
-fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T; N]) {
-    for (value, &term) in row.iter_mut().zip(other) {
-        *value += factor * term;
-    }
-}
-
 impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// Covariance with zero in every entry.
     #[must_use]
@@ -75,6 +68,11 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     #[must_use]
     pub fn variance(&self, state: usize) -> f64 {
         self.entry(state, state)
+    }
+
+    /// Largest one-sigma of some states.
+    pub(super) fn largest_sigma(&self, states: core::ops::Range<usize>) -> f64 {
+        Scalar::sqrt(states.map(|state| self.variance(state)).fold(0.0, f64::max))
     }
 
     /// Covariance of two states; zero for an absent state.

@@ -49,6 +49,18 @@ impl<T: Scalar, const N: usize> Default for Relaxation<T, N> {
     }
 }
 
+impl<T: Scalar, const N: usize> Relaxation<T, N> {
+    /// Adds to the variances of the parameters from `first` on; nothing decays.
+    #[must_use]
+    pub fn opening<const K: usize>(first: usize, variances: [f64; K]) -> Self {
+        let mut relaxation = Self::default();
+        for (noise, variance) in relaxation.noise.iter_mut().skip(first).zip(variances) {
+            *noise = T::of(variance);
+        }
+        relaxation
+    }
+}
+
 impl<T: Scalar, const N: usize> Transition<T, N> {
     /// Transition of zero duration that changes the parameters only.
     #[must_use]

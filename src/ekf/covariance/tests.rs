@@ -7,6 +7,7 @@ use super::super::layout::{
     ATTITUDE, Base, Full, GYRO_BIAS, Layout, POSITION, VELOCITY, WithScaleFactors,
 };
 use super::*;
+use crate::matrix::add_scaled;
 
 type Dense<const N: usize> = SMatrix<f64, N, N>;
 

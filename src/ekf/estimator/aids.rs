@@ -6,7 +6,8 @@ use super::super::layout::Layout;
 use super::super::measurement::{Aid, Report, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, Notice, Phase};
+use super::phase::Phase;
+use super::{Estimator, Notice};
 use crate::event::{BaroReading, RangeReading};
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::AntennaHeading;
@@ -37,7 +38,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             .navigating()
             .and_then(|filter| filter.fuse_attitude(time, reference, &mut report, trace));
         self.note_heading(&report);
-        notify(Notice::of_report(time, Aid::Attitude, result, &report));
+        notify(Notice::of_update(time, Aid::Attitude, result.map(|()| report)));
     }
 
     #[inline(never)]
@@ -51,13 +52,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !self.aiding.magnetometer {
             return;
         }
-        if self.check_time(time).is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
+        let checked = self.check_time(time);
+        if checked.is_ok() && !self.watch_field(time, field_gauss, trace, notify) {
             let (aid, reason) = (Aid::Magnetometer, Unusable::Outlier);
             notify(Notice::NotUsed { time, aid, reason });
             return;
         }
         let declination_rad = self.aligner.config().declination_rad;
-        let result = self.check_time(time).and_then(|()| self.navigating()).and_then(|filter| {
+        let result = checked.and_then(|()| self.navigating()).and_then(|filter| {
             filter.update_magnetic_heading(time, field_gauss, declination_rad, trace)
         });
         if let Ok(report) = &result {
@@ -137,7 +139,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let (baseline_m, model) = (self.aligner.config().baseline_m, self.antenna_heading);
         if self.phase == Phase::Searching && model.check_baseline(reading, baseline_m).is_ok() {
             let baseline = baseline_m.unwrap_or(Vector::new(1.0, 0.0, 0.0));
-            if let Some(motion) = self.search.motion_at(baseline, reading.heading_rad) {
+            let search = self.search.bank();
+            if let Some(motion) =
+                search.and_then(|search| search.motion_at(baseline, reading.heading_rad))
+            {
                 let least_rad = motion.heading_sigma_rad;
                 self.accept_heading(&motion, (reading.time, least_rad), trace, notify);
             }
@@ -157,9 +162,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if self.phase == Phase::Searching && report.any_accepted() {
             self.filter.attitude_lost = None;
             self.phase = Phase::Navigating;
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         } else if report.any_reopened() {
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         }
     }
 }

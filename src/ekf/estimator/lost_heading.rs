@@ -5,11 +5,12 @@
 //! After such a gap the heading is searched again, about the last known one.
 
 use super::super::heading_search::{GuessedMotion, HeadingMethod, HeadingSearch};
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout};
+use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use super::phase::Phase;
+use super::{Estimator, FOUND_SIGMA_RAD, Notice};
 use crate::frames::{Ned, Vector};
 use crate::ins::Start;
 use crate::time::Time;
@@ -29,7 +30,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// checks roll and pitch.
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
         if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
             return;
         }
@@ -59,19 +60,20 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Searches all headings from a start whose attitude about `axis` is unknown.
     pub(super) fn search_all(&mut self, start: &Start, axis: Vector<Ned>) {
-        self.search.start(start, axis, self.filter.config.imu.gyro_bias_sigma_radps);
+        if let Some(search) = self.search.bank() {
+            search.start(start, axis, self.filter.config.imu.gyro_bias_sigma_radps);
+        }
         self.phase = Phase::Searching;
     }
 
     /// Searches about the present heading, of one-sigma `sigma_rad`.
     fn search_about(&mut self, sigma_rad: f64) {
         let filter = &self.filter;
-        let largest = |first: usize, count: usize| {
-            let variances = (first..first + count).map(|state| filter.covariance.variance(state));
-            Scalar::sqrt(variances.fold(0.0, f64::max))
-        };
-        let others = [largest(ATTITUDE, 2), largest(GYRO_BIAS, 3)];
-        self.search.start_about(filter.state.body_to_ned, sigma_rad, others);
+        let others = [ATTITUDE..ATTITUDE + 2, GYRO_BIAS..ACCEL_BIAS]
+            .map(|states| filter.covariance.largest_sigma(states));
+        if let Some(search) = self.search.bank() {
+            search.start_about(filter.state.body_to_ned, sigma_rad, others);
+        }
         self.phase = Phase::Searching;
     }
 
@@ -82,7 +84,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let Some(motion) = self.search.motion() else { return };
+        let Some(motion) = self.search.bank().and_then(HeadingSearch::motion) else { return };
         if motion.is_found {
             let time = self.filter.state.time;
             // A heading from motion alone is unconfirmed. A heading from two antennas is corrected by their next
@@ -107,7 +109,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         self.phase = Phase::Navigating;
         self.wheels.forget();
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
         let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }

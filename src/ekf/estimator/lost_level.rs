@@ -5,29 +5,20 @@
 //! after a gap, and when a velocity is rejected soon after samples that hid the motion. It needs as many samples as the
 //! first alignment. The fixes determine the direction of the specific force independently of the filter.
 
+use super::super::gate::Group;
 use super::super::heading_search::HeadingMethod;
-use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{GYRO_BIAS, Layout};
+use super::super::innovation::Verdict;
+use super::super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::super::measurement::Report;
 use super::super::prediction::ResetCause;
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::lost_heading::open_about;
-use super::{Estimator, FOUND_SIGMA_RAD, Notice, Phase};
+use super::phase::{Level, Phase};
+use super::{Estimator, FOUND_SIGMA_RAD, Notice};
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
-
-/// State of the check of roll and pitch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Level {
-    /// No evidence against roll and pitch.
-    Believed,
-    /// A second alignment is running.
-    Doubted,
-    /// Roll and pitch were wrong, and are searched together with the heading.
-    Lost,
-}
 
 /// Error of roll and pitch, rad (15°), beyond which the filter recovers slowly or not at all.
 const LOST_RAD: f64 = 0.26;
@@ -119,12 +110,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Restarts from an alignment and keeps the gyro biases; searches the heading if it is unknown.
     fn restart_from(&mut self, alignment: &Alignment, trace: &mut impl Trace<T, N>) {
         let gyro_bias_radps = self.filter.imu_errors().gyro_bias_radps.cast();
-        let variance = (0..3)
-            .map(|axis| self.filter.covariance.variance(GYRO_BIAS + axis))
-            .fold(0.0, f64::max);
-        let sigma_radps = Some(Scalar::sqrt(variance));
+        let sigma_radps = self.filter.covariance.largest_sigma(GYRO_BIAS..ACCEL_BIAS);
         let start =
-            Start { gyro_bias_radps, gyro_bias_sigma_radps: sigma_radps, ..alignment.start };
+            Start { gyro_bias_radps, gyro_bias_sigma_radps: Some(sigma_radps), ..alignment.start };
         let [.., down] = alignment.axis.to_array();
         let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };
@@ -138,7 +126,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         } else {
             self.filter.open_heading(FOUND_SIGMA_RAD);
             self.phase = Phase::Navigating;
-            self.search.monitor(self.filter.state.body_to_ned);
+            self.monitor_heading();
         }
     }
 }
@@ -146,10 +134,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 /// Whether a velocity of a fix was rejected. A position does not count: it may have jumped while the filter is right.
 fn rejects_velocity(report: &Report) -> bool {
     report.innovations().any(|axis| {
-        let is_velocity = matches!(
-            axis.channel,
-            Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown
-        );
+        let group = axis.channel.group();
+        let is_velocity = matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity);
         is_velocity && axis.verdict != Verdict::Accepted
     })
 }

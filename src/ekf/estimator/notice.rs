@@ -152,17 +152,4 @@ impl Notice {
             Err(reason) => Self::NotUsed { time, aid, reason },
         }
     }
-
-    /// The notice of a measurement: its `report`, or the reason why it was not compared.
-    pub(super) fn of_report(
-        time: Time,
-        aid: Aid,
-        result: Result<(), Unusable>,
-        report: &Report,
-    ) -> Self {
-        match result {
-            Ok(()) => Self::Updated(*report),
-            Err(reason) => Self::NotUsed { time, aid, reason },
-        }
-    }
 }

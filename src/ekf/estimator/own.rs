@@ -5,7 +5,8 @@ use super::super::layout::Layout;
 use super::super::measurement::{Measurement, Report, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, Phase};
+use super::Estimator;
+use super::phase::Phase;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

@@ -6,7 +6,8 @@ use super::super::measurement::{Aid, Unusable};
 use super::super::prediction::ImuFault;
 use super::super::scalar::Scalar;
 use super::lost_heading::open_about;
-use super::{Estimator, Notice, Phase};
+use super::phase::Phase;
+use super::{Estimator, Notice};
 use crate::event::Event;
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
 
@@ -82,6 +83,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.filter.restart(start);
         self.wheels.forget();
         self.phase = Phase::Navigating;
-        self.search.monitor(self.filter.state.body_to_ned);
+        self.monitor_heading();
     }
 }

@@ -5,19 +5,11 @@ use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, MOST_WAITING, Notice, OF_ONE_CLOCK_S, Phase};
+use super::{Estimator, MOST_WAITING, Notice, OF_ONE_CLOCK_S};
 use crate::gps::Fix;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// The latest time of a fix that need not wait for later samples.
-    pub(super) fn due_until(&self) -> Time {
-        match self.phase {
-            Phase::Searching | Phase::Navigating => self.filter.due_until(),
-            Phase::Aligning => self.time(),
-        }
-    }
-
     /// The slot of the earliest waiting fix.
     fn earliest_held(&mut self) -> Option<&mut Option<Fix>> {
         let held = self.waiting_fixes.iter_mut().filter(|held| held.is_some());
@@ -32,16 +24,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        let time = self.time();
+        let time = self.filter.state.time;
         if fix.time - time > OF_ONE_CLOCK_S {
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
             return;
         }
         // The newest fixes show best where the vehicle went during a gap in the samples.
         let full = self.waiting_fixes.iter().all(Option::is_some);
-        if let Some(mut oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
+        if let Some(oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {
-                self.gps(&mut oldest, trace, notify);
+                self.gps(&oldest, trace, notify);
             } else {
                 let reason = Unusable::AheadOfImu;
                 notify(Notice::NotUsed { time: oldest.time, aid: Aid::Gps, reason });
@@ -50,18 +42,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if let Some(slot) = self.waiting_fixes.iter_mut().find(|slot| slot.is_none()) {
             *slot = Some(*fix);
         }
-    }
-
-    /// Fuses a fix that need not wait.
-    #[inline(never)]
-    pub(super) fn fuse_at_once(
-        &mut self,
-        fix: &Fix,
-        trace: &mut impl Trace<T, N>,
-        notify: &mut dyn FnMut(Notice),
-    ) {
-        let mut fix = *fix;
-        self.gps(&mut fix, trace, notify);
     }
 
     /// Fuses the waiting fixes up to the time `until`, in order of time.
@@ -74,8 +54,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     ) {
         for _ in 0..MOST_WAITING {
             let due = |held: &mut Option<Fix>| held.take_if(|fix| fix.time <= until);
-            let Some(mut fix) = self.earliest_held().and_then(due) else { return };
-            self.gps(&mut fix, trace, notify);
+            let Some(fix) = self.earliest_held().and_then(due) else { return };
+            self.gps(&fix, trace, notify);
         }
     }
 }

@@ -6,7 +6,6 @@ use super::super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
 use super::super::measurement::stated_times;
 use super::super::scalar::Scalar;
 use super::Ekf;
-use crate::earth::Local;
 use crate::imu::ImuErrors;
 use crate::ins::NavState;
 
@@ -97,11 +96,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub fn is_healthy(&self) -> bool {
         self.state.is_valid() && self.covariance.is_valid()
-    }
-
-    /// Gravity at the present position, m/s², for callers that derive roll and pitch from it.
-    #[must_use]
-    pub fn gravity_mps2(&self) -> f64 {
-        Local::<T>::about(&self.state.position).gravity_mps2.wide()
     }
 }

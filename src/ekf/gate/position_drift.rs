@@ -11,8 +11,7 @@ pub(super) struct PositionDrift {
 
 /// Shortest time constant of the shift's decay, s.
 const LEAST_MEMORY_S: f32 = 20.0;
-/// Longest time constant of the shift's decay, s.
-const MOST_MEMORY_S: f32 = super::AMBIGUITY_MOST_S;
+pub(super) const MOST_MEMORY_S: f32 = 200.0;
 
 impl PositionDrift {
     pub const NONE: Self = Self { moved_m: [0.0; 2], is_drifting: false };

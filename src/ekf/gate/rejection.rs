@@ -70,7 +70,7 @@ impl Gates {
         if !reopens {
             return None;
         }
-        let lost_s = time - if gate.was_open { gate.accepted } else { gate.since };
+        let lost_s = time - if gate.was_open() { gate.accepted } else { gate.since };
         gate.reopen(group, time, off[0], reported_s, &evidence);
         match group {
             Group::VerticalPosition => self.height_fused_s = 0.0,
@@ -84,7 +84,7 @@ impl Gates {
             || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity)
         {
             // A filter that diverged in velocity has diverged in position too.
-            self.diverged_until = time + DIVERGED_S;
+            self.note_position_divergence(time);
         }
         Some(if evidence.without_velocity {
             Reopening::Motion { lost_s }
@@ -106,7 +106,7 @@ impl Gates {
         config: &GateConfig,
     ) -> Evidence {
         let baro_agrees = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
-            && self.barometer_agrees(time);
+            && self.agrees(Group::Baro, time);
         let velocity_was_reset = self.were_reopened(time);
         let without_velocity = self.is_position_without_velocity(group, time);
         Evidence {
@@ -120,7 +120,9 @@ impl Gates {
                 || time < self.unconfirmed_until,
             velocity_agrees: match group {
                 // A single rejected velocity among accepted ones is no disagreement.
-                Group::HorizontalPosition => self.was_open_lately(Group::HorizontalVelocity, time),
+                Group::HorizontalPosition => {
+                    self.gate(Group::HorizontalVelocity).was_open_lately(time)
+                }
                 // A biased vertical velocity follows the height.
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
                 _ => false,
@@ -138,7 +140,7 @@ impl Gates {
         if group != Group::HorizontalPosition {
             return false;
         }
-        if self.gates.get(group as usize).is_some_and(|gate| gate.rejections == 0) {
+        if self.gate(group).rejections == 0 {
             self.position_off_m = off_m as f32;
         }
         off_m > f64::from(GROWN * self.position_off_m)
@@ -146,8 +148,7 @@ impl Gates {
 
     /// Whether a position lies within reach of the second hypothesis.
     fn may_be_back(&self, group: Group, off_m: f64, config: &GateConfig) -> bool {
-        let ambiguity_m = self.gates.get(group as usize).map_or(0.0, |gate| gate.ambiguity_m);
-        off_m.abs() <= config.sigmas * f64::from(ambiguity_m)
+        off_m.abs() <= config.sigmas * f64::from(self.gate(group).ambiguity_m)
     }
 
     /// Whether a group is a position of a receiver that does not report its velocity.
@@ -249,6 +250,6 @@ impl Gate {
         } else {
             (0.0, 0)
         };
-        *self = Self { accepted: time, was_open: true, ambiguity_m, ambiguity_s, ..Self::NONE };
+        *self = Self { accepted: time, ambiguity_m, ambiguity_s, ..Self::NONE };
     }
 }

@@ -2,8 +2,16 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD, at};
+use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::matrix::{add_scaled, combined, dot, product, skew, times};
+
+/// Number of hypotheses.
+pub(super) const GUESSES: usize = 12;
+/// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
+pub(super) const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
+/// Gravity, m/s².
+const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 
 /// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the hypothesis to the truth,
 /// rad; and gyro bias, body, rad/s.
@@ -24,7 +32,7 @@ const TIMING: f32 = 0.1;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeasuredMotion {
     /// Velocity change by specific force, m/s.
-    pub velocity_mps: [f32; 3],
+    pub velocity_mps: Vector<Body, f32>,
     /// Duration, s.
     pub duration_s: f32,
     /// Integral of the direction cosines from the body axes of each sample, s.
@@ -36,11 +44,16 @@ pub(super) struct MeasuredMotion {
 impl MeasuredMotion {
     /// No motion.
     pub const NONE: Self = Self {
-        velocity_mps: [0.0; 3],
+        velocity_mps: Vector::ZERO,
         duration_s: 0.0,
         turned_s: [[0.0; 3]; 3],
         variances: [0.0; 2],
     };
+
+    /// Velocity change by gravity, m/s.
+    fn fall_mps(&self) -> Vector<Ned, f32> {
+        Vector::new(0.0, 0.0, GRAVITY_MPS2 * self.duration_s)
+    }
 }
 
 /// Velocity of a fix, NED.
@@ -51,7 +64,7 @@ pub(super) struct Measured {
     /// Whether the velocity is the mean since the previous fix, from positions.
     pub is_mean: bool,
     /// Velocity of the antenna relative to the inertial unit, in the body axes at the start of the bank, m/s.
-    pub swing_mps: [f32; 3],
+    pub swing_mps: Vector<Body, f32>,
 }
 
 /// Likelihood of a measurement.
@@ -67,7 +80,7 @@ pub(super) struct Surprise {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
     /// Axis about which the attitude is unknown, NED.
-    pub axis: [f32; 3],
+    pub axis: Vector<Ned, f32>,
     /// One-sigma of the attitude across `axis`, rad.
     pub tilt_sigma_rad: f32,
     /// One-sigma of the gyro bias, rad/s.
@@ -80,8 +93,8 @@ pub(super) struct Guess {
     pub weight: f64,
     /// Attitude: rotation from the body axes at the start of the bank.
     pub start_to_ned: Rotation<Body, Ned, f32>,
-    velocity_mps: [f32; 3],
-    bias_radps: [f32; 3],
+    velocity_mps: Vector<Ned, f32>,
+    bias_radps: Vector<Body, f32>,
     covariance: Block,
 }
 
@@ -90,27 +103,29 @@ impl Guess {
     pub const NONE: Self = Self {
         weight: 0.0,
         start_to_ned: Rotation::IDENTITY,
-        velocity_mps: [0.0; 3],
-        bias_radps: [0.0; 3],
+        velocity_mps: Vector::ZERO,
+        bias_radps: Vector::ZERO,
         covariance: [[0.0; STATES]; STATES],
     };
 
     /// Starts at a fix, with the present attitude of the hypothesis.
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
-        let [x, y, z] = measured.swing_mps;
-        let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
-        for ((own, velocity), swing) in self.velocity_mps.iter_mut().zip(measured.axes).zip(swing) {
-            *own = velocity.map_or(0.0, |(value, _)| value - swing);
-        }
-        self.bias_radps = [0.0; 3];
+        let swing = (self.start_to_ned * measured.swing_mps).to_array();
+        let velocity = |axis| match at(&measured.axes, axis) {
+            Some((value, _)) => value - at(&swing, axis),
+            None => 0.0,
+        };
+        self.velocity_mps = Vector::new(velocity(0), velocity(1), velocity(2));
+        self.bias_radps = Vector::ZERO;
         self.covariance = [[0.0; STATES]; STATES];
         let (tilt, open) = (square(prior.tilt_sigma_rad), square(GUESS_SIGMA_RAD as f32));
         let [north, east, down] =
             measured.axes.map(|axis| axis.map_or(square(UNKNOWN_MPS), |(_, variance)| variance));
         let bias = square(prior.bias_sigma_radps);
         self.add_noise([north, east, down, tilt, tilt, tilt, bias, bias, bias]);
-        for (row, a) in self.covariance.iter_mut().skip(ATTITUDE).zip(prior.axis) {
-            for (value, b) in row.iter_mut().skip(ATTITUDE).zip(prior.axis) {
+        let axis = prior.axis.to_array();
+        for (row, a) in self.covariance.iter_mut().skip(ATTITUDE).zip(axis) {
+            for (value, b) in row.iter_mut().skip(ATTITUDE).zip(axis) {
                 *value += (open - tilt) * a * b;
             }
         }
@@ -123,7 +138,7 @@ impl Guess {
     }
 
     /// Gyro bias, rad/s.
-    pub fn bias_radps(&self) -> [f32; 3] {
+    pub fn bias_radps(&self) -> Vector<Body, f32> {
         self.bias_radps
     }
 
@@ -149,31 +164,30 @@ impl Guess {
     }
 
     /// Subtracts a gyro bias that the caller removes from the rates from now on.
-    pub fn correct_bias(&mut self, bias_radps: [f32; 3]) {
-        for (own, bias) in self.bias_radps.iter_mut().zip(bias_radps) {
-            *own -= bias;
-        }
+    pub fn correct_bias(&mut self, bias_radps: Vector<Body, f32>) {
+        self.bias_radps -= bias_radps;
     }
 
     /// Integral of the rotation by the bias, in NED, for a bias along each body axis, s.
     fn turned_s(&self, felt: &MeasuredMotion) -> [[f32; 3]; 3] {
-        multiply(&self.start_to_ned.rows(), &felt.turned_s)
+        product(&self.start_to_ned.rows(), &felt.turned_s)
     }
 
     /// Velocity change by specific force, NED, m/s. The rotation by the bias grows evenly, so half of it acts on the
     /// force.
     fn force_mps(&self, felt: &MeasuredMotion, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
-        let turn = product(turned_s, self.bias_radps);
-        let [x, y, z] = felt.velocity_mps;
-        let force = self.start_to_ned * Vector::<Body, f32>::new(x, y, z);
-        force - Vector::from(turn).cross(force) * 0.5
+        let force = self.start_to_ned * felt.velocity_mps;
+        force - self.turn(turned_s).cross(force) * 0.5
+    }
+
+    /// Rotation by the bias, given its integral for a bias along each body axis, s.
+    fn turn(&self, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
+        times(turned_s, &self.bias_radps.to_array()).into()
     }
 
     /// Velocity after the motion since the last fix, NED, m/s.
-    pub fn velocity_after(&self, felt: &MeasuredMotion) -> [f32; 3] {
-        let [x, y, z] = self.force_mps(felt, &self.turned_s(felt)).to_array();
-        let [north, east, down] = self.velocity_mps;
-        [north + x, east + y, down + z + GRAVITY_MPS2 * felt.duration_s]
+    pub fn velocity_after(&self, felt: &MeasuredMotion) -> Vector<Ned, f32> {
+        self.velocity_mps + self.force_mps(felt, &self.turned_s(felt)) + felt.fall_mps()
     }
 
     /// Propagates to a fix, and fuses its velocity.
@@ -182,22 +196,22 @@ impl Guess {
     /// Equation (H5) of docs/equations.md.
     pub fn step(&mut self, felt: &MeasuredMotion, measured: &Measured) -> Surprise {
         let turned_s = self.turned_s(felt);
-        let force = self.force_mps(felt, &turned_s).to_array();
-        let by_attitude = cross(force);
+        let force = self.force_mps(felt, &turned_s);
+        // A rotation ψ changes a vector v by ψ × v.
+        let by_attitude = skew((-force).to_array());
         let by_bias = turned_s.map(|row| row.map(|s| -s));
-        let half = multiply(&by_attitude, &by_bias).map(|row| row.map(|value| 0.5 * value));
-        let [x, y, z] = force;
-        let change = [x, y, z + GRAVITY_MPS2 * felt.duration_s];
+        let half = product(&by_attitude, &by_bias).map(|row| row.map(|value| 0.5 * value));
+        let change = force + felt.fall_mps();
         self.propagate(&by_attitude, &half, &by_bias, felt, change);
 
-        let [x, y, z] = measured.swing_mps;
-        let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
-        let swing_by_attitude = cross(swing);
+        let swing = self.start_to_ned * measured.swing_mps;
+        let swing_by_attitude = skew((-swing).to_array());
+        let (velocity_mps, change) = ((self.velocity_mps + swing).to_array(), change.to_array());
         let mut error = [0.0; STATES];
         let mut surprise = Surprise { horizontal_squares: 0.0, minus_two_log: 0.0 };
         for (axis, velocity) in measured.axes.into_iter().enumerate() {
             let Some((value, variance)) = velocity else { continue };
-            let mut predicted = at(&self.velocity_mps, axis) + at(&swing, axis);
+            let mut predicted = at(&velocity_mps, axis);
             let ([x, y, z], [i, j, k]) = (at(&UNITS, axis), at(&swing_by_attitude, axis));
             let mut sensitivity = [x, y, z, i, j, k, 0.0, 0.0, 0.0];
             if measured.is_mean {
@@ -208,8 +222,8 @@ impl Guess {
                     *sensitivity -= 0.5 * slope;
                 }
             }
-            let innovation = value - predicted - dot(sensitivity, error);
-            let total = self.update(sensitivity, innovation, variance, &mut error);
+            let innovation = value - predicted - dot(&sensitivity, &error);
+            let total = self.update(&sensitivity, innovation, variance, &mut error);
             let squared = square(innovation) / total;
             surprise.minus_two_log += squared + Scalar::ln(total);
             if axis < 2 {
@@ -217,12 +231,8 @@ impl Guess {
             }
         }
         let [north, east, down, x, y, z, p, q, r] = error;
-        for (own, error) in self.velocity_mps.iter_mut().zip([north, east, down]) {
-            *own += error;
-        }
-        for (own, error) in self.bias_radps.iter_mut().zip([p, q, r]) {
-            *own += error;
-        }
+        self.velocity_mps += Vector::new(north, east, down);
+        self.bias_radps += Vector::new(p, q, r);
         self.start_to_ned = self.start_to_ned.turned_in_to(Vector::new(x, y, z)).renormalised();
         surprise
     }
@@ -233,7 +243,7 @@ impl Guess {
         half: &[[f32; 3]; 3],
         by_bias: &[[f32; 3]; 3],
         felt: &MeasuredMotion,
-        change: [f32; 3],
+        change: Vector<Ned, f32>,
     ) {
         // The transition is the identity except for the rows of velocity and attitude. The rows of velocity come first,
         // because they read the attitude before its change.
@@ -241,35 +251,40 @@ impl Guess {
         let rows =
             || by_attitude.iter().zip(half).map(|(&[a, b, c], &[d, e, f])| [a, b, c, d, e, f]);
         for (row, factors) in [v0, v1, v2].into_iter().zip(rows()) {
-            add(row, combined(factors, [&*a0, &*a1, &*a2, &*b0, &*b1, &*b2]));
+            add_scaled(row, 1.0, &combined(factors, [&*a0, &*a1, &*a2, &*b0, &*b1, &*b2]));
         }
         for (row, factors) in [a0, a1, a2].into_iter().zip(by_bias) {
-            add(row, combined(*factors, [&*b0, &*b1, &*b2]));
+            add_scaled(row, 1.0, &combined(*factors, [&*b0, &*b1, &*b2]));
         }
         for line in &mut self.covariance {
             let [v0, v1, v2, a0, a1, a2, b0, b1, b2] = line;
             let bias = [*b0, *b1, *b2];
             let driving = [*a0, *a1, *a2, *b0, *b1, *b2];
             for (value, factors) in [v0, v1, v2].into_iter().zip(rows()) {
-                *value += dot(factors, driving);
+                *value += dot(&factors, &driving);
             }
             for (value, factors) in [a0, a1, a2].into_iter().zip(by_bias) {
-                *value += dot(*factors, bias);
+                *value += dot(factors, &bias);
             }
         }
         let [angle, velocity_variance] = felt.variances;
-        let [north, east, _] = change;
+        let [north, east, _] = change.to_array();
         let velocity = velocity_variance + square(TIMING) * (square(north) + square(east));
         self.add_noise([velocity, velocity, velocity, angle, angle, angle, 0.0, 0.0, 0.0]);
-        add(&mut self.velocity_mps, change);
-        let turn = Vector::from(product(by_bias, self.bias_radps));
-        self.start_to_ned = self.start_to_ned.turned_in_to(turn);
+        self.velocity_mps += change;
+        self.start_to_ned = self.start_to_ned.turned_in_to(self.turn(by_bias));
     }
 
     /// Scalar Kalman update of the covariance and of the `error`; returns the innovation's variance.
-    fn update(&mut self, sensitivity: Row, innovation: f32, variance: f32, error: &mut Row) -> f32 {
-        let seen = self.covariance.map(|row| dot(row, sensitivity));
-        let total = dot(seen, sensitivity) + variance;
+    fn update(
+        &mut self,
+        sensitivity: &Row,
+        innovation: f32,
+        variance: f32,
+        error: &mut Row,
+    ) -> f32 {
+        let seen = times(&self.covariance, sensitivity);
+        let total = dot(&seen, sensitivity) + variance;
         for ((row, own), error) in self.covariance.iter_mut().zip(seen).zip(error) {
             *error += own / total * innovation;
             for (value, other) in row.iter_mut().zip(seen) {
@@ -282,7 +297,8 @@ impl Guess {
     /// Whether attitude, velocity, bias and variances are still valid: rounding may have spoilt them.
     pub fn is_sound(&self) -> bool {
         self.start_to_ned.is_finite()
-            && self.velocity_mps.iter().chain(&self.bias_radps).all(|value| value.is_finite())
+            && self.velocity_mps.is_finite()
+            && self.bias_radps.is_finite()
             && self.variances().iter().all(|variance| *variance >= 0.0 && variance.is_finite())
     }
 }
@@ -293,36 +309,7 @@ const UNKNOWN_MPS: f32 = 10.0;
 /// Unit vectors north, east and down.
 const UNITS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-fn add<const W: usize>(row: &mut [f32; W], moved: [f32; W]) {
-    for (value, moved) in row.iter_mut().zip(moved) {
-        *value += moved;
-    }
-}
-
-fn dot<const W: usize>(a: [f32; W], b: [f32; W]) -> f32 {
-    a.into_iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Sum of scaled rows.
-fn combined<const K: usize, const W: usize>(factors: [f32; K], rows: [&[f32; W]; K]) -> [f32; W] {
-    let mut sum = [0.0; W];
-    for (factor, row) in factors.into_iter().zip(rows) {
-        for (value, term) in sum.iter_mut().zip(row) {
-            *value += factor * term;
-        }
-    }
-    sum
-}
-
-/// The matrix whose product with a rotation ψ is ψ × v.
-fn cross([x, y, z]: [f32; 3]) -> [[f32; 3]; 3] {
-    [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
-}
-
-fn product(matrix: &[[f32; 3]; 3], vector: [f32; 3]) -> [f32; 3] {
-    matrix.map(|row| dot(row, vector))
-}
-
-fn multiply(a: &[[f32; 3]; 3], b: &[[f32; 3]; 3]) -> [[f32; 3]; 3] {
-    a.map(|row| combined(row, b.each_ref()))
+/// An element of an array of three, zero beyond its end.
+pub(super) fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
+    values.get(axis).copied().unwrap_or_default()
 }

@@ -15,32 +15,27 @@
 //! Riseborough's EKF-GSF in PX4.
 
 mod guess;
+mod judgement;
 mod method;
 mod monitor;
 mod motion;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
 pub(super) use monitor::BetterHeading;
-pub use motion::GuessedMotion;
+pub(super) use motion::GuessedMotion;
 
 use super::config::GpsModel;
 use super::history::History;
 use super::scalar::Scalar;
-use super::square;
-use crate::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
+use super::{single, square};
+use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use guess::{Guess, Measured, MeasuredMotion, Prior, Surprise};
-use monitor::Judgement;
+use guess::{GUESS_SIGMA_RAD, GUESSES, Guess, Measured, MeasuredMotion, Prior, Surprise, at};
+use judgement::Judgement;
 
-/// Number of hypotheses.
-const GUESSES: usize = 12;
-/// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
-const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
-/// Gravity, m/s².
-const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
@@ -82,7 +77,7 @@ pub struct HeadingSearch<T = f64> {
     /// Attitude at the start of the bank, before it is turned for each hypothesis.
     start_to_ned: Rotation<Body, Ned, T>,
     /// Axis, NED, about which the attitude was unknown at the start.
-    axis: [f32; 3],
+    axis: Vector<Ned, f32>,
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite if unknown.
     prior_sigma_rad: f64,
@@ -117,7 +112,7 @@ pub struct HeadingSearch<T = f64> {
 
 /// Error model, antenna and gyro bias for a fix, as the filter assumes them.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver<'a, T> {
+pub(super) struct Receiver<'a, T> {
     /// Error model of the receiver.
     pub model: &'a GpsModel,
     /// One-sigmas of position, m, and velocity, m/s, NED.
@@ -181,7 +176,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Restarts as the monitor of a heading, from the next fix on.
     // In place: a new value would be built on the stack first.
-    fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+    pub(super) fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.guesses.fill(Guess::NONE);
         self.start_to_ned = body_to_ned;
         self.axis = DOWN;
@@ -205,11 +200,11 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Starts a search from a start whose attitude about `axis` is unknown. The gyro bias has the one-sigma
     /// `bias_sigma_radps` unless the start states one.
-    fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
+    pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
         self.monitor(start.state.body_to_ned.cast());
         self.is_monitor = false;
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
-        self.axis = axis.to_array().map(|part| part as f32);
+        self.axis = axis.cast();
         self.prior = Prior {
             axis: self.axis,
             tilt_sigma_rad: tilt_rad as f32,
@@ -218,7 +213,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Starts a search about a heading of one-sigma `sigma_rad`, with one-sigmas of tilt, rad, and gyro bias, rad/s.
-    fn start_about(
+    pub(super) fn start_about(
         &mut self,
         body_to_ned: Rotation<Body, Ned, T>,
         sigma_rad: f64,
@@ -233,7 +228,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Adds a bias-corrected inertial sample whose noise adds `variances` to angle, rad², and velocity, (m/s)².
-    fn observe_sample(
+    pub(super) fn observe_sample(
         &mut self,
         rate_radps: Vector<Body, T>,
         force_mps2: Vector<Body, T>,
@@ -259,7 +254,7 @@ impl<T: Scalar> HeadingSearch<T> {
     fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
         let before = self.filter_bias_radps.replace(bias_radps);
         if let Some(before) = before.filter(|_| !self.is_monitor) {
-            let change = (bias_radps - before).to_array().map(|part| part.wide() as f32);
+            let change = (bias_radps - before).cast();
             for guess in &mut self.guesses {
                 guess.correct_bias(change);
             }
@@ -271,9 +266,8 @@ impl<T: Scalar> HeadingSearch<T> {
     fn motion_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> MeasuredMotion {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
         let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
-        let single = |value: T| value.wide() as f32;
         let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| MeasuredMotion {
-            velocity_mps: velocity_mps.to_array().map(single),
+            velocity_mps: velocity_mps.cast(),
             duration_s: single(duration_s),
             turned_s: self.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
             variances: self.variances.map(|variance| single(variance * share)),
@@ -298,7 +292,8 @@ impl<T: Scalar> HeadingSearch<T> {
     ///
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
-    fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
+    #[inline(never)]
+    pub(super) fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
         let Some(since) = history.motion_since(fix.time, self.body_to_start) else { return };
         if since.duration_s > self.felt_s {
             // The fix is older than the bank's start.
@@ -317,7 +312,7 @@ impl<T: Scalar> HeadingSearch<T> {
             Some(interval_s) => moved_m * T::of(1.0 / interval_s),
             None => since.attitude * receiver.antenna.relative_velocity(since.angular_rate_radps),
         };
-        measured.swing_mps = swing.to_array().map(|part| part.wide() as f32);
+        measured.swing_mps = swing.cast();
         let Some(interval_s) = interval_s.filter(|_| self.has_begun()) else {
             self.begin(&measured);
             return;
@@ -357,7 +352,7 @@ impl<T: Scalar> HeadingSearch<T> {
         before: Option<((Time, Geodetic), f64)>,
     ) -> Measured {
         let (gps, (position_m, velocity_mps)) = (receiver.model, receiver.sigmas);
-        let down = fix.down_velocity_mps.filter(|_| !fix.two_dimensional);
+        let down = fix.measured_down_mps();
         if let Some([north, east]) = fix.horizontal_velocity_mps {
             let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
             let values = [Some(north), Some(east), down];
@@ -367,10 +362,10 @@ impl<T: Scalar> HeadingSearch<T> {
                 let value = values.get(axis).copied().flatten()?;
                 finite(value, square(sigma_mps))
             });
-            return Measured { axes, is_mean: false, swing_mps: [0.0; 3] };
+            return Measured { axes, is_mean: false, swing_mps: Vector::ZERO };
         }
         let Some(((_, place), interval_s)) = before else {
-            return Measured { axes: [None; 3], is_mean: true, swing_mps: [0.0; 3] };
+            return Measured { axes: [None; 3], is_mean: true, swing_mps: Vector::ZERO };
         };
         let moved_m = fix.position.displacement_from(&place).to_array();
         let share = square(gps.position_wander_share.min(1.0));
@@ -385,7 +380,7 @@ impl<T: Scalar> HeadingSearch<T> {
             let value = at(&moved_m, axis) / interval_s;
             finite(value, variance / square(interval_s))
         });
-        Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
+        Measured { axes, is_mean: true, swing_mps: Vector::ZERO }
     }
 
     /// Whether the hypotheses have started at a fix.
@@ -399,8 +394,7 @@ impl<T: Scalar> HeadingSearch<T> {
             Some(best) if best.is_sound() => best.start_to_ned,
             _ => self.start_to_ned.cast(),
         };
-        let [north, east, down] = self.prior.axis;
-        let axis = Vector::<Ned, f32>::new(north, east, down);
+        let axis = self.prior.axis;
         let mut sum = 0.0;
         for (number, guess) in self.guesses.iter_mut().enumerate() {
             let turn_rad = wrap_angle(2.0 * GUESS_SIGMA_RAD * number as f64);
@@ -473,22 +467,16 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
 }
 
 /// Down, NED.
-const DOWN: [f32; 3] = [0.0, 0.0, 1.0];
-
-/// An element of an array of three, zero beyond its end.
-fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
-    values.get(axis).copied().unwrap_or_default()
-}
+const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
 
 /// Turn about an axis from one attitude of the same axes to another, rad: the twist of their relative rotation.
 fn turn_between(
     from: Rotation<Body, Ned, f32>,
     to: Rotation<Body, Ned, f32>,
-    axis: [f32; 3],
+    axis: Vector<Ned, f32>,
 ) -> f64 {
     let [x, y, z, w] = (to * from.inverse()).to_array();
-    let [a, b, c] = axis;
-    wrap_angle(2.0 * f64::from((x * a + y * b + z * c).atan2(w)))
+    wrap_angle(2.0 * f64::from(Vector::new(x, y, z).dot(axis).atan2(w)))
 }
 
 /// Fraction of its information with which a fix changes the weights of the hypotheses. A fraction s of the one-sigma

@@ -13,10 +13,6 @@ const WRONG_SIGMAS: f64 = 4.0;
 const SUSPECT_RAD: f64 = 0.09;
 /// Minimum error of a suspect heading, in one-sigmas of both headings together.
 const SUSPECT_SIGMAS: f64 = 2.5;
-/// Minimum duration of a disagreement, s.
-const WRONG_S: f64 = 5.0;
-/// Minimum number of fixes of a disagreement.
-const WRONG_FIXES: u8 = 4;
 
 /// Heading confirmed by the fixes while the heading of the filter is wrong or suspect.
 #[derive(Clone, Copy, Debug)]
@@ -29,24 +25,12 @@ pub struct BetterHeading {
     pub replaces: bool,
 }
 
-/// Disagreement of the fixes with a heading.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Judgement {
-    wrong_since: Option<Time>,
-    wrong_fixes: u8,
-    /// Whether the hypotheses agree with the heading, and recent motion was enough to show it.
-    pub is_confirmed: bool,
-}
-
-impl Judgement {
-    pub const NONE: Self = Self { wrong_since: None, wrong_fixes: 0, is_confirmed: false };
-
-    pub fn forget(&mut self) {
-        (self.wrong_fixes, self.is_confirmed) = (0, false);
-    }
-}
-
 impl<T: Scalar> HeadingSearch<T> {
+    /// Whether recent motion confirmed the last judged heading.
+    pub(in super::super) fn is_confirmed(&self) -> bool {
+        self.judgement.is_confirmed
+    }
+
     /// Turn from an attitude's heading to that of the hypotheses; `None` while the hypotheses disagree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         let best = self.best().filter(|_| self.has_begun())?;
@@ -58,8 +42,8 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// The better heading, once the heading of an attitude with one-sigma `own_sigma_rad` has been wrong or suspect for
-    /// [`WRONG_S`].
-    pub(super) fn judge(
+    /// some seconds.
+    pub(in super::super) fn judge(
         &mut self,
         time: Time,
         body_to_ned: Rotation<Body, Ned, T>,
@@ -71,22 +55,9 @@ impl<T: Scalar> HeadingSearch<T> {
         };
         let off = self.off(body_to_ned);
         let suspect = off.filter(is_suspect);
-        let has_evidence = self.has_evidence(1.0);
-        let judgement = &mut self.judgement;
-        judgement.is_confirmed = off.is_some() && suspect.is_none() && has_evidence;
-        let Some(better) = suspect else {
-            judgement.wrong_fixes = 0;
-            return None;
-        };
-        if judgement.wrong_fixes == 0 {
-            judgement.wrong_since = Some(time);
-        }
-        judgement.wrong_fixes = judgement.wrong_fixes.saturating_add(1);
-        let since = judgement.wrong_since.is_some_and(|since| time - since >= WRONG_S);
-        let lasts = since && judgement.wrong_fixes >= WRONG_FIXES;
-        if lasts {
-            judgement.wrong_fixes = 0;
-        }
-        lasts.then_some(better)
+        let is_confirmed = off.is_some() && suspect.is_none() && self.has_evidence(1.0);
+        self.judgement.is_confirmed = is_confirmed;
+        let lasts = self.judgement.lasts(time, suspect.is_some());
+        suspect.filter(|_| lasts)
     }
 }

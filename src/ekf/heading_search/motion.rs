@@ -2,11 +2,8 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::guess::{Block, Guess, STATES};
-use super::{
-    AGREED_RAD, GUESS_SIGMA_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, at,
-    turn_between,
-};
+use super::guess::{Block, GUESS_SIGMA_RAD, Guess, STATES};
+use super::{AGREED_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 
 /// Motion according to the best hypothesis, and its covariance over all hypotheses.
@@ -34,7 +31,8 @@ impl<T: Scalar> HeadingSearch<T> {
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
-    pub(super) fn motion(&mut self) -> Option<GuessedMotion<T>> {
+    #[inline(never)]
+    pub(in super::super) fn motion(&mut self) -> Option<GuessedMotion<T>> {
         let best = *self.best().filter(|_| self.has_begun())?;
         self.motion_of(&best)
     }
@@ -53,21 +51,13 @@ impl<T: Scalar> HeadingSearch<T> {
                     *sum += share * value;
                 }
             }
-            let there = other.velocity_after(&self.since_fix);
+            let apart = (other.velocity_after(&self.since_fix) - velocity_mps).to_array();
             let [.., own_down] = other.start_to_ned.rows();
             let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
-            let mut spread = [0.0; STATES];
-            for axis in 0..3 {
-                let apart = at(&there, axis) - at(&velocity_mps, axis);
-                let drift = at(&other.bias_radps(), axis) - at(&bias_radps, axis);
-                let of = [(axis, square(apart)), (3 + axis, tilt), (6 + axis, square(drift))];
-                for (state, variance) in of {
-                    if let Some(sum) = spread.get_mut(state) {
-                        *sum = variance;
-                    }
-                }
-            }
-            for (state, (row, variance)) in covariance.iter_mut().zip(spread).enumerate() {
+            let drift = (other.bias_radps() - bias_radps).to_array();
+            let spread = [apart.map(square), [tilt; 3], drift.map(square)];
+            let spread = spread.as_flattened().iter().enumerate();
+            for (row, (state, variance)) in covariance.iter_mut().zip(spread) {
                 if let Some(sum) = row.get_mut(state) {
                     *sum += share * variance;
                 }
@@ -80,13 +70,12 @@ impl<T: Scalar> HeadingSearch<T> {
         let least_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
         let heading_sigma_rad =
             Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
-        let wide = |value: f32| T::of(f64::from(value));
-        let taken = bias_radps.map(wide);
-        self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken.into());
+        let taken = bias_radps.cast();
+        self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken);
         let motion = GuessedMotion {
             body_to_ned: self.attitude(guess),
-            velocity_mps: velocity_mps.map(wide).into(),
-            bias_radps: taken.into(),
+            velocity_mps: velocity_mps.cast(),
+            bias_radps: taken,
             covariance,
             heading_sigma_rad,
             turn_rad: turn_between(self.start_to_ned.cast(), guess.start_to_ned, self.axis),
@@ -100,7 +89,8 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Motion according to the hypothesis that points a baseline of the body nearest to `heading_rad`, clockwise from
     /// north. `None` if the fixes contradict that hypothesis.
-    pub(super) fn motion_at(
+    #[inline(never)]
+    pub(in super::super) fn motion_at(
         &mut self,
         baseline: Vector<Body>,
         heading_rad: f64,

@@ -1,10 +1,8 @@
 //! The heading of two GPS antennas.
 
 use super::super::config::AntennaHeadingModel;
-use super::super::correction::is_accepted;
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::{Group, NEVER};
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -14,20 +12,6 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::gps::AntennaHeading;
 use crate::time::Time;
-
-/// Memory of the previous headings.
-#[derive(Clone, Copy, Debug)]
-pub struct AntennaHeadingMemory {
-    /// Time of the last used heading, if any.
-    pub used: Time,
-    /// Time when a heading last disagreed with the filter's heading, which had been turned against it.
-    pub disagreed_at: Option<Time>,
-}
-
-impl AntennaHeadingMemory {
-    /// The memory before the first heading.
-    pub const NONE: Self = Self { used: NEVER, disagreed_at: None };
-}
 
 /// Difference from the filter's heading, rad, beyond which a measured heading counts as reversed.
 const REVERSED_RAD: f64 = 2.6;
@@ -65,7 +49,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<Report, Unusable> {
         let time = reading.time;
         model.check_baseline(reading, mounted)?;
-        let since_s = time - self.antenna_heading.used;
+        let since_s = self.antenna_heading.since_used_s(time);
         if since_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
@@ -86,8 +70,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::Reversed);
         }
         self.relax(trace);
-        self.antenna_heading.used = time;
-        let tilt = self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1));
+        self.antenna_heading.used = Some(time);
+        let tilt = self.tilt_variance();
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);
         let one = square(sigma_rad) + besides;
@@ -95,16 +79,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // readings would hide it.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
-        let channel = (Channel::BaselineHeading, Group::BaselineHeading);
-        let trusted = is_accepted(&mut self.antenna_heading.disagreed_at, time, off_rad);
-        let mut axes = [None; 6];
-        axes[0] = trusted.then(|| ScalarMeasurement {
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE),
-            ..ScalarMeasurement::new(channel, T::of(off_rad), T::of(noise))
+        let trusted = self.antenna_heading.accepts(time, off_rad);
+        let heading = trusted.then(|| {
+            let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE);
+            let (off, noise) = (T::of(off_rad), T::of(noise));
+            ScalarMeasurement::new(Channel::BaselineHeading, off, noise, sensitivity)
         });
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Ok(report)
+        Ok(self.update_one(time, heading, trace))
     }
 
     /// Age, s, of a reading that was valid at `time`.

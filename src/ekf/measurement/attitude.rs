@@ -1,7 +1,7 @@
 //! The attitude of a reference system: the inertial unit's own.
 
+use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -36,7 +36,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether an attitude at `time` is late enough after the last used one.
     pub(in super::super) fn is_attitude_due(&self, time: Time) -> bool {
-        self.attitude_used.is_none_or(|used| time - used >= self.config.attitude.interval_s)
+        self.heading.since_used_s(time) >= self.config.attitude.interval_s
     }
 
     /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
@@ -52,12 +52,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
-        let elapsed_s = self.attitude_used.map_or(f64::INFINITY, |used| time - used);
+        let elapsed_s = self.heading.since_used_s(time);
         if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        self.attitude_used = Some(time);
+        self.heading.used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
         self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
         self.heading_revision.is_magnetic = false;
@@ -71,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own = self.state.body_to_ned;
         let mut left = off(self) - wander;
         let is_far = left.z().abs() > T::of(FAR_RAD);
-        let accepts_heading = self.accepts_heading(time, left.z().wide());
+        let accepts_heading = self.heading.accepts(time, left.z().wide());
         if is_far || !accepts_heading {
             let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
             let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
@@ -81,24 +81,23 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [tilt_excess, heading_excess] = self.watch_attitude(time, left, elapsed_s)?;
         let (sin, cos) = own.heading_sincos();
         let axes = [
-            (Channel::Roll, Group::Tilt, [cos, sin, T::ZERO]),
-            (Channel::Pitch, Group::Tilt, [-sin, cos, T::ZERO]),
-            (Channel::Yaw, Group::Heading, [T::ZERO, T::ZERO, T::ONE]),
+            (Channel::Roll, [cos, sin, T::ZERO]),
+            (Channel::Pitch, [-sin, cos, T::ZERO]),
+            (Channel::Yaw, [T::ZERO, T::ZERO, T::ONE]),
         ];
         let noise = square(T::of(model.noise_rad));
-        let mut scalars = core::array::from_fn(|_| None);
-        let used = axes.iter().filter(|axis| axis.1 != Group::Heading || accepts_heading);
-        for (slot, &(channel, group, axis)) in scalars.iter_mut().zip(used) {
-            let excess = if group == Group::Heading { heading_excess } else { tilt_excess };
-            let innovation = left.dot(axis.into());
-            let measurement = ScalarMeasurement::new((channel, group), innovation, noise + excess);
-            let sensitivity = &mut slot.insert(measurement).sensitivity;
-            sensitivity.add_block(ATTITUDE, axis);
-            sensitivity.add_block(first, axis);
+        let mut scalars = [None; 6];
+        let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || accepts_heading);
+        for (slot, &(channel, axis)) in scalars.iter_mut().zip(used) {
+            let excess = if channel == Channel::Yaw { heading_excess } else { tilt_excess };
+            let sensitivity =
+                Sensitivity::default().with_block(ATTITUDE, axis).with_block(first, axis);
+            let (off, noise) = (left.dot(axis.into()), noise + excess);
+            *slot = Some(ScalarMeasurement::new(channel, off, noise, sensitivity));
         }
         self.update_sequentially(time, &scalars, report, trace);
         if let Some(off) = lost {
-            report.was_fused(axes.iter().map(|axis| off.dot(axis.2.into()).wide()));
+            report.was_fused(axes.iter().map(|axis| off.dot(axis.1.into()).wide()));
         }
         Ok(())
     }

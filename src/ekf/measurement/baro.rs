@@ -76,18 +76,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // The check uses the airflow error itself. Its enlarged variance as white noise would hide a wrong reading.
         let own = self.covariance.project(&sensitivity).1;
         let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
-        self.gates.set_baro_disagrees(square(innovation) > likely);
-        let mut scalars: [Option<ScalarMeasurement<T>>; 6] = [None; 6];
-        scalars[0] = Some(ScalarMeasurement {
-            channel: Channel::BaroHeight,
-            group: Group::Baro,
-            innovation,
-            noise: noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s),
-            sensitivity,
-        });
-        let mut report = Report::default();
-        self.update_sequentially(time, &scalars, &mut report, trace);
-        report
+        self.gates.baro_disagrees = square(innovation) > likely;
+        let noise = noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
+        let height = ScalarMeasurement::new(Channel::BaroHeight, innovation, noise, sensitivity);
+        self.update_one(time, Some(height), trace)
     }
 
     /// Variance of the barometer error caused by the airflow at the vehicle's speed, m². A speed within the filter's

@@ -2,13 +2,12 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{Layout, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Report, ScalarMeasurement};
+use super::ScalarMeasurement;
 use crate::time::Time;
 
 /// One-sigma of the vertical velocity of a vehicle without a measured height, m/s.
@@ -26,14 +25,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.covariance.variance(state) < square(CLIMB_MPS) {
             return;
         }
-        let axis = ScalarMeasurement {
-            channel: Channel::RestVelocityDown,
-            group: Group::RestVelocity,
-            innovation: -self.state.velocity_mps.z(),
-            noise: T::of(square(CLIMB_MPS)),
-            sensitivity: Sensitivity::default().with(state, T::ONE),
-        };
-        let axes = [Some(axis), None, None, None, None, None];
-        self.update_sequentially(time, &axes, &mut Report::default(), trace);
+        let climb = ScalarMeasurement::new(
+            Channel::RestVelocityDown,
+            -self.state.velocity_mps.z(),
+            T::of(square(CLIMB_MPS)),
+            Sensitivity::default().with(state, T::ONE),
+        );
+        self.update_one(time, Some(climb), trace);
     }
 }

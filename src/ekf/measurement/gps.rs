@@ -19,6 +19,7 @@ use crate::earth::Local;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
+use crate::matrix::{product, skew};
 use crate::time::Time;
 
 /// Largest learned variance, relative to the stated or configured one.
@@ -53,18 +54,11 @@ const MOST_AHEAD_S: f64 = 0.3;
 /// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
 
-/// Channels and groups of the axes of a position, north, east, down.
-const POSITION_AXES: [(Channel, Group); 3] = [
-    (Channel::PositionNorth, Group::HorizontalPosition),
-    (Channel::PositionEast, Group::HorizontalPosition),
-    (Channel::PositionDown, Group::VerticalPosition),
-];
-/// Channels and groups of the axes of a velocity, north, east, down.
-const VELOCITY_AXES: [(Channel, Group); 3] = [
-    (Channel::VelocityNorth, Group::HorizontalVelocity),
-    (Channel::VelocityEast, Group::HorizontalVelocity),
-    (Channel::VelocityDown, Group::VerticalVelocity),
-];
+/// Channels of the axes, north, east, down.
+const POSITIONS: [Channel; 3] =
+    [Channel::PositionNorth, Channel::PositionEast, Channel::PositionDown];
+const VELOCITIES: [Channel; 3] =
+    [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 
 /// Factor by which stated one-sigmas are enlarged, given the learned size of their errors.
 pub fn stated_times(learned: f64) -> f64 {
@@ -133,7 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // A gap hides samples: it breaks the contradiction check from a fix within the gap to the next fix.
             self.samples.self_contradiction.add(Vector::ZERO, false);
         }
-        let down_mps = fix.down_velocity_mps.filter(|_| !fix.two_dimensional).unwrap_or_default();
+        let down_mps = fix.measured_down_mps().unwrap_or_default();
         let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
         self.samples.rest.fix(fix.time, velocity);
         // Velocity first: it is the more accurate one, and its correction reduces the position's nonlinearity.
@@ -182,7 +176,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reopened();
         // A height that a barometer confirms is right, and so are the biases behind it.
-        stepped.down_far = stepped.down_far.filter(|_| !self.gates.barometer_agrees(fix.time));
+        stepped.down_far = stepped.down_far.filter(|_| !self.gates.agrees(Group::Baro, fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()
@@ -320,21 +314,16 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let axes_measured = if fix.two_dimensional { 2 } else { 3 };
         let lag_noise = self.lag_noise(back, back.age_s);
         let axes = core::array::from_fn(|axis| {
-            let (channel, group) = POSITION_AXES[axis];
+            let (channel, innovation) = (POSITIONS[axis], innovation[axis]);
             let noise = T::of(noise.position_variance[axis]) + lag_noise;
-            (axis < axes_measured).then_some(Compared {
-                channel,
-                group,
-                innovation: innovation[axis],
-                noise,
-            })
+            (axis < axes_measured).then_some(Compared { channel, innovation, noise })
         });
         let velocity_variance = (VELOCITY..VELOCITY + 3)
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
         let sensitivity = AxesSensitivity {
             turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
-            gyro_bias: product(skew(-arm), back.turn_s),
+            gyro_bias: product(&skew((-arm).to_array()), &back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
         };
@@ -357,23 +346,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let measured = [
             fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[0])),
             fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[1])),
-            fix.down_velocity_mps.filter(|_| !fix.two_dimensional).map(T::of),
+            fix.measured_down_mps().map(T::of),
         ];
         let acceleration = back.acceleration_mps2.to_array();
         let acceleration_variance = self.accel_noise(back.acceleration_over_s);
         let lag_noise = self.lag_noise(back, T::ONE);
         let axes = core::array::from_fn(|axis| {
-            let (channel, group) = VELOCITY_AXES[axis];
             let noise = T::of(noise.velocity_variance[axis])
                 + lag_noise
                 + square(T::of(self.config.gps.velocity_smoothing_s) * acceleration[axis]);
             let innovation = measured[axis]? - predicted[axis];
-            Some(Compared { channel, group, innovation, noise })
+            Some(Compared { channel: VELOCITIES[axis], innovation, noise })
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
             turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
-            gyro_bias: product(body_to_ned.rows(), skew(antenna_arm.0)),
+            gyro_bias: product(&body_to_ned.rows(), &skew(antenna_arm.0.to_array())),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),
         };
@@ -435,19 +423,4 @@ fn significant<T: Scalar>(v: Vector<Ned, T>, variance: T) -> Vector<Ned, T> {
     let squared = v.dot(v);
     // The condition is written so that a NaN gives zero.
     if squared > variance { v * (T::ONE - variance / squared) } else { Vector::ZERO }
-}
-
-/// [v ×], row by row: the matrix whose product with w is v × w.
-fn skew<F, T: Scalar>(v: Vector<F, T>) -> [[T; 3]; 3] {
-    let [x, y, z] = v.to_array();
-    [[T::ZERO, -z, y], [z, T::ZERO, -x], [-y, x, T::ZERO]]
-}
-
-/// The product of two matrices, row by row.
-fn product<T: Scalar>(a: [[T; 3]; 3], b: [[T; 3]; 3]) -> [[T; 3]; 3] {
-    a.map(|row| {
-        core::array::from_fn(|column| {
-            row[0] * b[0][column] + row[1] * b[1][column] + row[2] * b[2][column]
-        })
-    })
 }

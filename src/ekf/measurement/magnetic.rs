@@ -3,7 +3,6 @@
 use super::super::covariance::Sensitivity;
 use super::super::field_watch::{AttitudeUncertainty, FieldChange, Parts, Turn};
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
@@ -58,7 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let change = self.field_watch.push(time, parts, &uncertainty)?;
         if change.turn == Some(Turn::Suspect) {
             // The next checked field is then also the next one that is used.
-            self.attitude_used = self.attitude_used.map(|_| time);
+            self.heading.used = self.heading.used.map(|_| time);
             return Some(change);
         }
         // The inertial unit's own heading follows the field.
@@ -80,7 +79,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// The larger of the two variances of the tilt, rad².
-    fn tilt_variance(&self) -> f64 {
+    pub(super) fn tilt_variance(&self) -> f64 {
         self.covariance.variance(ATTITUDE).max(self.covariance.variance(ATTITUDE + 1))
     }
 
@@ -112,7 +111,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.rest.field(field_gauss);
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
-        let elapsed_s = self.attitude_used.map_or(model.interval_s, |used| time - used);
+        let elapsed_s = self.heading.used.map_or(model.interval_s, |used| time - used);
         // If the levelling attitude is off by ψ, the field's dip turns its horizontal part. This is an error of the
         // reference, as slow as that of the tilt; it does not move the tilt.
         let dip = (field.z() / horizontal).wide();
@@ -128,7 +127,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        let before = self.attitude_used.replace(time);
+        let before = self.heading.used.replace(time);
         let is_first =
             before.is_none_or(|before| had_gap && self.gates.was_suspected_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
@@ -146,16 +145,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.reset_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
         }
         let innovation = if lost { T::ZERO } else { off };
-        let mut axes = [None; 6];
-        axes[0] = self.accepts_heading(time, innovation.wide()).then(|| ScalarMeasurement {
-            channel: Channel::Yaw,
-            group: Group::Heading,
-            innovation,
-            noise: square(T::of(model.noise_rad)),
-            sensitivity: Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE),
+        let heading = self.heading.accepts(time, innovation.wide()).then(|| {
+            let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE);
+            let noise = square(T::of(model.noise_rad));
+            ScalarMeasurement::new(Channel::Yaw, innovation, noise, sensitivity)
         });
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
+        let mut report = self.update_one(time, heading, trace);
         if lost {
             report.was_fused([off.wide()]);
         }

@@ -16,13 +16,10 @@ mod update;
 mod wander;
 mod wheels;
 
-pub(super) use antenna_heading::AntennaHeadingMemory;
 pub use derivatives::{WrongRows, check_derivatives};
 pub(super) use gps::stated_times;
 pub use own::{Expected, Measurement, Row, Rows};
-pub(super) use range::Ground;
 pub use report::{Aid, Report, Unusable};
-pub(super) use rest::BiasShift;
 use update::{Compared, ScalarMeasurement};
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::history::LookBack;
 use super::super::innovation::Channel;
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
@@ -12,8 +11,9 @@ use super::super::trace::Trace;
 use super::own::{Expected, Measurement, Row, Rows};
 use super::{Report, ScalarMeasurement, Unusable};
 use crate::earth::Local;
-use crate::frames::{Body, Vector};
+use crate::frames::{Body, Ned, Vector};
 use crate::ins::LeverArm;
+use crate::matrix::combined;
 use crate::time::Time;
 
 /// Largest time, s, by which a reading may be valid after the last inertial sample.
@@ -68,17 +68,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.relax(trace);
         let mut axes = [None; 6];
-        let channel = (Channel::Own(measurement.sensor()), Group::Own);
+        let channel = Channel::Own(measurement.sensor());
         for (axis, row) in axes.iter_mut().zip(rows.iter()) {
             let noise = T::of(square(row.sigma)) + self.aged_noise(row, &back);
-            *axis = Some(ScalarMeasurement {
-                sensitivity: self.own_sensitivity(row, &back, arm.0.cast()),
-                ..ScalarMeasurement::new(channel, T::of(row.residual), noise)
-            });
+            let sensitivity = self.own_sensitivity(row, &back, arm.0.cast());
+            *axis = Some(ScalarMeasurement::new(channel, T::of(row.residual), noise, sensitivity));
         }
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Ok(report)
+        Ok(self.update_axes(time, &axes, trace))
     }
 
     /// Variance that the inertial sensors' noise since the reading adds to its innovation.
@@ -107,18 +103,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let [force_m, force_mps] =
             [back.force_m, back.force_mps].map(|force| self.level_force.of_motion(force));
         // The rows of the integral of the direction cosines, combined by a vector in NED.
-        let turned = |by: [T; 3]| {
-            let mut sum = [T::ZERO; 3];
-            for (row, by) in back.turn_s.iter().zip(by) {
-                for (sum, &turn_s) in sum.iter_mut().zip(row) {
-                    *sum += by * turn_s;
-                }
-            }
-            Vector::<Body, T>::from(sum)
+        let turned = |by: Vector<Ned, T>| {
+            Vector::<Body, T>::from(combined(by.to_array(), back.turn_s.each_ref()))
         };
-        let gyro_bias = turned(attitude.to_array()) - row.angular_rate.cast()
+        let gyro_bias = turned(attitude) - row.angular_rate.cast()
             + (body_to_ned.inverse() * velocity).cross(arm);
-        let accel_bias = turned((velocity - position * (T::of(0.5) * back.age_s)).to_array());
+        let accel_bias = turned(velocity - position * (T::of(0.5) * back.age_s));
         let now = attitude + force_m.cross(position) + velocity.cross(force_mps);
         Sensitivity::default()
             .with_block(ATTITUDE, now.to_array())

@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{GYRO_BIAS, Layout, VELOCITY};
 use super::super::scalar::Scalar;
@@ -16,43 +15,9 @@ const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
-/// One-sigma of the change of a gyro bias when a vehicle starts to move, rad/s. The assumed one-sigma of the bias
-/// applies if it is smaller. Vibration is rectified, and motors warm the inertial unit. The bias since power-on was
-/// measured during the rest.
-const SHAKEN_RADPS: f64 = 0.003;
-
 const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
-
-/// Change of gyro biases between rest and motion. Its variance is limited by the assumed variance of the biases and by
-/// the effect of vibration. A rest after a motion may show a smaller variance.
-#[derive(Clone, Copy, Debug)]
-pub(in super::super) struct BiasShift {
-    /// Variance, (rad/s)²; infinite before the first rest after a motion.
-    learned: f32,
-    /// Whether the vehicle has stayed at rest since the last update at rest; true before the first one.
-    rests: bool,
-}
-
-impl BiasShift {
-    /// State before the first rest.
-    pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
-
-    /// Variance to which the bias variances are raised when a rest ends, (rad/s)².
-    fn variance(&self, assumed: f64) -> f64 {
-        f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
-    }
-
-    /// Learns from the largest square of the bias errors found in a rest.
-    fn learn(&mut self, found: f64) {
-        let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
-        self.learned = (before + NEWEST * (found - before)) as f32;
-    }
-}
-
-/// Weight of the newest rest.
-const NEWEST: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses zero velocity and the Earth's rate while the vehicle rests. Samples and fixes must have shown rest for two
@@ -80,39 +45,21 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // A vehicle may glide as smoothly as a vehicle at rest. So the noise of the zero velocity includes the mean
         // velocity of the fixes.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
-        let mut axes = [const { None }; 6];
+        let mut axes = [None; 6];
         let (rates, velocities) = axes.split_at_mut(3);
-        for axis in 0..3 {
-            let (Some(slot), Some(&channel), Some(&off)) =
-                (rates.get_mut(axis), RATES.get(axis), off.get(axis))
-            else {
-                continue;
-            };
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: Group::RestRate,
-                innovation: off - self.estimate(GYRO_BIAS + axis),
-                noise: T::of(square(RATE_SIGMA_RADPS)),
-                sensitivity: Sensitivity::default().with(GYRO_BIAS + axis, T::ONE),
-            });
-            let (Some(slot), Some(&channel), Some(&velocity), Some(&fixes_mps)) = (
-                velocities.get_mut(axis),
-                VELOCITIES.get(axis),
-                velocity.get(axis),
-                fixes_mps.get(axis),
-            ) else {
-                continue;
-            };
-            *slot = Some(ScalarMeasurement {
-                channel,
-                group: Group::RestVelocity,
-                innovation: -velocity,
-                noise: T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps))),
-                sensitivity: Sensitivity::default().with(VELOCITY + axis, T::ONE),
-            });
+        let noise = T::of(square(RATE_SIGMA_RADPS));
+        for (axis, ((slot, channel), off)) in rates.iter_mut().zip(RATES).zip(off).enumerate() {
+            let state = GYRO_BIAS + axis;
+            let sensitivity = Sensitivity::default().with(state, T::ONE);
+            let innovation = off - self.estimate(state);
+            *slot = Some(ScalarMeasurement::new(channel, innovation, noise, sensitivity));
         }
-        let mut report = Report::default();
-        self.update_sequentially(self.state.time, &axes, &mut report, trace);
-        Some(report)
+        let slots = velocities.iter_mut().zip(VELOCITIES).zip(velocity.into_iter().zip(fixes_mps));
+        for (axis, ((slot, channel), (velocity, fixes_mps))) in slots.enumerate() {
+            let noise = T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps)));
+            let sensitivity = Sensitivity::default().with(VELOCITY + axis, T::ONE);
+            *slot = Some(ScalarMeasurement::new(channel, -velocity, noise, sensitivity));
+        }
+        Some(self.update_axes(self.state.time, &axes, trace))
     }
 }

@@ -12,34 +12,51 @@ use super::super::{single, square};
 use super::Report;
 use crate::time::Time;
 
-/// A scalar measurement ready to be compared: innovation, noise variance, sensitivity.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ScalarMeasurement<T> {
-    pub channel: Channel,
-    pub group: Group,
-    pub innovation: T,
-    pub noise: T,
-    pub sensitivity: Sensitivity<T>,
-}
-
 /// A scalar measurement without its sensitivity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Compared<T> {
     pub channel: Channel,
-    pub group: Group,
     pub innovation: T,
     pub noise: T,
 }
 
+/// A scalar measurement ready to be compared: innovation, noise variance, sensitivity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ScalarMeasurement<T> {
+    axis: Compared<T>,
+    sensitivity: Sensitivity<T>,
+}
+
 impl<T: Scalar> ScalarMeasurement<T> {
-    /// A measurement without sensitivity to any state yet.
-    pub fn new((channel, group): (Channel, Group), innovation: T, noise: T) -> Self {
-        Self { channel, group, innovation, noise, sensitivity: Sensitivity::default() }
+    pub fn new(channel: Channel, innovation: T, noise: T, sensitivity: Sensitivity<T>) -> Self {
+        Self { axis: Compared { channel, innovation, noise }, sensitivity }
     }
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Fuses one measurement, if there is one: see [`compare`](Self::compare).
+    pub(super) fn update_one(
+        &mut self,
+        time: Time,
+        measurement: Option<ScalarMeasurement<T>>,
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        self.update_axes(time, &[measurement, None, None, None, None, None], trace)
+    }
+
     /// Fuses measurements that each have a sensitivity: see [`compare`](Self::compare).
+    pub(super) fn update_axes(
+        &mut self,
+        time: Time,
+        axes: &[Option<ScalarMeasurement<T>>; 6],
+        trace: &mut impl Trace<T, N>,
+    ) -> Report {
+        let mut report = Report::default();
+        self.update_sequentially(time, axes, &mut report, trace);
+        report
+    }
+
+    /// [`update_axes`](Self::update_axes), reported in the empty `report`.
     pub(super) fn update_sequentially(
         &mut self,
         time: Time,
@@ -48,10 +65,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) {
         let sensitivities = axes.each_ref().map(|axis| axis.as_ref().map(|axis| &axis.sensitivity));
-        let compared = axes.each_ref().map(|axis| {
-            let &ScalarMeasurement { channel, group, innovation, noise, .. } = axis.as_ref()?;
-            Some(Compared { channel, group, innovation, noise })
-        });
+        let compared = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.axis));
         self.compare(time, &compared, Sensitivities::Each(sensitivities), report, trace);
     }
 
@@ -75,7 +89,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> [f32; 2] {
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
-        let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.group));
+        let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.channel.group()));
         let noise = axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.noise));
         let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&mut self.covariance, 0);
@@ -207,9 +221,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
         // A velocity error of this size came through the attitude.
+        self.reopen_tilt();
+        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+    }
+
+    /// Raises the variances of roll and pitch, by which a velocity error came.
+    pub(super) fn reopen_tilt(&mut self) {
         self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
         self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
-        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
     /// Raises the variances of the states that an axis measures by the square of its innovation.
@@ -226,7 +245,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.add_variance(POSITION + 2, opened);
                 // If a barometer agrees with the filter, its level was wrong too. The variance of the level is then
                 // raised together with that of the height.
-                if let Some(level) = L::BARO.filter(|_| self.gates.barometer_agrees(time)) {
+                if let Some(level) = L::BARO.filter(|_| self.gates.agrees(Group::Baro, time)) {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
                     self.covariance.set_cross(POSITION + 2, level, cross + opened);

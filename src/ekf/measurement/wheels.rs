@@ -2,7 +2,6 @@
 
 use super::super::covariance::Sensitivity;
 use super::super::filter::Ekf;
-use super::super::gate::Group;
 use super::super::innovation::Channel;
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
@@ -14,8 +13,6 @@ use crate::frames::{Body, Vector};
 
 /// Possible velocity error, m/s, of a vehicle that left its road during the wheel constraint.
 const OFF_ROAD_MPS: f64 = 2.0;
-/// Possible tilt error, rad, by which the filter explained that velocity error.
-const OFF_ROAD_TILT_RAD: f64 = 0.05;
 
 /// Velocity across the direction of travel of a vehicle on wheels.
 struct Slip<T> {
@@ -58,7 +55,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return None;
         }
         self.relax(trace);
-        let mut axes = [const { None }; 6];
+        let mut axes = [None; 6];
         let mut normalised = [0.0; 2];
         let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
         for ((slot, size), (across, channel)) in axes.iter_mut().zip(&mut normalised).zip(channels)
@@ -67,23 +64,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let noise = T::of(variance.into());
             let own = self.covariance.project(&sensitivity).1;
             *size = single(-left_mps / (own + noise).sqrt());
-            let measurement =
-                ScalarMeasurement::new((channel, Group::RestVelocity), -left_mps, noise);
-            *slot = Some(ScalarMeasurement { sensitivity, ..measurement });
+            *slot = Some(ScalarMeasurement::new(channel, -left_mps, noise, sensitivity));
         }
         if wheels.is_violated(normalised, self.config.gate.sigmas as f32) {
             // The constraint of the last seconds was wrong.
             for axis in 0..3 {
                 self.covariance.add_variance(VELOCITY + axis, square(OFF_ROAD_MPS));
             }
-            self.covariance.add_variance(ATTITUDE, square(OFF_ROAD_TILT_RAD));
-            self.covariance.add_variance(ATTITUDE + 1, square(OFF_ROAD_TILT_RAD));
+            self.reopen_tilt();
             trace.reset(ATTITUDE..POSITION);
             return None;
         }
-        let mut report = Report::default();
-        self.update_sequentially(time, &axes, &mut report, trace);
-        Some(report)
+        Some(self.update_axes(time, &axes, trace))
     }
 
     fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {

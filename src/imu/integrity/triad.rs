@@ -6,6 +6,7 @@ use super::super::repetition::Repetition;
 use super::super::{SecondDifference, Vibration, noise_variance};
 use super::{Checks, any};
 use crate::frames::{Body, Vector};
+use crate::matrix::square;
 use crate::scalar::Scalar;
 
 /// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
@@ -321,10 +322,6 @@ fn comes_back<T: Scalar>(size: T, largest: &mut T, repeats: &mut u32) -> bool {
 
 fn total<T: Scalar>([x, y, z]: [T; 3]) -> T {
     x + y + z
-}
-
-fn square<T: Scalar>(value: T) -> T {
-    value * value
 }
 
 fn greatest<T: Scalar>(now: [T; 3], usual: [T; 3]) -> T {

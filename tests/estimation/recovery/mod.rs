@@ -130,14 +130,9 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
     let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened()).unwrap();
     assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s");
     assert!(rest.off_m(there) < 10.0, "{} m off", rest.off_m(there));
-    // Neither hypothesis is confirmed: the one-sigma of solution and joint covariance reaches back to the former
-    // position.
+    // Neither hypothesis is confirmed: the one-sigma of the solution reaches back to the former position.
     let sigma_m = rest.filter.solution().position_sigma_m.to_array();
-    let joint = rest.filter.joint_covariance().0;
-    for axis in 0..2 {
-        assert!((79.0..90.0).contains(&sigma_m[axis]), "{sigma_m:?}");
-        assert_abs_diff_eq!(joint[axis][axis].sqrt(), sigma_m[axis], epsilon = 1e-6);
-    }
+    assert!(sigma_m[..2].iter().all(|sigma_m| (79.0..90.0).contains(sigma_m)), "{sigma_m:?}");
     assert!(sigma_m[2] < 3.0, "{sigma_m:?}");
     for _ in 0..10 {
         assert!(!rest.fix(there).any_rejected());

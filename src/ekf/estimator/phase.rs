@@ -1,0 +1,20 @@
+//! Phases of an estimator.
+
+/// Progress from the first sample to a navigating filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    Aligning,
+    Searching,
+    Navigating,
+}
+
+/// State of the check of roll and pitch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Level {
+    /// No evidence against roll and pitch.
+    Believed,
+    /// A second alignment is running.
+    Doubted,
+    /// Roll and pitch were wrong, and are searched together with the heading.
+    Lost,
+}
