@@ -11,8 +11,8 @@ use super::unit::{AXES, component};
 use super::when;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
-use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
-use crate::rates::Rates;
+use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES};
+use crate::rates::{Rates, Vibration};
 
 /// Longest time, s, between two faults of one event.
 const APART_S: f64 = 2.0;
@@ -42,9 +42,7 @@ pub(super) struct Inertial {
     scale: FullScale,
     integrity: Integrity,
     shaken: Spans,
-    /// Specific forces of the last two samples, and the sums of their squared second differences.
-    before: [Option<[f64; 3]>; 2],
-    bends: [f64; 3],
+    vibration: Vibration,
 }
 
 impl Inertial {
@@ -62,8 +60,7 @@ impl Inertial {
             },
             integrity: Integrity::NONE,
             shaken: Spans::apart(APART_S),
-            before: [None; 2],
-            bends: [0.0; 3],
+            vibration: Vibration::default(),
         }
     }
 
@@ -80,14 +77,7 @@ impl Inertial {
             repetitions.push(component(at, axis), at.time);
         }
         self.shake(at, time_s);
-        if let [Some(a), Some(b)] = self.before {
-            let c = at.force_mps2;
-            for axis in 0..3 {
-                let bend = a[axis] - 2.0 * b[axis] + c[axis];
-                self.bends[axis] += bend * bend;
-            }
-        }
-        self.before = [self.before[1], Some(at.force_mps2)];
+        self.vibration.push(at);
     }
 
     /// Shocks, by the criterion of the filter.
@@ -205,10 +195,9 @@ impl Inertial {
     /// Vibration too fast for the sample rate, and the velocity error it causes.
     fn vibration(&self, findings: &mut Vec<Finding>) {
         let Some(interval_s) = self.intervals.quantile(0.5) else { return };
-        let count = self.count.saturating_sub(2).max(1) as f64;
-        let strengths = self.bends.map(|squares| (squares / (6.0 * count)).sqrt());
-        let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
-        let walk_mps = vibration_mps(self.bends[strongest], count, interval_s);
+        let strengths = self.vibration.rms().unwrap_or_default();
+        let strongest = (3..6).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(3);
+        let walk_mps = self.vibration.velocity_error_mps(strongest, interval_s);
         let severity =
             if walk_mps > HIGH_VIBRATION_MPS { Severity::Warning } else { Severity::Info };
         findings.push(Finding {
@@ -223,7 +212,7 @@ impl Inertial {
                 "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples); the part too fast for \
                  the sample rate of {:.0} Hz adds up to {walk_mps:.2} m/s in a second",
                 if severity == Severity::Warning { "high" } else { "moderate" },
-                AXES[3 + strongest],
+                AXES[strongest],
                 strengths[strongest],
                 1.0 / interval_s,
             ),
