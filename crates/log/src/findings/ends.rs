@@ -3,7 +3,7 @@
 use super::spans::{Span, Spans};
 use super::unit::{AXES, component};
 use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Sensor};
 use crate::rates::Rates;
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
@@ -103,21 +103,21 @@ impl Ends {
                         largest / STANDARD_GRAVITY_MPS2
                     )
                 };
-                findings.push(Finding {
-                    start_s,
-                    end_s,
-                    sensor: Sensor::InertialUnit,
-                    kind: FindingKind::Clipping,
-                    severity: Severity::Warning,
-                    harm: None,
-                    count,
-                    words: format!(
-                        "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
-                        AXES[axis],
-                        when(start_s, end_s),
-                        100.0 * count as f64 / (last - first + 1) as f64
-                    ),
-                });
+                let words = format!(
+                    "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
+                    AXES[axis],
+                    when(start_s, end_s),
+                    100.0 * count as f64 / (last - first + 1) as f64
+                );
+                findings.push(
+                    Finding::warning(
+                        Sensor::InertialUnit,
+                        FindingKind::Clipping,
+                        (start_s, end_s),
+                        words,
+                    )
+                    .of(count),
+                );
             }
         }
     }

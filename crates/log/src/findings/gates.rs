@@ -187,20 +187,18 @@ fn rejection(
     if let Some(time_s) =
         reopened.filter(|_| span.count == 1 && is_first_after_a_gap(log, first, span))
     {
-        return Finding {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            sensor: first.sensor,
-            kind: FindingKind::TakenAnew,
-            severity: Severity::Info,
-            harm: None,
-            count: 1,
-            words: format!(
-                "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
-                first.sensor,
-                parts.join(", "),
-            ),
-        };
+        let words = format!(
+            "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
+            first.sensor,
+            parts.join(", "),
+        );
+        return Finding::warning(
+            first.sensor,
+            FindingKind::TakenAnew,
+            (span.start_s, span.end_s),
+            words,
+        )
+        .severity(Severity::Info);
     }
     let why = match cause(log, first, span.start_s) {
         Some(why) => why,
@@ -219,25 +217,18 @@ fn rejection(
         ),
         None => "; the filter continued without it".into(),
     };
-    Finding {
-        start_s: span.start_s,
-        end_s: span.end_s,
-        sensor: first.sensor,
-        kind: if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused },
-        severity: if lasting || large || reopened.is_some() {
-            Severity::Warning
-        } else {
-            Severity::Info
-        },
-        harm: None,
-        count: span.count,
-        words: format!(
-            "{} rejected {}, off the filter's prediction in {}: {why}{response}",
-            first.sensor,
-            when(span.start_s, span.end_s),
-            parts.join(", "),
-        ),
-    }
+    let kind = if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused };
+    let is_warning = lasting || large || reopened.is_some();
+    let severity = if is_warning { Severity::Warning } else { Severity::Info };
+    let words = format!(
+        "{} rejected {}, off the filter's prediction in {}: {why}{response}",
+        first.sensor,
+        when(span.start_s, span.end_s),
+        parts.join(", "),
+    );
+    Finding::warning(first.sensor, kind, (span.start_s, span.end_s), words)
+        .severity(severity)
+        .of(span.count)
 }
 
 /// Whether an event at `time` may cause a rejection at `start_s`.

@@ -21,20 +21,21 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     for span in spans(off.iter().copied(), APART_S) {
         let within = |at: &&(f64, f64)| (span.start_s..=span.end_s).contains(&at.0);
         let largest_m = off.iter().filter(within).map(|at| at.1).fold(0.0, f64::max);
-        findings.push(Finding {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            sensor: Sensor::Rangefinder,
-            kind: FindingKind::StepOfGround,
-            severity: Severity::Info,
-            harm: None,
-            count: span.count,
-            words: format!(
-                "rangefinder: the distance jumped by up to {largest_m:.1} m {} in {} readings: rejected, and a \
-                 lasting jump counted as another ground level, not as height",
-                when(span.start_s, span.end_s),
-                span.count
-            ),
-        });
+        let words = format!(
+            "rangefinder: the distance jumped by up to {largest_m:.1} m {} in {} readings: rejected, and a \
+             lasting jump counted as another ground level, not as height",
+            when(span.start_s, span.end_s),
+            span.count
+        );
+        findings.push(
+            Finding::warning(
+                Sensor::Rangefinder,
+                FindingKind::StepOfGround,
+                (span.start_s, span.end_s),
+                words,
+            )
+            .severity(Severity::Info)
+            .of(span.count),
+        );
     }
 }

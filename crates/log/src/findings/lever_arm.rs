@@ -18,16 +18,10 @@ const OUTLIER: f64 = 4.0;
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let Some((size, words)) = found(log).or_else(|| left(log)) else { return };
     let (start_s, end_s) = log.span_s().unwrap_or_default();
-    findings.push(Finding {
-        start_s,
-        end_s,
-        sensor: Sensor::Gps,
-        kind: FindingKind::LeverArm,
-        severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
-        harm: None,
-        count: 1,
-        words,
-    });
+    findings.push(
+        Finding::warning(Sensor::Gps, FindingKind::LeverArm, (start_s, end_s), words)
+            .severity(if size < LEAST_M { Severity::Info } else { Severity::Warning }),
+    );
 }
 
 /// Offset that the filter has estimated, m, with its sentence; the innovations no longer show it.

@@ -3,7 +3,7 @@
 use hovernav::ekf::Notice;
 
 use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time between the two compared values of a bias, s.
 const OVER_S: f64 = 20.0;
@@ -72,23 +72,20 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 }
             }
             let Some((start_s, end_s, change, sigma)) = largest else { continue };
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: Sensor::InertialUnit,
-                kind: FindingKind::BiasStep,
-                severity: Severity::Warning,
-                harm: None,
-                count: 1,
-                words: format!(
-                    "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \
-                     stepped, or the filter attributes another error to it",
-                    ["x", "y", "z"][axis],
-                    change * scale,
-                    when(start_s, end_s),
-                    sigma * scale
-                ),
-            });
+            let words = format!(
+                "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \
+                 stepped, or the filter attributes another error to it",
+                ["x", "y", "z"][axis],
+                change * scale,
+                when(start_s, end_s),
+                sigma * scale
+            );
+            findings.push(Finding::warning(
+                Sensor::InertialUnit,
+                FindingKind::BiasStep,
+                (start_s, end_s),
+                words,
+            ));
         }
     }
 }

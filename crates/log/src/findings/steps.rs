@@ -5,7 +5,7 @@ use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 
 use super::Judged;
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Sensor};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
@@ -227,20 +227,17 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             continue;
         }
         told_s = time_s;
-        findings.push(Finding {
-            start_s: time_s,
-            end_s: time_s + ABSORBED_S,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::BiasStep,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
-                 temperature change; the filter has estimated the new bias",
-                named.join(", ")
-            ),
-        });
+        let words = format!(
+            "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
+             temperature change; the filter has estimated the new bias",
+            named.join(", ")
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::BiasStep,
+            (time_s, time_s + ABSORBED_S),
+            words,
+        ));
     }
 }
 
@@ -297,20 +294,17 @@ fn step(
         if !is_followed(axis, time_s, change) {
             continue;
         }
-        findings.push(Finding {
-            start_s: time_s - MEAN_S,
-            end_s: time_s + MEAN_S,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::BiasStep,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \
-                 attitude and the fixes: a sensor fault or a temperature change",
-                ["x", "y", "z"][axis],
-                change * scale
-            ),
-        });
+        let words = format!(
+            "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \
+             attitude and the fixes: a sensor fault or a temperature change",
+            ["x", "y", "z"][axis],
+            change * scale
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::BiasStep,
+            (time_s - MEAN_S, time_s + MEAN_S),
+            words,
+        ));
     }
 }
