@@ -1,7 +1,5 @@
 //! A receiver that contradicts itself.
 
-use hovernav::ekf::Notice;
-
 use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
@@ -10,12 +8,8 @@ use crate::finding::{Finding, FindingKind, Sensor};
 const APART_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let contradicted = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) if report.contradicts_itself() => {
-            report.innovations().next().map(|axis| (axis.time.seconds(), 0.0))
-        }
-        _ => None,
-    });
+    let contradicted = log.run.reports().filter(|report| report.contradicts_itself());
+    let contradicted = contradicted.filter_map(|report| Some((report.time()?.seconds(), 0.0)));
     let carriers = match log.dataset.baro.is_empty() {
         true => "the inertial unit carries",
         false => "inertial unit and barometer carry",

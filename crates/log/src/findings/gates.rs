@@ -254,12 +254,8 @@ fn is_of_another_fault(group: &Group, report: &Report) -> bool {
 
 /// Comparisons of a group, in order of time.
 fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
-    let reports = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
     let mut all = Vec::new();
-    for report in reports {
+    for report in log.run.reports() {
         if is_of_another_fault(group, report) {
             continue;
         }

@@ -1,6 +1,6 @@
 //! Steps of the ground in the rangefinder's distance.
 
-use hovernav::ekf::{Channel, Notice, Verdict};
+use hovernav::ekf::{Channel, Verdict};
 
 use super::spans::spans;
 use super::{Judged, when};
@@ -10,10 +10,7 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 const APART_S: f64 = 2.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let axes = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => report.innovations().next(),
-        _ => None,
-    });
+    let axes = log.run.reports().filter_map(|report| report.innovations().next());
     let off: Vec<(f64, f64)> = axes
         .filter(|axis| axis.channel == Channel::Range && axis.verdict != Verdict::Accepted)
         .map(|axis| (axis.time.seconds(), axis.innovation.abs()))

@@ -32,8 +32,7 @@ pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Fi
 /// Heading sources of a run, as the end of a sentence on their lockout; empty without any.
 fn sources(log: &Judged<'_>) -> String {
     let (mut attitude, mut magnetometer, mut antennas) = (false, false, false);
-    for notice in &log.run.notices {
-        let Notice::Updated(report) = notice else { continue };
+    for report in log.run.reports() {
         let has = |channel| report.innovations().any(|axis| axis.channel == channel);
         attitude |= has(Channel::Roll);
         magnetometer |= has(Channel::Yaw) && !has(Channel::Roll);

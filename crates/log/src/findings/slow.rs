@@ -1,6 +1,6 @@
 //! Bias steps, from the filter's own bias estimates.
 
-use hovernav::ekf::Notice;
+use hovernav::time::Time;
 
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
@@ -19,16 +19,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
     // Steps for which the filter itself has enlarged its bias uncertainty are judged in `steps`.
-    let suspect: Vec<f64> = log
-        .run
-        .notices
-        .iter()
-        .filter_map(|notice| match notice {
-            Notice::Updated(report) if report.biases_were_opened() => report.innovations().next(),
-            _ => None,
-        })
-        .map(|axis| axis.time.seconds())
-        .collect();
+    let opened = log.run.reports().filter(|report| report.biases_were_opened());
+    let suspect: Vec<f64> = opened.filter_map(|report| report.time().map(Time::seconds)).collect();
     // Two solutions a second are enough.
     let mut coarse = Vec::new();
     let mut next_s = first.time.seconds() + OVER_S;

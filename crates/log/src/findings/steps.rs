@@ -3,6 +3,7 @@
 
 use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav::time::Time;
 
 use super::Judged;
 use crate::finding::{Finding, FindingKind, Sensor};
@@ -182,12 +183,8 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         solutions.get(index)
     };
     let mut told_s = f64::NEG_INFINITY;
-    for notice in &log.run.notices {
-        let Notice::Updated(report) = notice else { continue };
-        let Some(axis) = report.innovations().next().filter(|_| report.biases_were_opened()) else {
-            continue;
-        };
-        let time_s = axis.time.seconds();
+    for report in log.run.reports().filter(|report| report.biases_were_opened()) {
+        let Some(time_s) = report.time().map(Time::seconds) else { continue };
         let (Some(before), Some(after), Some(later)) =
             (at(time_s - 0.5), at(time_s + ABSORBED_S), at(time_s + 2.0 * ABSORBED_S))
         else {

@@ -1,7 +1,5 @@
 //! Positions that drift from the receiver's own velocity.
 
-use hovernav::ekf::Notice;
-
 use super::spans::spans;
 use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
@@ -10,14 +8,9 @@ use crate::finding::{Finding, FindingKind, Sensor};
 const APART_S: f64 = 5.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let drifting = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => report
-            .innovations()
-            .next()
-            .map(|axis| axis.time.seconds())
-            .zip(report.position_drift_m()),
-        _ => None,
-    });
+    let drifting = log.run.reports();
+    let drifting =
+        drifting.filter_map(|report| Some((report.time()?.seconds(), report.position_drift_m()?)));
     for span in spans(drifting, APART_S) {
         let (kind, span_s) = (FindingKind::PlaceWalks, (span.start_s, span.end_s));
         let words = format!(

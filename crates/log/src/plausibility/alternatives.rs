@@ -1,6 +1,6 @@
 //! Search for the right set-up where the fixes are inconsistent with a run: the one that makes them consistent.
 
-use hovernav::ekf::{Aid, Channel, EstimatorConfig, Notice, Verdict};
+use hovernav::ekf::{Aid, Channel, EstimatorConfig, Verdict};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
@@ -136,8 +136,7 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
-    for notice in &run.notices {
-        let Notice::Updated(report) = notice else { continue };
+    for report in run.reports() {
         for axis in report.innovations() {
             if report.biases_were_opened() {
                 opened_until_s = axis.time.seconds() + OPENED_S;
