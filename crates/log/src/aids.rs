@@ -6,7 +6,7 @@ use crate::auxiliary::{Columns, OUT_OF_RANGE, read_timed};
 use crate::clock_steps::ClockSteps;
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use crate::table::Table;
+use crate::table::{TIME, Table};
 use crate::write::write_table;
 use hovernav::event::RangeReading;
 use hovernav::gps::AntennaHeading;
@@ -75,7 +75,7 @@ fn read<T, const N: usize, const M: usize>(
     value: impl Fn(f64, [Option<f64>; M]) -> Option<T>,
 ) -> Result<Vec<(Time, T)>, LogError> {
     let Some(mut table) = Table::open(dir, file)? else { return Ok(Vec::new()) };
-    table.require(["t_s"])?;
+    table.require([TIME])?;
     let needed = table.require([names[0]])?;
     let optional = std::array::from_fn(|k| table.find([names[k + 1]]));
     let columns = Columns { needed, optional, without_use: &[] };
@@ -86,21 +86,21 @@ fn read<T, const N: usize, const M: usize>(
 
 impl Dataset {
     pub(crate) fn write_aids(&self, dir: &Path) -> Result<(), LogError> {
-        let columns = ["t_s", "range_m", "sigma_m", "quality"];
+        let columns = [TIME, "range_m", "sigma_m", "quality"];
         write_table(dir, RANGE_FILE, &columns, &self.ranges, |csv, reading| {
             csv.time(reading.time);
             csv.shortest_or_empty(Some([reading.range_m]))?;
             csv.shortest_or_empty(reading.sigma_m.map(|sigma_m| [sigma_m]))?;
             csv.shortest_or_empty(reading.quality.map(|quality| [quality]))
         })?;
-        let columns = ["t_s", "heading_deg", "sigma_deg", "length_m"];
+        let columns = [TIME, "heading_deg", "sigma_deg", "length_m"];
         write_table(dir, HEADING_FILE, &columns, &self.headings, |csv, heading| {
             csv.time(heading.time);
             csv.shortest_or_empty(Some([heading.heading_rad.to_degrees()]))?;
             csv.shortest_or_empty(heading.sigma_rad.map(|sigma_rad| [sigma_rad.to_degrees()]))?;
             csv.shortest_or_empty(heading.length_m.map(|length_m| [length_m]))
         })?;
-        write_table(dir, ROTOR_FILE, &["t_s", "rotor_hz"], &self.rotor, |csv, (time, rotor_hz)| {
+        write_table(dir, ROTOR_FILE, &[TIME, "rotor_hz"], &self.rotor, |csv, (time, rotor_hz)| {
             csv.time(*time);
             csv.shortest_or_empty(Some([*rotor_hz]))
         })

@@ -7,7 +7,7 @@ use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::imu::{MAGNETIC, field_fault};
 use crate::remarks::Remarks;
-use crate::table::Table;
+use crate::table::{TIME, Table};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
@@ -104,7 +104,7 @@ pub(crate) fn read_timed<T, const N: usize, const M: usize>(
     value: impl Fn([f64; N], [Option<f64>; M]) -> Result<T, &'static str>,
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
-    let [time] = table.require(["t_s"])?;
+    let [time] = table.require([TIME])?;
     table.remark_unused(columns.without_use, &mut remarks);
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {

@@ -7,7 +7,7 @@ use crate::clock::Rows;
 use crate::clock_steps::ClockSteps;
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
-use crate::possible_motion::{TOO_FAST, ensure_motion};
+use crate::possible_motion::{MotionColumns, TOO_FAST};
 use crate::remarks::Remarks;
 use crate::solution::COLUMNS;
 use crate::table::{LARGEST_BYTES, Table};
@@ -59,27 +59,14 @@ fn origin_of(head: &[u8]) -> Option<Geodetic> {
 }
 
 fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, LogError> {
-    let [time] = table.require(["t_s"])?;
-    let columns: Vec<Option<usize>> =
-        COLUMNS[1..].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
-    if columns[..9].iter().all(Option::is_none) {
+    let columns = MotionColumns::<30>::find(&mut table)?;
+    if !columns.any_motion() {
         return Err(table.columns_missing(&COLUMNS[1..10].join(" or ")));
     }
     let mut rows = Rows::new();
     while let Some(row) = table.next(remarks)? {
-        let Some(time) = row.time(time)? else {
-            remarks.count("skipped: no time", row.line);
-            continue;
-        };
-        let mut values = [f64::NAN; 30];
-        for (value, column) in values.iter_mut().zip(&columns) {
-            if let Some(column) = *column {
-                *value = row.number(column)?;
-            }
-        }
-        match ensure_motion(&mut values, FASTEST_MPS, row.line, remarks) {
-            Ok(()) => rows.push(row.line, of_values(time, &values)),
-            Err(why) => remarks.count(why, row.line),
+        if let Some((time, values)) = columns.read(&row, FASTEST_MPS, remarks)? {
+            rows.push(row.line, of_values(time, &values));
         }
     }
     let steps = &mut ClockSteps::default();
