@@ -4,6 +4,10 @@ use crate::limits::vibration_mps;
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
+/// Axes of the inertial unit, in the order of [`Rates::six`].
+pub(crate) const AXES: [&str; 6] =
+    ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
+
 /// A sample as mean rates since the previous one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rates {
@@ -19,7 +23,7 @@ pub(crate) struct Rates {
 }
 
 impl Rates {
-    /// Angular rate and specific force, in the order of the axes.
+    /// Angular rate, rad/s, and specific force, m/s², in the order of [`AXES`].
     pub fn six(&self) -> [f64; 6] {
         let ([p, q, r], [x, y, z]) = (self.turn_radps, self.force_mps2);
         [p, q, r, x, y, z]

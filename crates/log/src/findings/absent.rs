@@ -3,7 +3,7 @@
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 

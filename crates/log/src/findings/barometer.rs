@@ -1,7 +1,7 @@
 //! A barometer that repeats itself while the vehicle climbs or sinks.
 
-use super::spans::improbable_runs;
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{improbable_runs, when};
 use crate::finding::{Finding, FindingKind, Sensor};
 use crate::statistics::quantile;
 

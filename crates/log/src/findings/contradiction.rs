@@ -1,7 +1,7 @@
 //! A receiver that contradicts itself.
 
+use super::judged::Judged;
 use super::spans::spans;
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time, s, between contradictions of one finding.
@@ -15,11 +15,11 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         false => "inertial unit and barometer carry",
     };
     for span in spans(contradicted, APART_S) {
-        let (kind, span_s) = (FindingKind::ContradictsItself, (span.start_s, span.end_s));
+        let (kind, span_s) = (FindingKind::ContradictsItself, span.bounds_s());
         let words = format!(
             "gps contradicts itself {}: {} fixes are inconsistent with the motion that the inertial unit measured and \
              were rejected; {carriers} the solution{}",
-            when(span.start_s, span.end_s),
+            span.when(),
             span.count,
             log.cost(span.start_s, span.end_s)
         );

@@ -1,10 +1,9 @@
 //! Clipping: samples at the end of a sensor's range.
 
-use super::spans::{Span, Spans};
-use super::unit::{AXES, component};
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{Span, Spans, when};
 use crate::finding::{Finding, FindingKind, Sensor};
-use crate::rates::Rates;
+use crate::rates::{AXES, Rates};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 /// Longest time, s, between clipped samples of one event.
@@ -49,8 +48,7 @@ impl Ends {
     }
 
     pub fn look(&mut self, at: &Rates) {
-        for (axis, end) in self.axes.iter_mut().enumerate() {
-            let value = component(at, axis);
+        for (axis, (end, value)) in self.axes.iter_mut().zip(at.six()).enumerate() {
             end.largest = end.largest.max(value.abs());
             end.is_marked |= marked(at, axis);
             end.low.push(value);
@@ -71,8 +69,7 @@ impl Ends {
     pub fn look_again(&mut self, at: &Rates) {
         let index = self.seen;
         self.seen += 1;
-        for (axis, end) in self.axes.iter_mut().enumerate() {
-            let value = component(at, axis);
+        for (axis, (end, value)) in self.axes.iter_mut().zip(at.six()).enumerate() {
             let is_clipped = match end.is_marked {
                 true => marked(at, axis),
                 false => end.scale.contains(&Some(value)) || end.is_beyond_known(value.abs()),

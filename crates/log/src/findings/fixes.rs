@@ -2,8 +2,8 @@
 
 use hovernav::gps::Fix;
 
-use super::spans::improbable_runs;
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{improbable_runs, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::median_interval_s;
 

@@ -5,8 +5,8 @@ use std::ops::Range;
 use hovernav::ekf::{Channel, Notice, Report, Verdict};
 use hovernav::time::Time;
 
+use super::judged::Judged;
 use super::spans::{Span, spans};
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Channels that are accepted or rejected together.
@@ -192,13 +192,8 @@ fn rejection(
             first.sensor,
             parts.join(", "),
         );
-        return Finding::warning(
-            first.sensor,
-            FindingKind::TakenAnew,
-            (span.start_s, span.end_s),
-            words,
-        )
-        .severity(Severity::Info);
+        return Finding::warning(first.sensor, FindingKind::TakenAnew, span.bounds_s(), words)
+            .severity(Severity::Info);
     }
     let why = match cause(log, first, span.start_s) {
         Some(why) => why,
@@ -223,12 +218,10 @@ fn rejection(
     let words = format!(
         "{} rejected {}, off the filter's prediction in {}: {why}{response}",
         first.sensor,
-        when(span.start_s, span.end_s),
+        span.when(),
         parts.join(", "),
     );
-    Finding::warning(first.sensor, kind, (span.start_s, span.end_s), words)
-        .severity(severity)
-        .of(span.count)
+    Finding::warning(first.sensor, kind, span.bounds_s(), words).severity(severity).of(span.count)
 }
 
 /// Whether an event at `time` may cause a rejection at `start_s`.

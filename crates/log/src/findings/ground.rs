@@ -2,8 +2,8 @@
 
 use hovernav::ekf::{Channel, Verdict};
 
+use super::judged::Judged;
 use super::spans::spans;
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Longest time, s, between rejections of one event.
@@ -21,14 +21,14 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let words = format!(
             "rangefinder: the distance jumped by up to {largest_m:.1} m {} in {} readings: rejected, and a \
              lasting jump counted as another ground level, not as height",
-            when(span.start_s, span.end_s),
+            span.when(),
             span.count
         );
         findings.push(
             Finding::warning(
                 Sensor::Rangefinder,
                 FindingKind::StepOfGround,
-                (span.start_s, span.end_s),
+                span.bounds_s(),
                 words,
             )
             .severity(Severity::Info)

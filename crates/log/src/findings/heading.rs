@@ -3,8 +3,8 @@
 use hovernav::ekf::{Channel, Notice};
 use hovernav::ins::HeadingSource;
 
-use super::spans::{Spans, spans};
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{Spans, spans, when};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use hovernav::frames::{Body, Vector};
@@ -163,17 +163,16 @@ fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
              or mounting, or sideways drift; the filter has enlarged the one-sigmas of the heading and its \
              source",
             span.largest.to_degrees(),
-            when(span.start_s, span.end_s),
+            span.when(),
         );
         findings.push(
-            Finding::warning(
-                Sensor::Filter,
-                FindingKind::HeadingInDoubt,
-                (span.start_s, span.end_s),
-                words,
-            )
-            .severity(if span.largest > SUSPECT_RAD { Severity::Warning } else { Severity::Info })
-            .of(span.count),
+            Finding::warning(Sensor::Filter, FindingKind::HeadingInDoubt, span.bounds_s(), words)
+                .severity(if span.largest > SUSPECT_RAD {
+                    Severity::Warning
+                } else {
+                    Severity::Info
+                })
+                .of(span.count),
         );
     }
 }
@@ -233,14 +232,14 @@ impl FieldStrength {
             let words = format!(
                 "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \
                  a current or iron nearby; its heading is off too",
-                when(span.start_s, span.end_s),
+                span.when(),
                 100.0 * span.largest
             );
             findings.push(
                 Finding::warning(
                     Sensor::Magnetometer,
                     FindingKind::MagneticDisturbance,
-                    (span.start_s, span.end_s),
+                    span.bounds_s(),
                     words,
                 )
                 .of(span.count),

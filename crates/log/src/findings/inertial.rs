@@ -4,15 +4,13 @@ use hovernav::ekf::{ImuFault, Notice, ResetCause};
 use hovernav::imu::{Checks, FullScale, Integrity, MeanRates};
 use hovernav::time::Time;
 
-use super::Judged;
 use super::ends::Ends;
-use super::spans::{Repeating, Repetitions, Span, Spans, spans};
-use super::unit::{AXES, component};
-use super::when;
+use super::judged::Judged;
+use super::spans::{Repeating, Repetitions, Span, Spans, spans, when};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES};
-use crate::rates::{Rates, Vibration};
+use crate::rates::{AXES, Rates, Vibration};
 
 /// Longest time, s, between two faults of one event.
 const APART_S: f64 = 2.0;
@@ -73,8 +71,8 @@ impl Inertial {
         }
         self.count += 1;
         self.last_s = time_s;
-        for (axis, repetitions) in self.repetitions.iter_mut().enumerate() {
-            repetitions.push(component(at, axis), at.time);
+        for (repetitions, value) in self.repetitions.iter_mut().zip(at.six()) {
+            repetitions.push(value, at.time);
         }
         self.shake(at, time_s);
         self.vibration.push(at);

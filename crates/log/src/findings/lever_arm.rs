@@ -4,7 +4,7 @@ use hovernav::ekf::{Channel, Notice};
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Smallest error of the lever arm, m, that is a warning.

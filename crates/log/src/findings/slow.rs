@@ -2,7 +2,8 @@
 
 use hovernav::time::Time;
 
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::when;
 use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time between the two compared values of a bias, s.

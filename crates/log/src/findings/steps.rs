@@ -5,7 +5,7 @@ use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::time::Time;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor};
 use crate::rates::Rates;
 use crate::statistics::quantile;
@@ -177,11 +177,7 @@ fn force_excess(
 
 /// Steps that the filter has estimated, by its biases within [`ABSORBED_S`].
 fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let solutions = &log.run.solutions;
-    let at = |time_s: f64| {
-        let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);
-        solutions.get(index)
-    };
+    let at = |time_s: f64| log.solution_at(time_s);
     let mut told_s = f64::NEG_INFINITY;
     for report in log.run.reports().filter(|report| report.biases_were_opened()) {
         let Some(time_s) = report.time().map(Time::seconds) else { continue };

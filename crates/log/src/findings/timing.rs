@@ -5,7 +5,7 @@
 
 use hovernav::frames::Vector;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::comparisons::FixTally;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::limits::DRIFTED_S;

@@ -1,6 +1,7 @@
 //! A receiver whose positions or velocities scatter more than the one-sigmas it states.
 
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::when;
 use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Ratio of the used to the stated one-sigmas beyond which the stated ones are too small. Correct ones reach up to 1.2,

@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use hovernav::ekf::{Aid, Notice, ResetCause, Unusable};
 
+use super::judged::Judged;
 use super::spans::spans;
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time, s, between unused readings of one event.
@@ -95,7 +95,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let words = format!(
                     "{sensor}: {} {aid} readings not used {}: {}",
                     span.count,
-                    when(span.start_s, span.end_s),
+                    span.when(),
                     if samples_ended {
                         "the inertial samples had ended"
                     } else if of_gaps {
@@ -105,8 +105,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     }
                 );
                 findings.push(
-                    Finding::warning(sensor, kind(reason), (span.start_s, span.end_s), words)
-                        .of(span.count),
+                    Finding::warning(sensor, kind(reason), span.bounds_s(), words).of(span.count),
                 );
             }
         }

@@ -1,7 +1,7 @@
 //! Positions that drift from the receiver's own velocity.
 
+use super::judged::Judged;
 use super::spans::spans;
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time, s, between drifting fixes of one finding.
@@ -12,11 +12,11 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let drifting =
         drifting.filter_map(|report| Some((report.time()?.seconds(), report.position_drift_m()?)));
     for span in spans(drifting, APART_S) {
-        let (kind, span_s) = (FindingKind::PlaceWalks, (span.start_s, span.end_s));
+        let (kind, span_s) = (FindingKind::PlaceWalks, span.bounds_s());
         let words = format!(
             "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \
              velocity; the filter follows the position, and its one-sigma covers the earlier position too{}",
-            when(span.start_s, span.end_s),
+            span.when(),
             span.largest,
             log.cost(span.start_s, span.end_s)
         );

@@ -2,7 +2,7 @@
 
 use hovernav::ekf::Notice;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
