@@ -82,7 +82,7 @@ impl Dataset {
     }
 
     /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if
-    /// there is one: see [`denied_aid`]. If the result is not empty, the log is to be estimated once more.
+    /// there is one. If the result is not empty, the log is to be estimated once more.
     pub fn ignore_inconsistent(
         &mut self,
         config: &EstimatorConfig,

@@ -88,7 +88,7 @@ pub use manifest::{
     SolutionSection,
 };
 pub use paragraph::paragraph;
-pub use plausibility::{alternative, denied_aid};
+pub use plausibility::alternative;
 pub use reference::{Reference, ReferenceMoment};
 pub use relative::{RelativeError, RelativePoint, relative_error};
 pub use remarks::Remarks;
@@ -101,9 +101,7 @@ pub use score::{
 };
 pub use settings::Declination;
 pub use smoothing::SmoothedRun;
-pub use solution::{
-    COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row, write_solution,
-};
+pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row};
 pub use statistics::median_interval_s;
 pub use survey::Survey;
 pub use trajectory::{Alignment, LocalAxes, Trajectory};

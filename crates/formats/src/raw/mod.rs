@@ -6,7 +6,7 @@ mod receiver;
 
 use crate::assembly::Assembly;
 use crate::format::Format;
-use crate::log::{Log, Options};
+use crate::log::Log;
 use crate::window::{Input, Window};
 use hovernav::dmu::{Decoder, Mode};
 use hovernav::gps::{Protocol, Receiver};
@@ -68,7 +68,7 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
 ///
 /// # Errors
 /// [`LogError`] where the file cannot be read or contains no packets.
-pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
+pub(crate) fn read(input: Input<'_>) -> Result<Log, LogError> {
     let (assembly, manifest) = assembled(input)?;
     assembly.finish(input.path, Format::Raw, manifest, "")
 }

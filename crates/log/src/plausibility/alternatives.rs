@@ -238,13 +238,16 @@ impl Trial {
 /// already, or with no source ignored.
 ///
 /// Runs the estimator over a part of the log up to four times, but only where the fixes are inconsistent with `run`.
-#[must_use]
-pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
+pub(crate) fn denied_aid(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    run: &Run,
+) -> Option<SetupFinding> {
     Trial::of(dataset, config, run)?.denied_aid()
 }
 
-/// Set-up with which the fixes become consistent with the run. It has one [source of heading](denied_aid) less, or
-/// other signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
+/// Set-up with which the fixes become consistent with the run. It has one source of heading less, or other
+/// signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
 /// that put the vehicle on its back are never proposed.
 ///
 /// Runs the estimator over a part of the log a dozen times, but only where the fixes are inconsistent with `run`.

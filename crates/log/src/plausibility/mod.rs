@@ -31,7 +31,8 @@ use hovernav::imu::ImuSample;
 use hovernav::setup::{SetupCheck, SetupFault};
 use magnetic::Field;
 
-pub use alternatives::{alternative, denied_aid};
+pub use alternatives::alternative;
+pub(crate) use alternatives::denied_aid;
 pub(crate) use regression::Scale;
 pub(crate) use unmeasured::Unmeasured;
 
