@@ -27,3 +27,16 @@ pub fn paragraph(f: &mut fmt::Formatter<'_>, lead: &str, text: &str) -> fmt::Res
     }
     writeln!(f)
 }
+
+/// Writes sentences below a title; nothing without sentences.
+pub(crate) fn section(
+    f: &mut fmt::Formatter<'_>,
+    title: &str,
+    sentences: &[String],
+) -> fmt::Result {
+    if sentences.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\n{title}")?;
+    sentences.iter().try_for_each(|sentence| paragraph(f, "  ", sentence))
+}

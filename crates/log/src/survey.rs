@@ -5,10 +5,11 @@ use std::fmt;
 
 use serde::Serialize;
 
-use crate::contents::{Contents, section};
+use crate::contents::Contents;
 use crate::dataset::Dataset;
 use crate::finding::{Finding, sentences};
 use crate::kept::Keep;
+use crate::paragraph::section;
 
 /// A log at a glance: its contents, missing data, and what a run of the filter finds. [`Display`](fmt::Display) and
 /// [`Serialize`] are what `hovernav info` prints.
